@@ -213,7 +213,7 @@ pub mod measured {
         //! Recordings of moving tongues.
         pub use tongue_input::measured::recording::{
             AlignedRecording, FaultKind, Format, Map, Recording, Severity, check_plausibility, other_size,
-            palate_doubt, remove_outliers,
+            remove_outliers,
         };
         #[cfg(feature = "cli")]
         pub(crate) use tongue_input::measured::recording::{Fault, Mark, WITHOUT_BONES, Waveform, is_coil};

@@ -143,7 +143,7 @@ impl SampledTargets<'_> {
             }
             seen = AlignedRecording { sensors: read.sensors, measured: read.measured, ..seen };
         }
-        for doubt in recording::check_plausibility(&seen) {
+        for doubt in recording::check_plausibility(&seen, None) {
             if doubt.severity == Severity::Note {
                 output::note(&format!("--contour and --points: {}", doubt.said));
             } else {

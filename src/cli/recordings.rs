@@ -9,7 +9,7 @@ use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
     AlignedRecording, Fault, Format, Map, Recording, Severity, Waveform, check_plausibility, other_size,
-    palate_doubt, remove_outliers,
+    remove_outliers,
 };
 use tongue_fit::track::TrackSettings;
 
@@ -204,8 +204,7 @@ impl Arguments {
                 let points = p.iter().map(|p| Point::new(side * p.x, p.y));
                 points.map(|p| map.placement().map_or(p, |to| to.place(p))).collect::<Vec<_>>()
             });
-            let mut told = check_plausibility(&seen);
-            told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
+            let told = check_plausibility(&seen, own.as_deref());
             if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
                 left_out.push(format!("{file}, {}: {}", seen.name, doubt.said));
                 continue;

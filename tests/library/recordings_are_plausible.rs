@@ -2,8 +2,7 @@
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, FaultKind, Format, Recording, Severity, check_plausibility, other_size, palate_doubt,
-    remove_outliers,
+    AlignedRecording, FaultKind, Format, Recording, Severity, check_plausibility, other_size, remove_outliers,
 };
 
 use tongue_input::measured::recording::Label;
@@ -83,7 +82,7 @@ fn contour() -> Frames {
 
 /// The doubts about a recording, and the worst that follows from them.
 fn said(frames: &Frames, map: &str) -> (String, Option<Severity>) {
-    let all = check_plausibility(&seen_with(frames, map));
+    let all = check_plausibility(&seen_with(frames, map), None);
     let words: Vec<&str> = all.iter().map(|d| d.said.as_str()).collect();
     (words.join("; "), all.iter().map(|d| d.severity).max())
 }
@@ -107,7 +106,9 @@ fn a_good_recording_is_not_suspected() {
     not_suspected(&tongue(1), "");
     not_suspected(&scaled(tongue(90), 8.0), "unit_mm = 0.125");
     let built_in = read(include_bytes!("../../targets/recordings/synthetic.tsv"), "synthetic.tsv");
-    assert!(built_in.len() == 2 && built_in.iter().all(|one| check_plausibility(&seen(one, "")).is_empty()));
+    assert!(
+        built_in.len() == 2 && built_in.iter().all(|one| check_plausibility(&seen(one, ""), None).is_empty())
+    );
 }
 
 #[test]
@@ -234,7 +235,7 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     let (number, doubt) = other_size(&[&one, &one, &other]).unwrap();
     assert!(number == 2 && doubt.said.contains("0.80 times") && doubt.severity == Note, "{doubt:?}");
     let label = |from_s: f64| Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
-    let with = |labels| check_plausibility(&AlignedRecording { labels, ..one.clone() });
+    let with = |labels| check_plausibility(&AlignedRecording { labels, ..one.clone() }, None);
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
     assert!(with(vec![label(50.0)])[0].said.contains("so none is used"));
 }
@@ -326,7 +327,7 @@ fn one_coil_and_a_coil_of_the_tongue_as_reference_are_refused() {
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
     let mut seen = seen_with(&none, "");
     seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
-    assert!(check_plausibility(&seen).iter().any(|d| d.is_refused() && d.said.contains("no point")));
+    assert!(check_plausibility(&seen, None).iter().any(|d| d.is_refused() && d.said.contains("no point")));
 }
 
 #[test]
@@ -336,7 +337,8 @@ fn palates_are_compared_with_the_recording() {
         let arch = |i| 12.0 * (std::f64::consts::PI * f64::from(i) / 8.0).sin();
         (0..9).map(|i| Point::new(6.25 * f64::from(i) + shift, height + sign * arch(i)) * 1e-3).collect()
     };
-    assert_eq!(palate_doubt(&seen, &vault(45.0, 0.0, 1.0)), None);
+    let doubts = |palate: &[Point]| check_plausibility(&seen, Some(palate));
+    assert_eq!(doubts(&vault(45.0, 0.0, 1.0)), []);
     // With the incisors, steep at the front.
     let incisors = |sign: f64| -> Vec<Point> {
         let shape = [-16.0, -14.5, -8.5, 3.0, 16.0, 30.0, 40.0]
@@ -344,7 +346,7 @@ fn palates_are_compared_with_the_recording() {
             .zip([31.0, 36.0, 43.0, 49.0, 53.0, 55.0, 53.0]);
         shape.map(|(x, y)| Point::new(x + 10.0, 50.0 + sign * (y - 50.0)) * 1e-3).collect()
     };
-    assert_eq!(palate_doubt(&seen, &incisors(1.0)), None);
+    assert_eq!(doubts(&incisors(1.0)), []);
     for (palate, told, severity) in [
         (incisors(-1.0), "upside down", Refused),
         (vault(60.0, 0.0, -1.0), "upside down", Refused),
@@ -353,7 +355,7 @@ fn palates_are_compared_with_the_recording() {
         (vault(545.0, 0.0, 1.0), "above the highest", Refused),
         (vault(-500.0, 0.0, 1.0), "beyond the palate", Refused),
     ] {
-        let doubt = palate_doubt(&seen, &palate).unwrap();
+        let doubt = doubts(&palate).remove(0);
         assert!(doubt.said.contains(told) && doubt.severity == severity, "{doubt:?}");
     }
     // Coils are compared too, in every frame.
@@ -416,7 +418,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
                 not_suspected(&frames, "");
                 good += 1;
                 let slow: Frames = frames.into_iter().map(|(t, points)| (10.0 * t, points)).collect();
-                let told = check_plausibility(&seen_with(&slow, ""));
+                let told = check_plausibility(&seen_with(&slow, ""), None);
                 assert!(told.iter().any(|d| d.severity == Untrusted), "{scale} {rate_hz} {told:?}");
             }
         }
@@ -440,8 +442,11 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
             coil.1 = [coil.1[0] + by[0], coil.1[1] + by[1]];
         };
         slipped.iter_mut().skip(from).for_each(slip);
-        let first =
-            check_plausibility(&seen_with(&slipped, "")).into_iter().find(|d| d.is_refused()).unwrap().said;
+        let first = check_plausibility(&seen_with(&slipped, ""), None)
+            .into_iter()
+            .find(|d| d.is_refused())
+            .unwrap()
+            .said;
         let is_named = first.contains("T3") && first.contains("slipped") && first.contains("\"ignore\"");
         assert!(is_named && !first.contains("exchanged"), "{first}");
     }
@@ -521,5 +526,5 @@ fn the_axis_to_the_back_is_found_where_it_is_not_the_usual_one() {
     let seen = aligned(&turned, "").unwrap();
     assert_eq!(seen.frames, aligned(&read, "").unwrap().frames);
     assert!(seen.notes.iter().any(|n| n.contains("y is taken for the axis to the back")), "{:?}", seen.notes);
-    assert_eq!(check_plausibility(&seen), []);
+    assert_eq!(check_plausibility(&seen, None), []);
 }

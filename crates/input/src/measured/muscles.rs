@@ -1,5 +1,6 @@
 //! Facts about muscles by name (anatomy, groups, force and colours, from `targets/takano2007_muscles.csv`), and values by muscle name.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize, Serializer};
@@ -140,8 +141,9 @@ impl TryFrom<String> for Colour {
     }
 }
 
-/// A value for each of some muscles, serialised as an object `{GGa: .., ..}` in their order.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// A value for each of some muscles, serialised as an object `{GGa: .., ..}` in their order, and read in the order of their names.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(from = "BTreeMap<String, T>")]
 pub struct ByMuscle<T>(pub Vec<(String, T)>);
 
 impl<T> ByMuscle<T> {
@@ -155,6 +157,12 @@ impl<T> ByMuscle<T> {
 
     pub fn get(&self, muscle: &str) -> Option<&T> {
         self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
+    }
+}
+
+impl<T> From<BTreeMap<String, T>> for ByMuscle<T> {
+    fn from(all: BTreeMap<String, T>) -> Self {
+        Self(all.into_iter().collect())
     }
 }
 

@@ -154,15 +154,11 @@ pub(super) struct PointCourses<'a> {
 
 impl<'a> PointCourses<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
-        let (points, all) =
-            (recording.contour.len() + recording.sensors.len(), recording.names().enumerate());
-        let (tongue, bones): (Vec<_>, Vec<_>) = all.partition(|(point, _)| *point < points);
-        let [courses, bones] = [tongue, bones].map(|all| {
-            let courses = all
-                .into_iter()
-                .map(|(point, name)| PointTrack::new(name, recording.positions_over_time(point)));
-            courses.filter(|c| c.marks.len() >= FEW).collect()
-        });
+        let all = recording.names().enumerate();
+        let mut courses: Vec<PointTrack<'_>> =
+            all.map(|(point, name)| PointTrack::new(name, recording.positions_over_time(point))).collect();
+        let mut bones = courses.split_off(recording.contour.len() + recording.sensors.len());
+        [&mut courses, &mut bones].into_iter().for_each(|all| all.retain(|course| course.marks.len() >= FEW));
         Self { recording, courses, bones }
     }
 

@@ -8,9 +8,11 @@ use super::channels::{median_point, steep_deg};
 use super::dynamics::{FEW, NamedValue, PointCourses, bare};
 use super::{AlignedRecording, names};
 
-/// A recording with the median positions of its channels, m, and their motion.
+/// A recording with its palate, the median positions of its channels, m, and their motion.
 pub(super) struct Measures<'a> {
     pub recording: &'a AlignedRecording,
+    /// From front to back.
+    pub palate: Option<&'a [Point]>,
     contour: Vec<Option<Point>>,
     sensors: Vec<Option<Point>>,
     bones: Vec<Option<Point>>,
@@ -20,8 +22,8 @@ pub(super) struct Measures<'a> {
 /// A coil on the tongue: its name, its place behind the tip, and its median position, m.
 type MeasuredCoil<'a> = (&'a str, f64, Point);
 
-const MM: f64 = 1e3;
-const ANY: f64 = f64::INFINITY;
+pub(super) const MM: f64 = 1e3;
+pub(super) const ANY: f64 = f64::INFINITY;
 
 /// How far a line is on average below that of its ends, m; `None` for fewer than two points.
 pub(super) fn sag(line: &[Point]) -> Option<f64> {
@@ -36,22 +38,22 @@ pub(super) fn length(points: &[Point]) -> f64 {
 }
 
 impl<'a> Measures<'a> {
-    pub fn of(recording: &'a AlignedRecording) -> Self {
+    pub fn of(recording: &'a AlignedRecording, palate: Option<&'a [Point]>) -> Self {
         let mut contour: Vec<_> = (0..recording.names().count())
             .map(|p| median_point(recording.positions_over_time(p).map(|(_, mark)| mark.at)))
             .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());
-        Self { contour, sensors, bones, motion: PointCourses::of(recording), recording }
+        Self { contour, sensors, bones, motion: PointCourses::of(recording), palate, recording }
     }
 
-    fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
+    pub fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
         let [spine, hyoid] = [MANDIBLE, HYOID].map(|name| self.bones[self.recording.bone(name)?]);
         spine.zip(hyoid)
     }
 
     /// The contour without points that are far from it, if it has at least so many others.
-    fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
+    pub fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
         let all = self.contour.iter().flatten().copied();
         let centre = median_point(all.clone()).unwrap_or_default();
         let near: Vec<Point> = all.filter(|p| (p - centre).norm() <= 0.15).collect();
@@ -71,7 +73,7 @@ impl<'a> Measures<'a> {
         self.coils().iter().map(|c| names::rank(c.0)).collect()
     }
 
-    fn gaps_mm(&self) -> Vec<f64> {
+    pub fn gaps_mm(&self) -> Vec<f64> {
         self.coils().windows(2).map(|w| (w[1].2 - w[0].2).norm() * MM).collect()
     }
 
@@ -107,20 +109,11 @@ impl<'a> Measures<'a> {
         steady.map(|(a, b)| bare((a - b).norm() * MM))
     }
 
-    /// The same where the contour has the size of a tongue, so that the unit is right.
-    pub fn bones_apart_beside_tongue_mm(&self) -> Option<NamedValue> {
-        self.contour_width_mm().filter(|w| (30.0..=90.0).contains(&w.0)).and_then(|_| self.bones_apart_mm())
-    }
-
     /// The diameter that contains half of the points, so that one distant point does not make it large.
     pub fn contour_width_mm(&self) -> Option<NamedValue> {
         let contour = self.contour.iter().flatten().copied();
         let centre = median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
         upper_median(contour.map(|p| (p - centre).norm())).map(|r| bare(2.0 * r * MM))
-    }
-
-    pub fn largest_gap_mm(&self) -> Option<NamedValue> {
-        self.gaps_mm().into_iter().max_by(f64::total_cmp).map(bare)
     }
 
     /// The coil that is more than twice as far from its nearest neighbour as all others are from theirs.
@@ -158,10 +151,6 @@ impl<'a> Measures<'a> {
         let (spine, hyoid) = self.spine_and_hyoid()?;
         let points = self.near_contour(0)?.into_iter().chain(self.sensors.iter().flatten().copied());
         upper_median(points.map(|p| p.y)).map(|y| bare((y - spine.y.min(hyoid.y)) * MM))
-    }
-
-    pub fn spine_behind_hyoid_mm(&self) -> Option<NamedValue> {
-        self.spine_and_hyoid().map(|(spine, hyoid)| bare((spine.x - hyoid.x) * MM))
     }
 
     /// By how much the ends of a contour are nearer to the wrong bones.
@@ -207,10 +196,6 @@ impl<'a> Measures<'a> {
         Some(bare(length(&contour) / length(&path)))
     }
 
-    pub fn sag_of_contour_mm(&self) -> Option<NamedValue> {
-        sag(&self.near_contour(5)?).map(|m| bare(m * MM))
-    }
-
     pub fn coils_that_turn(&self) -> Option<NamedValue> {
         let coils = self.coils();
         let turn = coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);
@@ -241,13 +226,15 @@ impl<'a> Measures<'a> {
         Some(bare(if reversed { ANY } else { (first.2.x - last.2.x) * MM }))
     }
 
-    /// The mean distance of neighbouring coils and that of the first from the last along them, each named by the other.
-    pub fn gap_and_length_mm(&self) -> Option<[NamedValue; 2]> {
+    /// How much smaller or larger the coils lie than on a tongue: above 1 where neighbours are on average less than 9 mm or more than 28 mm
+    /// apart, or the first and the last more than 58 mm.
+    pub fn size_of_coils(&self) -> Option<NamedValue> {
         let gaps = self.gaps_mm();
         let length = gaps.iter().sum::<f64>();
         let mean = length / gaps.len() as f64;
         let is_judged = gaps.len() >= 2 && !self.recording.stated.unit;
-        is_judged.then(|| [(mean, format!("{length:.0}")), (length, format!("{mean:.1}"))])
+        let name = format!("{mean:.1} mm apart, {length:.0} mm from the first to the last");
+        is_judged.then(|| ((9.0 / mean).max(mean / 28.0).max(length / 58.0), name))
     }
 
     /// How far the lowest coil lies below the line of the first and the last in at least four fifths of the frames. A retroflex makes one low, but

@@ -50,7 +50,7 @@ pub use limits::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, SENSOR_SD_M, Stated, WITHOUT_BONES};
 pub use names::{Role, is_coil};
 pub use outliers::{Fault, FaultKind, RecordingFaults, remove_outliers};
-pub use plausibility::{Doubt, Severity, check_plausibility, other_size, palate_doubt};
+pub use plausibility::{Doubt, Severity, check_plausibility, other_size};
 pub use waveform::Waveform;
 
 /// Limit of coordinates, in the unit of the file.

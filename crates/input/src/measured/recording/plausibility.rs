@@ -3,9 +3,9 @@
 use tongue_core::geometry::Point;
 
 use super::channels::STEEPEST_BONES_DEG;
-use super::dynamics::{FEW, NamedValue};
+use super::dynamics::{FEW, NamedValue, bare};
 use super::map::WITHOUT_BONES;
-use super::measures::{Measures, sag};
+use super::measures::{ANY, MM, Measures, sag};
 use super::outliers::above;
 use super::{AlignedFrame, AlignedRecording};
 use Severity::{Note, Refused, Untrusted};
@@ -37,11 +37,9 @@ struct DoubtList {
     doubts: Vec<Doubt>,
 }
 
-const ANY: f64 = f64::INFINITY;
-
 impl DoubtList {
     /// Tells of values outside a range; of the checks with one subject only the first that fails is told. In the words, `{value}` is the
-    /// value, `{name}` what has it, `{without_bones}` the line of a map that leaves the bones out.
+    /// value, `{name}` what has it, `{without_bones}` the line of a map that leaves the bones out, `{give_palate}` how to give a palate.
     fn check(
         &mut self,
         subject: &'static str,
@@ -55,7 +53,8 @@ impl DoubtList {
         }
         for (value, name) in found.into_iter().filter(|(value, _)| *value < least || *value > most) {
             let said = words.replace("{value}", &three_digits(value)).replace("{name}", &name);
-            self.doubts.push(Doubt { said: said.replace("{without_bones}", WITHOUT_BONES), severity });
+            let said = said.replace("{without_bones}", WITHOUT_BONES).replace("{give_palate}", GIVE_PALATE);
+            self.doubts.push(Doubt { said, severity });
             self.subjects.push(subject);
         }
     }
@@ -72,7 +71,8 @@ impl DoubtList {
             "only {value} of the points of the contour is seen at once, which does not determine the shape of a tongue; give three or more");
         self.check("points", m.most_points(), [2.0, ANY], Refused,
             "only {value} coil is seen, which does not determine the shape of a tongue; give three or more (two at least)");
-        self.check("size", m.bones_apart_beside_tongue_mm(), [20.0, 75.0], Refused,
+        let is_as_a_tongue = m.contour_width_mm().is_some_and(|(mm, _)| (30.0..=90.0).contains(&mm));
+        self.check("size", m.bones_apart_mm().filter(|_| is_as_a_tongue), [20.0, 75.0], Refused,
             "the mental spine and the hyoid are apart by {value} mm, where 20 to 75 are possible, while the contour is as large as a tongue: \
              one of them is another point; correct their names in the map, or leave the bones out with a map (--map) of the line \
              {without_bones}");
@@ -84,7 +84,7 @@ impl DoubtList {
         self.check("size", m.coil_alone_mm(), [0.0, 30.0], Refused,
             "{name} lies {value} mm from the nearest other coil, more than twice as far as these from one another: it has come off or its tracking \
              has slipped; write \"{name}\" = \"ignore\" into a map");
-        self.check("size", m.largest_gap_mm(), [4.0, 50.0], Refused,
+        self.check("size", m.gaps_mm().into_iter().max_by(f64::total_cmp).map(bare), [4.0, 50.0], Refused,
             "neighbouring coils are apart by up to {value} mm, where 4 to 50 are possible; correct unit_mm in the map, or give a table in \
              millimetres");
     }
@@ -103,14 +103,14 @@ impl DoubtList {
         self.check("axes", m.tongue_above_bones_mm(), [0.0, ANY], Refused,
             "the tongue lies below the hyoid and the mental spine: the recording is upside down; give the axis that grows upwards in a map, \
              such as up = \"-y\"");
-        self.check("axes", m.spine_behind_hyoid_mm(), [-ANY, 0.0], Refused,
+        self.check("axes", m.spine_and_hyoid().map(|(spine, hyoid)| bare((spine.x - hyoid.x) * MM)), [-ANY, 0.0], Refused,
             "the mental spine lies behind the hyoid; correct back in the map, or the names of the two");
         self.check("axes", m.root_nearer_to_spine_mm(), [-ANY, 0.0], Refused,
             "the end of the contour at the root lies by the mental spine and not by the hyoid: the names of these two are wrong, or contour and \
              bones are not in one frame; correct them, or leave the bones out with a map (--map) of the line {without_bones}");
         self.check("axes", m.detour_of_contour(), [0.0, 1.6], Refused,
             "the points of the contour are not in their order along the tongue; number them from the root to the tip");
-        self.check("axes", m.sag_of_contour_mm(), [-ANY, 5.0], Refused,
+        self.check("axes", m.near_contour(5).and_then(|contour| sag(&contour)).map(|m| bare(m * MM)), [-ANY, 5.0], Refused,
             "the contour hangs below the line of its ends, where a tongue is arched upwards: the recording is upside down; give the axis that \
              grows upwards in a map, such as up = \"-y\"");
         self.check("axes", m.disordered_coils_steep_deg(), [0.0, 60.0], Refused, EXCHANGED);
@@ -120,12 +120,9 @@ impl DoubtList {
             "the coil at the tip lies behind the others; correct back in the map, or correct their names or numbers in a map");
         self.check("names", m.coils_out_of_rank(), [0.0, 0.0], Note,
             "from the tip backwards the coils lie in the order {name}: their names seem to be exchanged; they are taken as they lie");
-        self.check("unit", m.gap_and_length_mm().map(|[gap, _]| gap), [9.0, 28.0], Refused,
-            "its coils lie {value} mm apart, {name} mm from the first to the last, where 10 to 20 mm on the front 60 mm of a tongue are usual; give \
-             unit_mm in a map: the right one, or the same (1 for millimetres) if the coils do lie so");
-        self.check("unit", m.gap_and_length_mm().map(|[_, length]| length), [0.0, 58.0], Refused,
-            "its coils lie {name} mm apart, {value} mm from the first to the last, where 10 to 20 mm on the front 60 mm of a tongue are usual; give \
-             unit_mm in a map: the right one, or the same (1 for millimetres) if the coils do lie so");
+        self.check("unit", m.size_of_coils(), [0.0, 1.0], Refused,
+            "its coils lie {name}, where 10 to 20 mm on the front 60 mm of a tongue are usual; give unit_mm in a map: the right one, or the same \
+             (1 for millimetres) if the coils do lie so");
         self.check("hollow", m.hollow_mm(), [-ANY, 2.0], Refused,
             "{name} throughout, where a tongue is arched upwards: either the recording is upside down, or the tongue is held hollow, as in a \
              retroflex; say which by up = \"-y\" or up = \"y\" in a map");
@@ -168,17 +165,39 @@ impl DoubtList {
             "all points of the tongue are shifted by {value} mm at once {name}: the head or the probe has slipped; name points of the head as \
              \"reference\" in a map, or give the parts as recordings of their own");
     }
+
+    /// Checks of the palate. Three coils of vowels stay up to 23 mm below a traced one, and a single posture may be farther below it.
+    #[rustfmt::skip]
+    fn palate(&mut self, m: &Measures<'_>) {
+        let Some(palate) = m.palate else { return };
+        let points = m.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
+        let over_mm: Vec<Option<f64>> = points.map(|p| Some(above(palate, p.at)? * MM)).collect();
+        let under: Vec<f64> = over_mm.iter().flatten().copied().collect();
+        let beyond = 100.0 * under.iter().filter(|mm| **mm > 3.0).count() as f64 / under.len() as f64;
+        let room_mm = under.iter().copied().max_by(f64::total_cmp).map(|highest| bare(-highest));
+        self.check("palate", sag(palate).filter(|_| palate.len() >= 3).map(|m| bare(m * MM)), [-ANY, 2.0], Refused,
+            "the palate sags by {value} mm below the line of its ends: it is upside down; change the sign of its y_mm");
+        self.check("palate", (!over_mm.is_empty()).then(|| bare(under.len() as f64)), [1.0, ANY], Refused,
+            "no point of the tongue lies under the palate; {give_palate}");
+        self.check("palate", [bare(beyond)], [0.0, 20.0], Refused, "{value} % of the points lie beyond the palate; {give_palate}");
+        self.check("palate", room_mm.clone(), [-ANY, 60.0], Refused,
+            "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
+        self.check("palate", room_mm.filter(|_| m.recording.frames.len() >= FEW), [-ANY, 25.0], Note,
+            "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
+    }
 }
 
+const GIVE_PALATE: &str =
+    "give it in the frame and the unit of the recording (millimetres), from front to back";
 const EXCHANGED: &str = "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
      \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way";
 
-/// What is implausible in a recording: in its size, then in its shape, then in its motion. After one that refuses the recording, the rest
-/// is not checked.
-pub fn check_plausibility(recording: &AlignedRecording) -> Vec<Doubt> {
-    let measures = Measures::of(recording);
+/// What is implausible in a recording: in its size, then in its shape, then in its motion, then in the place of the palate (m, in the frame
+/// of the recording). After one that refuses the recording, the rest is not checked.
+pub fn check_plausibility(recording: &AlignedRecording, palate: Option<&[Point]>) -> Vec<Doubt> {
+    let measures = Measures::of(recording, palate);
     let mut told = DoubtList::default();
-    for stage in [DoubtList::size, DoubtList::shape, DoubtList::motion] {
+    for stage in [DoubtList::size, DoubtList::shape, DoubtList::motion, DoubtList::palate] {
         stage(&mut told, &measures);
         if told.doubts.iter().any(Doubt::is_refused) {
             break;
@@ -203,44 +222,6 @@ fn three_digits(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// The doubt about a palate (m, in the frame of the recording) for this recording.
-pub fn palate_doubt(recording: &AlignedRecording, palate: &[Point]) -> Option<Doubt> {
-    /// Largest plausible height of a palate above the highest points, mm: of a posture, and of speech, where three coils of vowels stay up to 23
-    /// below a traced palate.
-    const HIGHEST_MM: f64 = 60.0;
-    const NEAREST_MM: f64 = 25.0;
-    let sag_mm = sag(palate).unwrap_or(0.0) * 1e3;
-    if palate.len() >= 3 && sag_mm > 2.0 {
-        let what = format!("the palate sags by {sag_mm:.0} mm below the line of its ends: it is upside down");
-        return doubt(Refused, format!("{what}; change the sign of its y_mm"));
-    }
-    let mut points = recording.frames.iter().flat_map(AlignedFrame::points).flatten().peekable();
-    let is_empty = points.peek().is_none();
-    let over_mm: Vec<f64> = points.filter_map(|m| Some(above(palate, m.at)? * 1e3)).collect();
-    let help = "give it in the frame and the unit of the recording (millimetres), from front to back";
-    if over_mm.is_empty() && !is_empty {
-        return doubt(Refused, format!("no point of the tongue lies under the palate; {help}"));
-    }
-    let percent = 100.0 * over_mm.iter().filter(|mm| **mm > 3.0).count() as f64 / over_mm.len().max(1) as f64;
-    if percent > 20.0 {
-        return doubt(Refused, format!("{percent:.0} % of the points lie beyond the palate; {help}"));
-    }
-    let free_mm = -over_mm.iter().fold(-ANY, |a, b| a.max(*b));
-    let limit = if recording.frames.len() < FEW { HIGHEST_MM } else { NEAREST_MM };
-    if !over_mm.is_empty() && free_mm > limit {
-        let severity = if free_mm > HIGHEST_MM { Refused } else { Note };
-        return doubt(
-            severity,
-            format!("the palate lies {free_mm:.0} mm above the highest point of the tongue; {help}"),
-        );
-    }
-    None
-}
-
-fn doubt(severity: Severity, said: String) -> Option<Doubt> {
-    Some(Doubt { said, severity })
-}
-
 /// The first of these recordings whose tongue is of another size than that of the first, with the doubt whether it is of the same speaker.
 pub fn other_size(recordings: &[&AlignedRecording]) -> Option<(usize, Doubt)> {
     /// Smallest ratio of sizes that is told where the tongue moves in both recordings, since the distances of bones and coils vary by a
@@ -248,11 +229,11 @@ pub fn other_size(recordings: &[&AlignedRecording]) -> Option<(usize, Doubt)> {
     const RATIO: f64 = 1.18;
     const RATIO_OF_POSTURES: f64 = 1.45;
     let (first, others) = recordings.split_first()?;
-    let of_first = Measures::of(first);
+    let of_first = Measures::of(first, None);
     let sizes = of_first.sizes_mm()?;
     others.iter().enumerate().find_map(|(n, other)| {
         let alike = first.contour == other.contour && first.sensors.len() == other.sensors.len();
-        let measured = Measures::of(other);
+        let measured = Measures::of(other, None);
         let [tongue, bones] = measured.sizes_mm().filter(|_| alike)?;
         let (a, b) = (tongue / sizes[0], bones / sizes[1]);
         let ratio = if of_first.motion.is_moving() && measured.motion.is_moving() { RATIO } else { RATIO_OF_POSTURES };
