@@ -14,7 +14,7 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{FitSettings, Forward, LeastSquaresProblem, Unknown};
 use tongue_infer::posterior::{Density, ParameterValues, PosteriorModel, Posture, Priors, lead_from_rest};
-use tongue_infer::track::{Frame, FrameSolver, Softplus};
+use tongue_infer::track::{Frame, FrameSolver, Softplus, TrackingContext};
 
 use crate::posterior::seen;
 
@@ -58,7 +58,7 @@ impl Tongue<'_> {
         let link = Softplus::default();
         let x = load.iter().map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln());
         let x = DVector::from_iterator(load.len(), x);
-        FrameSolver::new(self.system, &[], link).leads_from_rest_to(
+        FrameSolver::new(TrackingContext::fixed(self.system), link).leads_from_rest_to(
             &Frame::default(),
             &x,
             positions,

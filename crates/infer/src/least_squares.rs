@@ -1,6 +1,6 @@
 //! Damped least squares (Levenberg 1944, Marquardt 1963): the one search behind fits, modes, placements and displayed shapes.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// When a search ends, and how its damping changes.
 #[derive(Debug, Clone, Copy)]
@@ -115,6 +115,11 @@ pub(crate) fn descend<P, S>(
         more = rule.more.0;
     }
     Descended { here, steps, converged: false }
+}
+
+/// The Cholesky factor of a matrix that is symmetric but for rounding; `None` where it is not positive definite.
+pub(crate) fn symmetric_cholesky(matrix: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
+    ((matrix + matrix.transpose()) * 0.5).cholesky()
 }
 
 /// Residuals in standard deviations; `None` where they cannot be computed.

@@ -5,18 +5,15 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::DVector;
 
-use tongue_core::geometry::Point;
 use tongue_core::statistics::least_by;
-use tongue_core::system::System;
 
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
 use super::errors::{Errors, Knots};
-use super::frame::FrameSolver;
 use super::gauss_newton::{ShapeStep, StateStep, follow, minimise, stepped};
 use super::ornstein_uhlenbeck::Softplus;
-use super::settings::{Sizes, TrackSettings, TrackingContext};
+use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
 use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
 use super::smoother::{FrameState, SmoothedRecording, Smoother};
@@ -42,12 +39,6 @@ struct Candidate {
     cost: f64,
     /// Derivatives of every frame by the shape, computed once.
     rates: OnceLock<Vec<Vec<Option<ShapeJacobian>>>>,
-}
-
-impl Candidate {
-    fn system<'a>(&'a self, stage: &TrackingContext<'a>) -> &'a System<2> {
-        self.body.as_ref().map_or(stage.system, |body| &body.system)
-    }
 }
 
 /// The displayed body and the frames on it by which it was found.
@@ -78,7 +69,7 @@ impl<'a> Display<'a> {
     }
 
     /// A recording without slow errors, at the states that it has on the placed body.
-    fn without_slow_errors(at: &Smoother<'_, '_>, course: &SmoothedRecording) -> SmoothedRecording {
+    fn without_slow_errors(at: &Smoother<'_>, course: &SmoothedRecording) -> SmoothedRecording {
         let mut out = at.start(Arc::clone(&course.frames));
         for (here, before) in out.here.iter_mut().zip(&course.here) {
             here.z.copy_from(&before.z.rows(0, at.sizes.state()));
@@ -91,12 +82,11 @@ impl<'a> Display<'a> {
     pub fn recording(
         &self,
         shown: &DisplayShape,
-        sizes: Sizes,
         course: &SmoothedRecording,
         sample: &SmoothedRecording,
     ) -> SmoothedRecording {
         let (mut out, body) = (course.clone(), shown.body.as_ref());
-        self.on(body, (sizes, &shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
+        self.on(body, (&shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
         out
     }
 
@@ -105,19 +95,16 @@ impl<'a> Display<'a> {
     fn on(
         &self,
         body: Option<&RestShape>,
-        (sizes, levels, holds): (Sizes, &DVector<f64>, bool),
+        (levels, holds): (&DVector<f64>, bool),
         courses: &mut [SmoothedRecording],
         samples: &[SmoothedRecording],
     ) -> DVector<f64> {
-        let Self { stage, settings, knots } = self;
-        let system = body.map_or(stage.system, |body| &body.system);
-        let solver = || FrameSolver::new(system, stage.followed, settings.link).with_freed(stage.freed);
-        let at = Smoother::new(Sizes { knots: 0, ..sizes }, settings, knots, &solver);
+        let at = Smoother::new(self.stage.on(body), &self.settings, &self.knots);
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
         courses.iter_mut().for_each(|course| *course = Self::without_slow_errors(&at, course));
-        carry(courses, stage.system.rest(), system.rest());
+        carry(courses, self.stage, at.stage);
         courses.iter_mut().zip(samples).for_each(|(course, sample)| begin_beside(course, sample));
-        minimise(&mut at, courses, settings.rounds, &|_| ());
+        minimise(&mut at, courses, self.settings.rounds, &|_| ());
         at.shared
     }
 
@@ -129,14 +116,11 @@ impl<'a> Display<'a> {
     pub fn fit_shape(
         &self,
         shape: &RestShape,
-        mode: &Smoother<'_, '_>,
+        mode: &Smoother<'_>,
         courses: &[SmoothedRecording],
     ) -> DisplayShape {
-        let Self { stage, settings, knots } = self;
-        let (link, sizes) = (settings.link, Sizes { knots: 0, ..mode.sizes });
-        let solver = || FrameSolver::new(stage.system, stage.followed, link).with_freed(stage.freed);
-        let mut at = Smoother::new(sizes, settings, knots, &solver);
-        at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
+        let mut at = Smoother::new(*self.stage, &self.settings, &self.knots);
+        at.shared.copy_from(&mode.shared.rows(0, at.sizes.muscles));
         // Two bodies can differ less in cost than a linearisation at a state nearby is wrong, so none is kept.
         at.keeps = false;
         let plain: Vec<SmoothedRecording> =
@@ -146,10 +130,9 @@ impl<'a> Display<'a> {
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
-            let solver =
-                || FrameSolver::new(from.system(stage), stage.followed, link).with_freed(stage.freed);
             let here = from.body.as_ref().unwrap_or(shape);
-            let mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
+            let stage = self.stage.on(from.body.as_ref());
+            let mode = Smoother { stage, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
             let rates = from.rates.get_or_init(|| {
                 from.sample.iter().map(|course| shape_jacobians(&mode, course, Some(here))).collect()
@@ -162,11 +145,11 @@ impl<'a> Display<'a> {
             let n = from.levels.len();
             let there = shape.stepped(&from.amounts, &step.rows(n, step.len() - n).into_owned());
             let body = shape.moved(&there)?;
-            let solver = || FrameSolver::new(&body.system, stage.followed, link).with_freed(stage.freed);
             let levels = &from.levels + step.rows(0, n);
-            let mut mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
+            let stage = self.stage.on(Some(&body));
+            let mut mode = Smoother { stage, shared: from.levels.clone(), ..at.clone() };
             let mut sample = from.sample.clone();
-            carry(&mut sample, from.system(stage).rest(), body.system.rest());
+            carry(&mut sample, &self.stage.on(from.body.as_ref()), stage);
             follow(&mode, &mut sample, &levels, steps);
             mode.shared = levels;
             let cost = minimise(&mut mode, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
@@ -178,13 +161,13 @@ impl<'a> Display<'a> {
         let Candidate { body, levels, sample, .. } =
             least_squares::descend(begin, &rule, |c| c.cost, step, moved).here;
         let mut courses = courses.to_vec();
-        let levels = self.on(body.as_ref(), (sizes, &levels, false), &mut courses, &sample);
+        let levels = self.on(body.as_ref(), (&levels, false), &mut courses, &sample);
         DisplayShape { body, courses, levels }
     }
 }
 
 /// Frames evenly spread over recordings, by which the displayed shape is found.
-pub(super) fn sampled(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> Vec<SmoothedRecording> {
+pub(super) fn sampled(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> Vec<SmoothedRecording> {
     let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
     mode.thinned(courses, frames.div_ceil(SHAPE_FRAMES).max(1))
 }
@@ -203,7 +186,8 @@ pub(super) fn begin_beside(course: &mut SmoothedRecording, sample: &SmoothedReco
 
 /// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
 /// moves.
-fn carry(courses: &mut [SmoothedRecording], before: &[Point], rest: &[Point]) {
+fn carry(courses: &mut [SmoothedRecording], before: &TrackingContext<'_>, after: TrackingContext<'_>) {
+    let (before, rest) = (before.system.rest(), after.system.rest());
     let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
     for positions in positions {
         let positions = Arc::make_mut(positions);

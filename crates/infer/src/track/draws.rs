@@ -16,7 +16,9 @@
 use std::ops::Range;
 
 use fastrand::Rng;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DMatrixView, DVector};
+
+use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, WINDOW, windows};
 use super::shape::RestShape;
@@ -24,16 +26,26 @@ use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{SmoothedRecording, Smoother};
 use tongue_core::{parallel, random};
 
-/// Draws of a window of frames.
-pub(super) struct WindowDraws {
-    /// For every frame and muscle the tensions, N per metre of thickness, in the order of the draws.
-    pub tensions: Vec<Vec<Vec<f32>>>,
-    /// For every frame, the displacements of the bones, in standard deviations.
-    pub bones: Vec<Vec<Vec<f32>>>,
-    /// For every frame and hidden point, its expected distance from the surface of the most probable shape, mm.
-    pub hidden: Vec<Vec<Vec<f32>>>,
-    /// For every frame and formant that is told, its change from the most probable one, Hz.
-    pub heard: Vec<Vec<Vec<f32>>>,
+/// Draws of a frame: each list of numbers is in the order of the draws.
+pub(super) struct FrameDraws {
+    /// For every muscle the tension, N per metre of thickness.
+    pub tensions: Vec<Vec<f32>>,
+    /// The displacements of the bones, in standard deviations.
+    pub bones: Vec<Vec<f32>>,
+    /// For every hidden point, its expected distance from the surface of the most probable shape, mm.
+    pub hidden: Vec<Vec<f32>>,
+    /// For every formant that is told, its change from the most probable one, Hz; empty without derivatives.
+    pub heard: Vec<Vec<f32>>,
+}
+
+impl FrameDraws {
+    /// Adds further draws.
+    fn extend(&mut self, more: Self) {
+        let own = [&mut self.tensions, &mut self.bones, &mut self.hidden, &mut self.heard];
+        for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.hidden, more.heard]) {
+            all.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
+        }
+    }
 }
 
 /// Sums or means over frames of every muscle's tension, one number for each draw.
@@ -53,10 +65,10 @@ impl Means {
 }
 
 /// What the draws of a recording are made of.
-pub(super) struct Sampler<'a, 's> {
-    pub mode: &'a Smoother<'a, 's>,
+pub(super) struct Sampler<'a> {
+    pub mode: &'a Smoother<'a>,
     pub course: &'a SmoothedRecording,
-    pub linear: &'a Eliminated<'a, 's>,
+    pub linear: &'a Eliminated<'a>,
     pub by_shape: &'a [Option<ShapeJacobian>],
     /// Derivatives of the formants of every frame.
     pub heard: Vec<Option<DMatrix<f64>>>,
@@ -75,9 +87,9 @@ struct DrawBatch {
     after: Vec<DMatrix<f64>>,
 }
 
-impl Sampler<'_, '_> {
+impl Sampler<'_> {
     /// The means over the recording, and then the draws of every window of frames, which `take` gets in the order of time.
-    pub fn draw(&self, mut take: impl FnMut(Range<usize>, &WindowDraws, &Means)) {
+    pub fn draw(&self, mut take: impl FnMut(Range<usize>, &[FrameDraws], &Means)) {
         let frames = self.course.frames.len();
         let windows = windows(frames);
         let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
@@ -88,7 +100,7 @@ impl Sampler<'_, '_> {
         let mut spare = batches.clone();
         for window in &windows {
             let draws = self.window(window, &mut spare);
-            draws.tensions.iter().for_each(|tensions| means.add(tensions));
+            draws.iter().for_each(|draws| means.add(&draws.tensions));
             only = Some(draws).filter(|_| windows.len() == 1);
         }
         means.0.iter_mut().flatten().for_each(|sum| *sum /= frames as f64);
@@ -138,7 +150,8 @@ impl Sampler<'_, '_> {
         noise
     }
 
-    fn window(&self, window: &Range<usize>, batches: &mut [DrawBatch]) -> WindowDraws {
+    /// The draws of a window of frames, from its batches.
+    fn window(&self, window: &Range<usize>, batches: &mut [DrawBatch]) -> Vec<FrameDraws> {
         let Self { mode, course, .. } = self;
         let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
         let errors_at: Vec<Vec<(DVector<f64>, f64)>> = Vec::from_iter(
@@ -146,105 +159,84 @@ impl Sampler<'_, '_> {
         );
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
-        let mut all = WindowDraws {
-            tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
-            bones: vec![vec![Vec::new(); bones]; window.len()],
-            hidden: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
-            heard: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.formants.len()]).collect(),
-        };
         let parts = parallel::map(&*batches, |batch| {
             let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
             let mut random = batch.hidden.clone();
             let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
-            let mut tensions = Vec::with_capacity(noise.len());
-            let (mut moved, mut predicted) =
-                (Vec::with_capacity(noise.len()), Vec::with_capacity(noise.len()));
-            let mut sounds = Vec::with_capacity(noise.len());
-            for ((i, t), noise) in window.clone().enumerate().zip(noise) {
+            let frames = window.clone().enumerate().zip(noise).map(|((i, t), noise)| {
                 let step = &self.linear.steps[t];
                 let mut by = noise - &linear.answers[i] * &theta;
                 by.column_iter_mut().for_each(|mut c| c -= step.column(0));
+                // Changes of all unknowns of the equilibrium: tensions before the link, and displacements.
+                let mut changes = by.rows(0, m + bones).into_owned();
+                let mut levels = changes.rows_mut(0, m);
+                levels += theta.rows(0, m);
                 let x = mode.unknowns(&course.here[t].z, &mode.shared);
                 let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
-                tensions.push((0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect());
-                let of_bones =
-                    (0..bones).map(|i| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect());
-                moved.push(of_bones.collect());
-                sounds.push(sound(mode, self.heard[t].as_ref(), &by, &theta));
-                let by_shape = self.by_shape[t].as_ref();
-                predicted.push(hidden(mode, course, by_shape, t, &errors_at[i], (&by, &theta), &mut random));
-            }
-            ([tensions, moved, predicted, sounds], random)
+                let shift = |i: usize, d: usize| (x[i] + by[(i, d)]) as f32;
+                FrameDraws {
+                    tensions: (0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect(),
+                    bones: (m..m + bones).map(|i| (0..BATCH).map(|d| shift(i, d)).collect()).collect(),
+                    heard: self.sound(t, &changes, &theta),
+                    hidden: self.hidden(t, &errors_at[i], (&changes, &by, &theta), &mut random),
+                }
+            });
+            let frames: Vec<FrameDraws> = frames.collect();
+            (frames, random)
         });
-        for ((part, random), batch) in parts.into_iter().zip(batches) {
+        let mut all: Vec<FrameDraws> = Vec::new();
+        for ((frames, random), batch) in parts.into_iter().zip(batches) {
             batch.hidden = random;
-            for (all, part) in
-                [&mut all.tensions, &mut all.bones, &mut all.hidden, &mut all.heard].into_iter().zip(part)
-            {
-                let pairs = all
-                    .iter_mut()
-                    .zip(part)
-                    .flat_map(|(a, b): (&mut Vec<Vec<f32>>, Vec<Vec<f32>>)| a.iter_mut().zip(b));
-                pairs.for_each(|(a, b)| a.extend(b));
+            if all.is_empty() {
+                all = frames;
+            } else {
+                all.iter_mut().zip(frames).for_each(|(all, more)| all.extend(more));
             }
         }
         all
     }
-}
 
-/// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
-fn sound(
-    mode: &Smoother<'_, '_>,
-    rates: Option<&DMatrix<f64>>,
-    by: &DMatrix<f64>,
-    theta: &DMatrix<f64>,
-) -> Vec<Vec<f32>> {
-    let (m, b, k) = (mode.sizes.muscles, mode.sizes.bones, mode.sizes.knots);
-    let Some(rates) = rates else { return Vec::new() };
-    let mut changes = by.rows(0, m + b).into_owned().resize_vertically(rates.ncols(), 0.0);
-    let mut levels = changes.rows_mut(0, m);
-    levels += theta.rows(0, m);
-    changes.rows_mut(m + b, rates.ncols() - m - b).copy_from(&theta.rows(m + k, rates.ncols() - m - b));
-    (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
-}
-
-/// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.
-fn hidden(
-    mode: &Smoother<'_, '_>,
-    course: &SmoothedRecording,
-    by_shape: Option<&ShapeJacobian>,
-    t: usize,
-    errors: &[(DVector<f64>, f64)],
-    (by, theta): (&DMatrix<f64>, &DMatrix<f64>),
-    random: &mut Rng,
-) -> Vec<Vec<f32>> {
-    let (m, b, k) = (mode.sizes.muscles, mode.sizes.bones, mode.sizes.knots);
-    let Some(at) = course.here[t].linear.as_ref() else {
-        return vec![Vec::new(); course.frames[t].hidden.len()];
-    };
-    // Changes of all unknowns of a frame in a draw: tensions before the link, and displacements.
-    let mut x = by.rows(0, m + b).into_owned();
-    let mut levels = x.rows_mut(0, m);
-    levels += theta.rows(0, m);
-    let errors_at = {
-        let z = course.here[t].z.rows(m + b, k) + mode.shared.rows(m, k);
-        let mut all = by.rows(m + b, k) + theta.rows(m, k);
-        all.column_iter_mut().for_each(|mut c| c += &z);
-        all
-    };
-    let mut there = &at.hidden_jacobian * &x;
-    if let Some(shape) = by_shape {
-        there += &shape.hidden * theta.rows(m + k, theta.nrows() - m - k);
+    /// The part of draws of the shared unknowns that belongs to the shape at rest.
+    fn of_shape<'t>(&self, theta: &'t DMatrix<f64>) -> DMatrixView<'t, f64> {
+        let first = self.mode.sizes.shared();
+        theta.rows(first, theta.nrows() - first)
     }
-    Vec::from_iter(errors.iter().enumerate().map(|(i, (basis, sd_mm))| {
-        let expected = basis.tr_mul(&errors_at);
-        (0..x.ncols())
-            .map(&mut |d| {
-                let error = expected[(0, d)] + sd_mm * random::normal(random);
-                (error - there[(i, d)]) as f32
-            })
-            .collect()
-    }))
+
+    /// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
+    fn sound(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
+        let Some(rates) = &self.heard[t] else { return Vec::new() };
+        let own = changes.nrows();
+        let mut changes = changes.clone().resize_vertically(rates.ncols(), 0.0);
+        changes.rows_mut(own, rates.ncols() - own).copy_from(&self.of_shape(theta));
+        (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
+    }
+
+    /// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.
+    fn hidden(
+        &self,
+        t: usize,
+        errors: &[(DVector<f64>, f64)],
+        (changes, by, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
+        random: &mut Rng,
+    ) -> Vec<Vec<f32>> {
+        let Self { mode, course, .. } = self;
+        let (m, k, own) = (mode.sizes.muscles, mode.sizes.knots, changes.nrows());
+        let Some(at) = course.here[t].linear.as_ref() else {
+            return vec![Vec::new(); course.frames[t].hidden.len()];
+        };
+        let z = course.here[t].z.rows(own, k) + mode.shared.rows(m, k);
+        let mut errors_at = by.rows(own, k) + theta.rows(m, k);
+        errors_at.column_iter_mut().for_each(|mut c| c += &z);
+        let mut there = &at.hidden_jacobian * changes;
+        if let Some(shape) = &self.by_shape[t] {
+            there += &shape.hidden * self.of_shape(theta);
+        }
+        Vec::from_iter(errors.iter().enumerate().map(|(i, (basis, sd_mm))| {
+            let expected = basis.tr_mul(&errors_at);
+            let error = |d: usize, random: &mut Rng| expected[(0, d)] + sd_mm * random::normal(random);
+            (0..changes.ncols()).map(|d| (error(d, random) - there[(i, d)]) as f32).collect()
+        }))
+    }
 }
 
 /// Largest number of frames whose information about levels and shape is counted in full; more frames together count as this many, because
@@ -254,97 +246,57 @@ const MOST_FRAMES: usize = 120;
 /// Number of draws made at once; the second half of them mirrors the first.
 pub(super) const BATCH: usize = 50;
 
-/// Draws of the shared unknowns relative to the mode, one column each, from all recordings; `None` where the covariances cannot be
-/// factorised.
+/// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each, from all recordings; `None` where the
+/// covariances cannot be factorised.
 pub(super) fn draws(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     courses: &[SmoothedRecording],
-    linear: &[Eliminated<'_, '_>],
+    linear: &[Eliminated<'_>],
     shape: Option<&RestShape>,
 ) -> Option<DMatrix<f64>> {
-    let frames = courses.iter().map(SmoothedRecording::count).sum();
-    SharedPosterior::of(mode, (linear, frames), shape)?.draws(mode)
-}
-
-/// Information about the shared unknowns (levels, static error, shape) from the frames and the prior.
-struct SharedPosterior {
-    /// From the frames, with full weight.
-    curvature: DMatrix<f64>,
-    gradient: DVector<f64>,
-    /// From the prior.
-    prior: DMatrix<f64>,
-    pull: DVector<f64>,
-    /// From both, with the frames weighted by the trust in them, factorised.
-    factor: Cholesky<f64, Dyn>,
-    /// The most probable values, relative to those at the mode.
-    middle: DVector<f64>,
-}
-
-impl SharedPosterior {
-    /// From linearised recordings with data in so many frames.
-    fn of(
-        mode: &Smoother<'_, '_>,
-        (linear, frames): (&[Eliminated<'_, '_>], usize),
-        shape: Option<&RestShape>,
-    ) -> Option<Self> {
-        let (m, k, s) = (mode.sizes.muscles, mode.sizes.knots, shape.map_or(0, RestShape::count));
-        let all = m + k + s;
-        let mut curvature = DMatrix::zeros(all, all);
-        let mut gradient = DVector::zeros(all);
-        for one in linear {
-            curvature += &one.curvature;
-            gradient += &one.gradient;
-        }
-        let mut prior = DMatrix::zeros(all, all);
-        prior.view_mut((0, 0), (m + k, m + k)).copy_from(&mode.shared_precision);
-        let mut pull = DVector::zeros(all);
-        pull.rows_mut(0, m + k).copy_from(&(&mode.shared_precision * &mode.shared));
-        if let Some(shape) = shape {
-            prior.view_mut((m + k, m + k), (s, s)).copy_from(&shape.prior.precision);
-            pull.rows_mut(m + k, s).copy_from(&shape.prior.gradient);
-        }
-        // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
-        let trust = mode.settings.trust;
-        let of_frames = trust * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
-        let judged = |i: usize| if (m..m + k).contains(&i) { trust } else { 1.0 };
-        let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
-        let h = weighed + &curvature * of_frames;
-        let g = DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * of_frames;
-        let factor = ((&h + h.transpose()) * 0.5).cholesky()?;
-        let middle = -factor.solve(&g);
-        Some(Self { curvature, gradient, prior, pull, factor, middle })
+    let (m, k) = (mode.sizes.muscles, mode.sizes.knots);
+    let (prior, pull) = mode.shared_prior(shape.map(|shape| (shape, 1.0, 0.0)));
+    let all = pull.len();
+    // The information of the frames, with full weight.
+    let (mut curvature, mut gradient) = (DMatrix::zeros(all, all), DVector::zeros(all));
+    for one in linear {
+        curvature += &one.curvature;
+        gradient += &one.gradient;
     }
-
-    /// Draws of the shared unknowns relative to the mode, one column each.
-    fn draws(&self, mode: &Smoother<'_, '_>) -> Option<DMatrix<f64>> {
-        let Self { curvature, gradient, prior, pull, factor, middle } = self;
-        let (m, k, all) = (mode.sizes.muscles, mode.sizes.knots, middle.len());
-        // Given levels and shape, the static error is drawn again with the full weight of the frames.
-        let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
-        let error = if k > 0 { Some(((&of_error + of_error.transpose()) * 0.5).cholesky()?) } else { None };
-        let batches = mode.settings.draws.div_ceil(BATCH).max(1);
-        let mut out = DMatrix::zeros(all, batches * BATCH);
-        for batch in 0..batches {
-            let mut random = Rng::with_seed(random::seed_of(mode.settings.seed, batch));
-            for draw in 0..BATCH / 2 {
-                let mut by = random::normals(all, &mut random);
-                factor.l_dirty().tr_solve_lower_triangular_mut(&mut by);
-                let mut by_error = random::normals(k, &mut random);
+    // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
+    let trust = mode.settings.trust;
+    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
+    let of_frames = trust * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
+    let judged = |i: usize| if (m..m + k).contains(&i) { trust } else { 1.0 };
+    let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
+    let factor = symmetric_cholesky(&(weighed + &curvature * of_frames))?;
+    // The most probable values, relative to those at the mode.
+    let middle = -factor.solve(&(DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * of_frames));
+    // Given levels and shape, the static error is drawn again with the full weight of the frames.
+    let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
+    let error = if k > 0 { Some(symmetric_cholesky(&of_error)?) } else { None };
+    let batches = mode.settings.draws.div_ceil(BATCH).max(1);
+    let mut out = DMatrix::zeros(all, batches * BATCH);
+    for batch in 0..batches {
+        let mut random = Rng::with_seed(random::seed_of(mode.settings.seed, batch));
+        for draw in 0..BATCH / 2 {
+            let mut by = random::normals(all, &mut random);
+            factor.l_dirty().tr_solve_lower_triangular_mut(&mut by);
+            let mut by_error = random::normals(k, &mut random);
+            if let Some(error) = &error {
+                error.l_dirty().tr_solve_lower_triangular_mut(&mut by_error);
+            }
+            for (half, sign) in [(0, 1.0), (BATCH / 2, -1.0)] {
+                let mut theta = &middle + &by * sign;
                 if let Some(error) = &error {
-                    error.l_dirty().tr_solve_lower_triangular_mut(&mut by_error);
+                    theta.rows_mut(m, k).fill(0.0);
+                    let pulled = &curvature * &theta + &gradient + &pull;
+                    let at = -error.solve(&pulled.rows(m, k).into_owned()) + &by_error * sign;
+                    theta.rows_mut(m, k).copy_from(&at);
                 }
-                for (half, sign) in [(0, 1.0), (BATCH / 2, -1.0)] {
-                    let mut theta = middle + &by * sign;
-                    if let Some(error) = &error {
-                        theta.rows_mut(m, k).fill(0.0);
-                        let pulled = curvature * &theta + gradient + pull;
-                        let at = -error.solve(&pulled.rows(m, k).into_owned()) + &by_error * sign;
-                        theta.rows_mut(m, k).copy_from(&at);
-                    }
-                    out.column_mut(batch * BATCH + half + draw).copy_from(&theta);
-                }
+                out.column_mut(batch * BATCH + half + draw).copy_from(&theta);
             }
         }
-        Some(out)
     }
+    Some(out)
 }

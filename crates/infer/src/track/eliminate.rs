@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use tongue_core::parallel;
-
 use super::ornstein_uhlenbeck::Factors;
-use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows};
+use super::settings::Sizes;
+use super::shape_jacobian::ShapeJacobian;
+use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows, in_chunks};
 
 /// Number of frames in a window.
 pub(super) const WINDOW: usize = 4 * CHUNK;
@@ -20,9 +20,6 @@ pub(super) const WINDOW: usize = 4 * CHUNK;
 pub(super) fn windows(frames: usize) -> Vec<Range<usize>> {
     (0..frames).step_by(WINDOW).map(|from| from..(from + WINDOW).min(frames)).collect()
 }
-
-/// Derivatives of the observations of a frame by the directions of the shape, mm.
-pub(super) type ByShapeOf<'a> = &'a (dyn Fn(usize) -> Option<DMatrix<f64>> + Sync);
 
 /// What the observations of a frame contribute to curvature and gradient.
 struct Contribution {
@@ -52,11 +49,11 @@ pub(super) struct Window {
 }
 
 /// A recording whose states are eliminated.
-pub(super) struct Eliminated<'a, 's> {
-    mode: &'a Smoother<'a, 's>,
+pub(super) struct Eliminated<'a> {
+    mode: &'a Smoother<'a>,
     course: &'a SmoothedRecording,
     damping: &'a [f64],
-    by_shape: ByShapeOf<'a>,
+    by_shape: &'a [Option<ShapeJacobian>],
     columns: usize,
     pub factors: Factors,
     /// The steps of the states themselves, in columns.
@@ -72,15 +69,14 @@ pub(super) struct Eliminated<'a, 's> {
     kept: Option<Arc<Window>>,
 }
 
-impl<'a, 's> Eliminated<'a, 's> {
-    /// Eliminates the states of a recording; `by_shape` gives derivatives by so many `columns`. `damping` holds the tensions and
-    /// displacements of each frame, in units of their precision in the prior.
+impl<'a> Eliminated<'a> {
+    /// Eliminates the states of a recording; `by_shape` are the derivatives of its frames by so many `columns`, empty without a shape.
+    /// `damping` holds the tensions and displacements of each frame, in units of their precision in the prior.
     pub fn new(
-        mode: &'a Smoother<'a, 's>,
+        mode: &'a Smoother<'a>,
         course: &'a SmoothedRecording,
         damping: &'a [f64],
-        by_shape: ByShapeOf<'a>,
-        columns: usize,
+        (by_shape, columns): (&'a [Option<ShapeJacobian>], usize),
     ) -> Option<Self> {
         let (n, s) = (mode.sizes.state(), mode.sizes.shared());
         let z: Vec<DVector<f64>> = course.here.iter().map(|h| h.z.clone()).collect();
@@ -92,13 +88,11 @@ impl<'a, 's> Eliminated<'a, 's> {
         let windows = windows(z.len());
         let mut kept = None;
         for window in &windows {
-            let (mut all, mut across) = (Vec::new(), Vec::new());
-            for (t, found) in window.clone().zip(contributions(mode, course, window, by_shape)) {
-                let Some((rows, found)) = found else {
+            let all = contributions(mode, course, window, by_shape);
+            for (t, found) in window.clone().zip(&all) {
+                let Some((_, found)) = found else {
                     own.push(DMatrix::zeros(n, n));
                     steps.push(DMatrix::from_column_slice(n, 1, held[t].as_slice()));
-                    all.push(None);
-                    across.push(DMatrix::zeros(n, s + columns));
                     continue;
                 };
                 for i in 0..s {
@@ -118,20 +112,16 @@ impl<'a, 's> Eliminated<'a, 's> {
                     of_shape += pull;
                 }
                 let damping = damping.get(t).copied().unwrap_or(0.0);
-                if windows.len() == 1 {
-                    across.push(coupled(mode, &found, damping, columns));
-                    all.push(Some(rows));
-                }
-                let mut by_state = found.own;
+                let mut by_state = found.own.clone();
                 for i in 0..m {
                     by_state[(i, i)] += damping * held_by;
                     curvature[(i, i)] += damping * held_by;
                 }
                 (m..m + mode.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
                 own.push(by_state);
-                steps.push(DMatrix::from_columns(&[found.gradient + &held[t]]));
+                steps.push(DMatrix::from_columns(&[&found.gradient + &held[t]]));
             }
-            kept = Some((all, across)).filter(|_| windows.len() == 1);
+            kept = Some(all).filter(|_| windows.len() == 1);
         }
         let factors = course.chain.factorise(own)?;
         factors.solve(&mut steps);
@@ -154,7 +144,7 @@ impl<'a, 's> Eliminated<'a, 's> {
             out.meet(&windows);
         }
         for window in windows {
-            let (rows, across) = kept.take().unwrap_or_else(|| out.rows_and_coupling(&window));
+            let (rows, across) = out.rows_and_coupling(&window, kept.take());
             let answers = out.answers(&window, across.clone());
             for ((across, answer), t) in across.iter().zip(&answers).zip(window.clone()) {
                 out.curvature -= across.tr_mul(answer);
@@ -170,21 +160,21 @@ impl<'a, 's> Eliminated<'a, 's> {
         if let Some(kept) = &self.kept {
             return Arc::clone(kept);
         }
-        let (rows, across) = self.rows_and_coupling(window);
+        let (rows, across) = self.rows_and_coupling(window, None);
         Arc::new(Window { rows, answers: self.answers(window, across) })
     }
 
     /// Finds the blocks at the ends of the windows of a long recording.
     fn meet(&mut self, windows: &[Range<usize>]) {
         for window in windows.iter().take(windows.len().saturating_sub(1)) {
-            let (_, mut blocks) = self.rows_and_coupling(window);
+            let (_, mut blocks) = self.rows_and_coupling(window, None);
             self.factors.forward(&mut blocks, window.start, self.before.last());
             self.before.extend(blocks.pop());
         }
         // From the last window to the first.
         let mut after = Vec::new();
         for window in windows.iter().skip(1).rev() {
-            let (_, mut blocks) = self.rows_and_coupling(window);
+            let (_, mut blocks) = self.rows_and_coupling(window, None);
             self.factors.forward(&mut blocks, window.start, self.before.get(window.start / WINDOW - 1));
             self.factors.backward(&mut blocks, window.start, after.last());
             after.extend(blocks.into_iter().next());
@@ -193,15 +183,26 @@ impl<'a, 's> Eliminated<'a, 's> {
         self.after = after;
     }
 
-    fn rows_and_coupling(&self, window: &Range<usize>) -> (Vec<Option<WhitenedRows>>, Vec<DMatrix<f64>>) {
-        let (n, p) = (self.mode.sizes.state(), self.mode.sizes.shared() + self.columns);
-        let found = contributions(self.mode, self.course, window, self.by_shape);
-        let states = window.clone().zip(found).map(|(t, found)| match found {
-            Some((rows, found)) => {
-                let damping = self.damping.get(t).copied().unwrap_or(0.0);
-                (Some(rows), coupled(self.mode, &found, damping, self.columns))
+    /// The rows of a window, and the coupling of each of its states with the shared unknowns.
+    fn rows_and_coupling(
+        &self,
+        window: &Range<usize>,
+        known: Option<Contributions>,
+    ) -> (Vec<Option<WhitenedRows>>, Vec<DMatrix<f64>>) {
+        let found = known.unwrap_or_else(|| contributions(self.mode, self.course, window, self.by_shape));
+        let Sizes { muscles, .. } = self.mode.sizes;
+        let (n, s) = (self.mode.sizes.state(), self.mode.sizes.shared());
+        let held_by = self.mode.settings.link.course_sd_n.powi(-2);
+        let states = window.clone().zip(found).map(|(t, found)| {
+            let mut across = DMatrix::zeros(n, s + self.columns);
+            let Some((rows, found)) = found else { return (None, across) };
+            (0..s).for_each(|i| across.column_mut(i).copy_from(&found.own.column(self.mode.beside(i))));
+            if let Some((with_state, ..)) = &found.of_shape {
+                across.columns_mut(s, self.columns).copy_from(with_state);
             }
-            None => (None, DMatrix::zeros(n, p)),
+            let damping = self.damping.get(t).copied().unwrap_or(0.0);
+            (0..muscles).for_each(|i| across[(i, i)] += damping * held_by);
+            (Some(rows), across)
         });
         states.unzip()
     }
@@ -216,32 +217,19 @@ impl<'a, 's> Eliminated<'a, 's> {
     }
 }
 
-/// The rows and contributions of the frames of a window.
+/// The rows and contributions of the frames of a window; `None` where a frame has no observations or no equilibrium.
+type Contributions = Vec<Option<(WhitenedRows, Contribution)>>;
+
 fn contributions(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     window: &Range<usize>,
-    by_shape: ByShapeOf<'_>,
-) -> Vec<Option<(WhitenedRows, Contribution)>> {
-    let numbers: Vec<usize> = window.clone().collect();
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    by_shape: &[Option<ShapeJacobian>],
+) -> Contributions {
     let one = |&t: &usize| {
-        let rows = mode.rows(course, t, by_shape(t))?;
+        let rows = mode.rows(course, t, by_shape.get(t).and_then(Option::as_ref).map(|by| &by.seen))?;
         let found = Contribution::of(&rows);
         Some((rows, found))
     };
-    parallel::map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>()).into_iter().flatten().collect()
-}
-
-/// The coupling of the state of a frame with the shared unknowns.
-fn coupled(mode: &Smoother<'_, '_>, found: &Contribution, damping: f64, columns: usize) -> DMatrix<f64> {
-    let s = mode.sizes.shared();
-    let mut out = DMatrix::zeros(mode.sizes.state(), s + columns);
-    (0..s).for_each(|i| out.column_mut(i).copy_from(&found.own.column(mode.beside(i))));
-    if let Some((with_state, ..)) = &found.of_shape {
-        out.columns_mut(s, columns).copy_from(with_state);
-    }
-    let held_by = mode.settings.link.course_sd_n.powi(-2);
-    (0..mode.sizes.muscles).for_each(|i| out[(i, i)] += damping * held_by);
-    out
+    in_chunks(window.clone(), |chunk| chunk.iter().map(one).collect())
 }

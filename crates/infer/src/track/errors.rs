@@ -138,9 +138,9 @@ fn alike(apart: f64, length: f64) -> f64 {
 
 impl Knots {
     /// Knots along all observations.
-    pub fn new(errors: Errors, seen: &[&[Along]]) -> Self {
+    pub fn new<'a>(errors: Errors, seen: impl IntoIterator<Item = &'a Along>) -> Self {
         let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
-        for along in seen.iter().copied().flatten() {
+        for along in seen {
             match ends.iter_mut().find(|(c, _)| *c == along.channel) {
                 Some((_, [low, high])) => {
                     *low = low.min(along.at_mm);
@@ -258,7 +258,7 @@ mod tests {
     fn knots_and_own_errors_are_the_covariance_that_is_meant() {
         let errors = Errors::default();
         let seen = along(&[0.0, 5.0, 9.0, 31.0, 44.0, 70.0, 88.0]);
-        let knots = Knots::new(errors, &[&seen]);
+        let knots = Knots::new(errors, &seen);
         let frame = knots.frame(&seen, 0.00625).unwrap();
         let shared = knots.precision(errors.slow_mm).try_inverse().unwrap()
             + knots.precision(errors.static_mm).try_inverse().unwrap();

@@ -12,13 +12,13 @@ use serde::{Deserialize, Serialize};
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Observable, Observation};
-use tongue_core::parallel;
 use tongue_core::statistics::mean_and_variance;
 
 use super::errors::Along;
-use super::frame::{Followed, Frame, Hidden};
+use super::frame::{Frame, FrameObservation};
+use super::settings::Followed;
 use super::shape::RestShape;
-use super::smoother::{CHUNK, SmoothedRecording, Smoother};
+use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 use crate::acoustics::{Articulation, FormantFrequency, VocalTract};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -62,17 +62,15 @@ fn opened_deg(mark: Point, shift: Point) -> f64 {
 /// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
 /// without an equilibrium or an airway.
 pub(super) fn rates(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     shape: Option<&RestShape>,
 ) -> Vec<Option<DMatrix<f64>>> {
     if course.frames.iter().all(|f| f.formants.is_empty()) {
         return vec![None; course.frames.len()];
     }
-    let numbers: Vec<usize> = (0..course.frames.len()).collect();
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<DMatrix<f64>>> {
-        let mut solver = (mode.solver)();
+    in_chunks(0..course.frames.len(), |chunk| {
+        let mut solver = mode.solver();
         Vec::from_iter(chunk.iter().map(|&t| {
             let (frame, here) = (&course.frames[t], &course.here[t]);
             let positions = &here.linear.as_ref()?.positions;
@@ -80,7 +78,7 @@ pub(super) fn rates(
                 return None;
             }
             // As hidden points, whose derivatives are in thousandths of a unit.
-            let hidden = frame.formants.iter().enumerate().map(|(i, heard)| Hidden {
+            let hidden = frame.formants.iter().enumerate().map(|(i, heard)| FrameObservation {
                 name: format!("F{}", i + 1),
                 observation: Observation::new(heard.clone(), 0.0),
                 along: Along { channel: 0, at_mm: 0.0, sd_mm: 1.0 },
@@ -98,8 +96,7 @@ pub(super) fn rates(
             }
             Some(all)
         }))
-    });
-    by_chunk.into_iter().flatten().collect()
+    })
 }
 
 /// The formants of a frame at a shape, with the spread of their draws; empty where there are none.

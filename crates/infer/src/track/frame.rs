@@ -13,30 +13,19 @@ use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
 use super::errors::Along;
 use super::ornstein_uhlenbeck::Softplus;
+use super::settings::{Followed, TrackingContext};
 
 /// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;
-
-/// A bone of a body that follows its observed place.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Followed {
-    pub name: String,
-    pub nodes: Vec<usize>,
-    /// Place where its mark is seen when the bone is at its rest position, m.
-    pub mark: Point,
-}
 
 /// The prepared observations of one frame.
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
     pub time_s: f64,
-    /// Observations that are fitted, in metres, with their standard deviations.
-    pub observations: Vec<Observation<2>>,
-    pub names: Vec<String>,
-    /// For every observation, its place along the contour and its error.
-    pub along: Vec<Along>,
-    /// Held-out contour points and coordinates of coils; the fit predicts their distances from the simulated places.
-    pub hidden: Vec<Hidden>,
+    /// Observations that are fitted, with their standard deviations; those of the contour come first, in their order along it.
+    pub observations: Vec<FrameObservation>,
+    /// Held-out ones, of weight 1; the fit predicts their distances from the simulated places.
+    pub hidden: Vec<FrameObservation>,
     /// Formants that are part of the results ([`add_formants()`](super::add_formants())).
     pub formants: Vec<FormantFrequency>,
     /// For every followed bone, its shift from rest, m.
@@ -47,18 +36,18 @@ pub struct Frame {
     pub compared: Vec<(usize, usize)>,
 }
 
-/// A held-out contour point or coordinate of a coil.
+/// A contour point or a coordinate of a coil.
 #[derive(Debug, Clone)]
-pub struct Hidden {
+pub struct FrameObservation {
     pub name: String,
-    /// Its distance from the surface, or the simulated less the measured coordinate; of weight 1.
+    /// Its distance from the surface, or the simulated less the measured coordinate, m.
     pub observation: Observation<2>,
     /// Its place along the contour, and its error.
     pub along: Along,
 }
 
-impl Hidden {
-    /// The nodes on which its distance depends, and the derivative by their positions.
+impl FrameObservation {
+    /// The nodes on which its value depends, and the derivative by their positions, not weighted.
     pub(super) fn slope(&self, positions: &[Point]) -> Vec<(usize, Point)> {
         let mut slope = Vec::with_capacity(4);
         self.observation.observable.gradient(positions, &mut |node, s| slope.push((node, s)));
@@ -111,35 +100,28 @@ fn one(
 ) -> Frame {
     let labels = (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect();
     let mut out = Frame { time_s: frame.time_s, shifts, labels, ..Frame::default() };
-    let marks = Vec::from_iter(
-        seen.contour.iter().zip(&frame.contour).zip(along).filter_map(|((n, m), at)| Some((n, (*m)?, *at))),
-    );
-    for (name, mark, at_mm) in marks {
+    let mut add = |name: &String, observation: Observation<2>, along: Along, sd_m: f64| {
+        let name = name.clone();
+        if hide.contains(&name) {
+            out.hidden.push(FrameObservation { name, observation, along });
+        } else {
+            let observation = observation.with_standard_deviation(sd_m);
+            out.observations.push(FrameObservation { name, observation, along });
+        }
+    };
+    for ((name, mark), &at_mm) in seen.contour.iter().zip(&frame.contour).zip(along) {
+        let Some(mark) = mark else { continue };
         let contour = Contour::new(surface.curve.clone(), mark.at);
         let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };
-        if hide.contains(name) {
-            let observation = Observation::new(contour, 0.0);
-            out.hidden.push(Hidden { name: name.clone(), observation, along });
-        } else {
-            out.along.push(along);
-            out.observations.push(Observation::new(contour, 0.0).with_standard_deviation(mark.sd));
-            out.names.push(name.clone());
-        }
+        add(name, Observation::new(contour, 0.0), along, mark.sd);
     }
     for ((name, behind), mark) in seen.sensors.iter().zip(&frame.sensors) {
         let Some(mark) = mark else { continue };
         let at = (surface.tip - behind).clamp(0.0, surface.curve.length());
         for (axis, direction) in [SVector::x(), SVector::y()].into_iter().enumerate() {
             let place = Place::on_curve(&surface.curve, at, direction);
-            let observation = Observation::new(place, mark.at[axis]);
             let along = Along { channel: 1 + axis, at_mm: -behind * 1e3, sd_mm: mark.sd * 1e3 };
-            if hide.contains(name) {
-                out.hidden.push(Hidden { name: name.clone(), observation, along });
-                continue;
-            }
-            out.observations.push(observation.with_standard_deviation(mark.sd));
-            out.along.push(along);
-            out.names.push(name.clone());
+            add(name, Observation::new(place, mark.at[axis]), along, mark.sd);
         }
     }
     out
@@ -163,17 +145,13 @@ pub struct FrameSolver<'a> {
 }
 
 impl<'a> FrameSolver<'a> {
-    pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Softplus) -> Self {
+    /// Of a body: there are two scores for each freed bone, after those of the tensions.
+    pub fn new(stage: TrackingContext<'a>, link: Softplus) -> Self {
+        let TrackingContext { system, followed, freed, .. } = stage;
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
         let settings = SolveSettings::default();
-        Self { system, followed, freed: &[], link, settings, group: None, workspace, tensions }
-    }
-
-    /// Adds bones with unknown displacements: two more scores for each bone, after those of the tensions.
-    pub fn with_freed(mut self, freed: &'a [MovableBone<2>]) -> Self {
-        self.freed = freed;
-        self
+        Self { system, followed, freed, link, settings, group: None, workspace, tensions }
     }
 
     /// Tensions of all muscles of the body, N per metre of thickness, at the scores of the contracting ones.
@@ -254,5 +232,6 @@ impl<'a> FrameSolver<'a> {
 
 /// Simulated less measured values of all observations, in standard deviations.
 pub fn residuals(frame: &Frame, positions: &[SVector<f64, 2>]) -> DVector<f64> {
-    DVector::from_iterator(frame.observations.len(), frame.observations.iter().map(|o| o.residual(positions)))
+    let residuals = frame.observations.iter().map(|o| o.observation.residual(positions));
+    DVector::from_iterator(frame.observations.len(), residuals)
 }

@@ -6,14 +6,13 @@ use std::sync::Arc;
 
 use nalgebra::DVector;
 
-use tongue_core::parallel;
+use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, windows};
-use super::frame::FrameSolver;
 use super::jacobian::Linearisation;
 use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
-use super::smoother::{CHUNK, FrameState, SmoothedRecording, Smoother};
+use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
 
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
 /// after two quiet rounds in any case.
@@ -54,7 +53,7 @@ pub(super) struct StateStep {
 /// Minimises the cost in at most this number of rounds and returns the cost at the end; `progress` is called with the number of every
 /// round.
 pub(super) fn minimise(
-    mode: &mut Smoother<'_, '_>,
+    mode: &mut Smoother<'_>,
     courses: &mut [SmoothedRecording],
     rounds: usize,
     progress: &dyn Fn(usize),
@@ -108,7 +107,7 @@ pub(super) fn minimise(
 }
 
 /// Total cost of states and shared unknowns.
-fn costs(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> f64 {
+fn costs(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> f64 {
     let frames = courses.iter().flat_map(|course| {
         (0..course.frames.len()).filter_map(|t| own_cost(mode, course, t, &course.here[t], &mode.shared))
     });
@@ -128,34 +127,26 @@ pub(super) struct ShapeStep<'a> {
 
 /// The step of the shared unknowns, those of the shape behind the others, and of every state.
 pub(super) fn stepped(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     courses: &[SmoothedRecording],
     damping: &[Vec<f64>],
     shape: Option<ShapeStep<'_>>,
 ) -> Option<(DVector<f64>, Vec<StateStep>)> {
-    let (n, more) = (mode.sizes.shared(), shape.map_or(0, |s| s.shape.count()));
-    let mut curvature = mode.shared_precision.clone().resize(n + more, n + more, 0.0);
-    let mut gradient = (&mode.shared_precision * &mode.shared).resize_vertically(n + more, 0.0);
-    if let Some(ShapeStep { shape, weight, damping, .. }) = shape {
-        curvature
-            .view_mut((n, n), (more, more))
-            .copy_from(&(&shape.prior.precision * (weight * (1.0 + damping))));
-        gradient.rows_mut(n, more).copy_from(&(&shape.prior.gradient * weight));
-    }
-    let of_shape = Vec::from_iter((0..courses.len()).map(|nth| {
-        move |t: usize| shape.and_then(|s| s.rates[nth][t].as_ref()).map(|by_shape| by_shape.seen.clone())
-    }));
+    let (mut curvature, mut gradient) =
+        mode.shared_prior(shape.map(|ShapeStep { shape, weight, damping, .. }| (shape, weight, damping)));
+    let more = gradient.len() - mode.sizes.shared();
     let mut all = Vec::with_capacity(courses.len());
-    for ((course, damping), of_shape) in courses.iter().zip(damping).zip(&of_shape) {
-        let eliminated = Eliminated::new(mode, course, damping, of_shape, more)?;
+    for (nth, (course, damping)) in courses.iter().zip(damping).enumerate() {
+        let by_shape = shape.map_or(&[][..], |s| &s.rates[nth][..]);
+        let eliminated = Eliminated::new(mode, course, damping, (by_shape, more))?;
         curvature += &eliminated.curvature;
         gradient += &eliminated.gradient;
         all.push(eliminated);
     }
     let step = if mode.holds {
-        DVector::zeros(n + more)
+        DVector::zeros(gradient.len())
     } else {
-        -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient)
+        -symmetric_cholesky(&curvature)?.solve(&gradient)
     };
     let steps = all.iter().map(|e| {
         let (mut states, mut expected) =
@@ -180,7 +171,7 @@ pub(super) fn stepped(
 /// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can, on a body that is not the
 /// one of their linearisations.
 pub(super) fn follow(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     courses: &mut [SmoothedRecording],
     shared: &DVector<f64>,
     steps: &[StateStep],
@@ -200,7 +191,7 @@ pub(super) fn follow(
 
 /// Cost of states and shared unknowns in the prior.
 fn prior<'z>(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     courses: &[SmoothedRecording],
     shared: &DVector<f64>,
     state: impl Fn(usize, usize) -> &'z DVector<f64>,
@@ -215,7 +206,7 @@ fn prior<'z>(
 
 /// Cost of the errors of a frame.
 fn own_cost(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     t: usize,
     here: &FrameState,
@@ -226,22 +217,11 @@ fn own_cost(
     Some(whitened.norm_squared())
 }
 
-/// Results for all frames of a recording, chunk by chunk; `work` gets the numbers of the frames of a chunk.
-fn in_chunks<T: Send>(
-    mode: &Smoother<'_, '_>,
-    course: &SmoothedRecording,
-    work: impl Fn(&mut FrameSolver<'_>, &[usize]) -> Vec<T> + Sync,
-) -> Vec<T> {
-    let numbers: Vec<usize> = (0..course.frames.len()).collect();
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| work(&mut (mode.solver)(), chunk));
-    by_chunk.into_iter().flatten().collect()
-}
-
 /// The frames of a recording at the states where the search begins. Frames that have not been solved yet start from the first one of
 /// their chunk, and that one from rest.
-fn begun(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState> {
-    in_chunks(mode, course, |solver, chunk| {
+fn begun(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<FrameState> {
+    in_chunks(0..course.frames.len(), |chunk| {
+        let mut solver = mode.solver();
         let x: Vec<DVector<f64>> =
             chunk.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
         let open: Vec<usize> = (0..chunk.len())
@@ -266,8 +246,8 @@ fn begun(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState>
 
 /// The frames of a recording at the end of the search, each with a linearisation at its own state. A frame without an equilibrium there
 /// goes back to the state of its last one.
-fn settled(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState> {
-    in_chunks(mode, course, |solver, chunk| {
+fn settled(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<FrameState> {
+    in_chunks(0..course.frames.len(), |chunk| {
         let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
         let x: Vec<DVector<f64>> = here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
         let open: Vec<usize> = (0..chunk.len())
@@ -276,7 +256,7 @@ fn settled(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameStat
         let posture =
             |&i: &usize| (&course.frames[chunk[i]], &x[i], course.here[chunk[i]].positions.as_deref());
         let postures: Vec<_> = open.iter().map(posture).collect();
-        for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+        for (&i, linear) in open.iter().zip(mode.solver().linearise_all(&postures)) {
             match (linear, here[i].linear.clone()) {
                 (None, Some(last)) => {
                     let mut state = here[i].z.rows_mut(0, x[i].len());
@@ -291,19 +271,18 @@ fn settled(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameStat
 
 /// The frames of a recording after a step, each as far as it can move.
 fn solved(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     shared: &DVector<f64>,
     step: &StateStep,
     damping: &[f64],
 ) -> Vec<Tried> {
-    in_chunks(mode, course, |solver, chunk| {
-        let trials: Vec<Trial> = Vec::from_iter(chunk.iter().map(|&t| {
-            Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t]))
-        }));
-        let mut tried: Vec<Option<Tried>> = Vec::from_iter(trials.iter().map(|trial| {
-            trial.unseen(course).or_else(|| if mode.keeps { trial.near(mode, course, shared) } else { None })
-        }));
+    in_chunks(0..course.frames.len(), |chunk| {
+        let mut solver = mode.solver();
+        let to_trial = |&t: &usize| Trial::new(mode, course, shared, step, (t, damping[t]));
+        let trials: Vec<Trial<'_>> = chunk.iter().map(to_trial).collect();
+        let mut tried: Vec<Option<Tried>> =
+            trials.iter().map(|trial| trial.unseen().or_else(|| trial.near())).collect();
         for part in PARTS {
             let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
             let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
@@ -311,19 +290,19 @@ fn solved(
                 (&course.frames[trials[i].t], x, course.here[trials[i].t].positions.as_deref())
             }));
             for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
-                tried[i] = linear.and_then(|linear| trials[i].judged(mode, course, shared, (part, linear)));
+                tried[i] = linear.and_then(|linear| trials[i].judged(part, linear));
             }
         }
-        tried
-            .into_iter()
-            .zip(&trials)
-            .map(|(tried, trial)| tried.unwrap_or_else(|| trial.stayed(mode, course, shared)))
-            .collect()
+        tried.into_iter().zip(&trials).map(|(tried, trial)| tried.unwrap_or_else(|| trial.stayed())).collect()
     })
 }
 
 /// A frame that is to take a step.
-struct Trial {
+struct Trial<'a> {
+    mode: &'a Smoother<'a>,
+    course: &'a SmoothedRecording,
+    /// The shared unknowns after the step.
+    shared: &'a DVector<f64>,
     t: usize,
     /// Its state after the whole step.
     z: DVector<f64>,
@@ -336,46 +315,48 @@ struct Trial {
     damping: f64,
 }
 
-impl Trial {
+impl<'a> Trial<'a> {
     fn new(
-        mode: &Smoother<'_, '_>,
-        course: &SmoothedRecording,
-        shared: &DVector<f64>,
-        (step, expected): (&DVector<f64>, f64),
+        mode: &'a Smoother<'a>,
+        course: &'a SmoothedRecording,
+        shared: &'a DVector<f64>,
+        step: &StateStep,
         (t, damping): (usize, f64),
     ) -> Self {
         let before = &course.here[t];
-        let z = &before.z + step;
+        let z = &before.z + &step.states[t];
         let (was, whole) = (mode.unknowns(&before.z, &mode.shared), mode.unknowns(&z, shared));
         let cost = own_cost(mode, course, t, before, &mode.shared);
-        Self { t, z, was, whole, cost, expected, damping }
+        Self { mode, course, shared, t, z, was, whole, cost, expected: step.expected[t], damping }
+    }
+
+    fn before(&self) -> &'a FrameState {
+        &self.course.here[self.t]
+    }
+
+    /// The cost of its errors after the step.
+    fn cost_at(&self, here: &FrameState) -> Option<f64> {
+        own_cost(self.mode, self.course, self.t, here, self.shared)
     }
 
     /// The result for a frame without data.
-    fn unseen(&self, course: &SmoothedRecording) -> Option<Tried> {
-        if course.errors[self.t].is_some() {
+    fn unseen(&self) -> Option<Tried> {
+        if self.course.errors[self.t].is_some() {
             return None;
         }
-        let positions = course.here[self.t].positions.clone();
-        let here = FrameState { z: self.z.clone(), linear: None, positions };
+        let here = FrameState { z: self.z.clone(), linear: None, positions: self.before().positions.clone() };
         Some(Tried { here, was: None, cost: 0.0, damping: self.damping })
     }
 
-    /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold.
-    fn near(
-        &self,
-        mode: &Smoother<'_, '_>,
-        course: &SmoothedRecording,
-        shared: &DVector<f64>,
-    ) -> Option<Tried> {
-        let before = &course.here[self.t];
-        let moved = &self.whole - &before.linear.as_ref()?.x;
-        let (muscles, sd) = (mode.sizes.muscles, mode.settings.link.course_sd_n);
+    /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold, or if none is kept.
+    fn near(&self) -> Option<Tried> {
+        let moved = &self.whole - &self.before().linear.as_ref().filter(|_| self.mode.keeps)?.x;
+        let (muscles, sd) = (self.mode.sizes.muscles, self.mode.settings.link.course_sd_n);
         if !moved.iter().enumerate().all(|(i, by)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 }) {
             return None;
         }
-        let here = FrameState { z: self.z.clone(), ..before.clone() };
-        let cost = own_cost(mode, course, self.t, &here, shared)?;
+        let here = FrameState { z: self.z.clone(), ..self.before().clone() };
+        let cost = self.cost_at(&here)?;
         Some(Tried { here, was: self.cost, cost, damping: self.damping * LESS })
     }
 
@@ -394,16 +375,10 @@ impl Trial {
     }
 
     /// The frame after a part of the step; `None` if that is too long.
-    fn judged(
-        &self,
-        mode: &Smoother<'_, '_>,
-        course: &SmoothedRecording,
-        shared: &DVector<f64>,
-        (part, linear): (f64, Linearisation),
-    ) -> Option<Tried> {
+    fn judged(&self, part: f64, linear: Linearisation) -> Option<Tried> {
         let positions = Some(Arc::clone(&linear.positions));
         let here = FrameState { z: self.state(part), linear: Some(Arc::new(linear)), positions };
-        let there = own_cost(mode, course, self.t, &here, shared)?;
+        let there = self.cost_at(&here)?;
         let most = self.cost.map_or(f64::INFINITY, |c| c.max(self.expected) * TOO_FAR.0 + TOO_FAR.1);
         let off = (there - self.expected).abs();
         let expected = self.cost.map_or(0.0, |c| (c - self.expected).abs());
@@ -416,11 +391,9 @@ impl Trial {
     }
 
     /// The frame where it was, after a step of which no part is short enough.
-    fn stayed(&self, mode: &Smoother<'_, '_>, course: &SmoothedRecording, shared: &DVector<f64>) -> Tried {
-        let before = &course.here[self.t];
-        let (linear, positions) = (before.linear.clone(), before.positions.clone());
-        let here = FrameState { z: self.state(0.0), linear, positions };
-        let cost = own_cost(mode, course, self.t, &here, shared).unwrap_or(0.0);
+    fn stayed(&self) -> Tried {
+        let here = FrameState { z: self.state(0.0), ..self.before().clone() };
+        let cost = self.cost_at(&here).unwrap_or(0.0);
         Tried { here, was: self.cost, cost, damping: (self.damping * 10.0).max(DAMPING.1) }
     }
 }

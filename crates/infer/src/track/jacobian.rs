@@ -33,7 +33,7 @@ pub(super) struct Rates {
 impl Rates {
     /// The rows of a frame whose equilibrium has these positions, with columns of zeros; `None` where a residual is not finite.
     fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: DerivativeUnit) -> Option<Self> {
-        let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
+        let found = frame.observations.iter().map(|o| o.observation.residual_and_slope(&positions));
         let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
         let hidden = frame.hidden.iter().map(|h| h.slope(&positions));
         let rows: Vec<_> = match unit {
@@ -41,7 +41,10 @@ impl Rates {
                 slopes.into_iter().map(|s| (s, 1.0)).chain(hidden.map(|s| (s, 1e3))).collect()
             }
             DerivativeUnit::Millimetres => {
-                let seen = slopes.into_iter().zip(&frame.observations).map(|(s, o)| times(s, 1e3 / o.weight));
+                let seen = slopes
+                    .into_iter()
+                    .zip(&frame.observations)
+                    .map(|(s, o)| times(s, 1e3 / o.observation.weight));
                 seen.chain(hidden.map(|s| times(s, 1e3))).collect()
             }
         };

@@ -33,7 +33,7 @@ mod smoother;
 pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
 pub use formants::{TrackedFormant, add_formants};
-pub use frame::{BONE_WINDOW, Followed, Frame, FrameSolver, Hidden, frames};
+pub use frame::{BONE_WINDOW, Frame, FrameObservation, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
 pub use repeatability::{Repeatability, Repeated, repeatability};
@@ -43,6 +43,6 @@ pub use results::{
 };
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
 pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};
-pub use settings::{TrackSettings, TrackingContext};
+pub use settings::{Followed, TrackSettings, TrackingContext};
 pub use shape::{RestShape, ShapePrior};
 pub use smoother::FEWEST;

@@ -7,6 +7,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::least_squares::symmetric_cholesky;
 use crate::standard_deviations as sd;
 
 /// Smallest interval between frames, as a part of the memory; frames that are closer count as this far apart, because rounding would
@@ -59,8 +60,7 @@ impl OrnsteinUhlenbeck {
             if let Some(before) = t.checked_sub(1) {
                 block -= &self.precision * (self.beside[before]) * &gains[before];
             }
-            // Makes the block exactly symmetric in spite of rounding.
-            let factor = Cholesky::new((&block + block.transpose()) * 0.5)?;
+            let factor = symmetric_cholesky(&block)?;
             if let Some(beside) = self.beside.get(t) {
                 gains.push(factor.solve(&(&self.precision * *beside)));
             }

@@ -13,10 +13,7 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use tongue_core::geometry::Point;
-use tongue_core::observe::Observation;
-
-use super::frame::{Frame, Hidden};
+use super::frame::{Frame, FrameObservation};
 use super::gauss_newton::minimise;
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
@@ -66,17 +63,16 @@ const FEWEST_COILS: usize = 2;
 /// Predictions of the hidden points of every frame of a recording: contour points by the candidate that was judged best. `None` for a point
 /// that has too few others.
 pub(super) fn predict_hidden(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     judged: Option<&Judged>,
 ) -> Vec<Vec<Option<HeldOutPrediction>>> {
-    let solver = (mode.solver)();
     Vec::from_iter((0..course.frames.len()).map(|t| {
         let hidden = &course.frames[t].hidden;
         let mut out = vec![None; hidden.len()];
         for (channel, judged) in [(0, judged), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
             let Some(Judged(process, reach)) = judged else { continue };
-            let split = split(solver.system.rest(), course, t, channel);
+            let split = split(mode, course, t, channel);
             let split = split.filter(|s| channel == 0 || s.seen.places.len() >= FEWEST_COILS);
             let errors = split.and_then(|s| process.errors(&s)).unwrap_or_default();
             let own = (0..hidden.len()).filter(|&i| hidden[i].along.channel == channel);
@@ -93,18 +89,15 @@ pub(super) fn predict_hidden(
 pub(super) struct Judged(Process, f64);
 
 /// Judges the candidates; `None` for recordings without hidden contour points, and for contours of too few points.
-pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> Option<Judged> {
+pub(super) fn judged(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> Option<Judged> {
     if !courses.iter().flat_map(|c| c.frames.iter()).any(|f| f.hidden.iter().any(|h| h.along.channel == 0)) {
         return None;
     }
-    let solver = (mode.solver)();
-    let rest = solver.system.rest();
     let mut names: Vec<(&str, f64)> = Vec::new();
     for frame in courses.iter().flat_map(|c| c.frames.iter()) {
-        let seen = frame.names.iter().zip(&frame.along).filter(|(_, a)| a.channel == 0);
-        for (name, along) in seen {
-            if !names.iter().any(|(n, _)| n == name) {
-                names.push((name, along.at_mm));
+        for seen in frame.observations.iter().filter(|o| o.along.channel == 0) {
+            if !names.iter().any(|(n, _)| *n == seen.name) {
+                names.push((&seen.name, seen.along.at_mm));
             }
         }
     }
@@ -123,7 +116,7 @@ pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> 
         let mut again = mode.clone();
         minimise(&mut again, &mut sample, mode.settings.rounds, &|_| ());
         for course in &sample {
-            splits.extend((0..course.frames.len()).filter_map(|t| split(rest, course, t, 0)));
+            splits.extend((0..course.frames.len()).filter_map(|t| split(mode, course, t, 0)));
         }
     }
     let candidates = WEIGHTS.iter().flat_map(|&weight| {
@@ -145,34 +138,25 @@ pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> 
 
 /// Makes these points of a frame hidden ones in place of those that it has.
 fn without(frame: &mut Frame, hide: &[&str]) {
-    let (mut observations, mut names, mut along) = (Vec::new(), Vec::new(), Vec::new());
-    frame.hidden.clear();
-    for ((o, name), a) in frame.observations.drain(..).zip(frame.names.drain(..)).zip(frame.along.drain(..)) {
-        if hide.contains(&name.as_str()) {
-            frame.hidden.push(Hidden { name, observation: Observation { weight: 1.0, ..o }, along: a });
-        } else {
-            observations.push(o);
-            names.push(name);
-            along.push(a);
-        }
-    }
-    (frame.observations, frame.names, frame.along) = (observations, names, along);
+    let all = frame.observations.drain(..);
+    (frame.hidden, frame.observations) = all.partition(|o| hide.contains(&o.name.as_str()));
+    frame.hidden.iter_mut().for_each(|hidden| hidden.observation.weight = 1.0);
 }
 
-/// The points of a channel of a frame, of a body with the nodes `rest` at rest, m; `None` where there is no equilibrium.
-fn split(rest: &[Point], course: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
-    let frame = &course.frames[t];
+/// The points of a channel of a frame; `None` where there is no equilibrium.
+fn split(mode: &Smoother<'_>, course: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
+    let (frame, rest) = (&course.frames[t], mode.stage.system.rest());
     let pulled = &course.here[t].linear.as_ref()?.positions;
-    let (mut seen, mut hidden) = (ContourLine::default(), ContourLine::default());
-    let all = frame.observations.iter().zip(&frame.along).map(|(o, a)| (o, a, true));
-    let all = all.chain(frame.hidden.iter().map(|h| (&h.observation, &h.along, false)));
-    for (observation, along, is_seen) in all.filter(|(_, a, _)| a.channel == channel) {
-        let line = if is_seen { &mut seen } else { &mut hidden };
-        let unit = 1e3 / observation.weight;
-        line.places.push(along.at_mm);
-        line.at_rest.push(unit * observation.residual(rest));
-        line.pulled.push(unit * observation.residual(pulled));
-    }
+    let [seen, hidden] = [&frame.observations, &frame.hidden].map(|all| {
+        let mut line = ContourLine::default();
+        for FrameObservation { observation, along, .. } in all.iter().filter(|o| o.along.channel == channel) {
+            let unit = 1e3 / observation.weight;
+            line.places.push(along.at_mm);
+            line.at_rest.push(unit * observation.residual(rest));
+            line.pulled.push(unit * observation.residual(pulled));
+        }
+        line
+    });
     Some(Split { seen, hidden })
 }
 

@@ -6,14 +6,13 @@
 use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::body::largest_distance;
-use tongue_core::parallel;
 use tongue_core::statics::{self, Connection, FromRest, SAME_SHAPE_M, SolveStatus, leads_from_rest};
 
 use crate::least_squares::{Rule, TrialStep, descend};
 
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
-use super::smoother::{CHUNK, SmoothedRecording, Smoother};
+use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 
 /// Parts of the path from one posture to another at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
@@ -42,23 +41,19 @@ pub(super) enum Reachability {
 
 /// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
 pub(super) fn ways(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     unknowns: &[DVector<f64>],
 ) -> Vec<Option<Reachability>> {
-    let numbers: Vec<usize> = (0..course.frames.len()).collect();
+    let count = course.frames.len();
     let positions = |t: usize| course.here[t].linear.as_ref().map(|l| &*l.positions);
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<Reached>> {
-        let (mut solver, mut relaxed) = ((mode.solver)(), None);
-        Vec::from_iter(
-            chunk
-                .iter()
-                .map(|&t| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed)),
-        )
+    let mut reached = in_chunks(0..count, |chunk| {
+        let (mut solver, mut relaxed) = (mode.solver(), None);
+        let mut reached =
+            |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed);
+        Vec::from_iter(chunk.iter().map(&mut reached))
     });
-    let mut reached: Vec<Option<Reached>> = by_chunk.into_iter().flatten().collect();
-    let mut solver = (mode.solver)();
+    let mut solver = mode.solver();
     let mut follow = |from: usize, to: usize, reached: &mut [Option<Reached>]| {
         let Some((start, end)) = positions(from).zip(positions(to)) else { return };
         if reached[from].is_some() && reached[to].is_none() {
@@ -68,24 +63,20 @@ pub(super) fn ways(
             }
         }
     };
-    (1..numbers.len()).for_each(|t| follow(t - 1, t, &mut reached));
-    (1..numbers.len()).rev().for_each(|t| follow(t, t - 1, &mut reached));
-    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<Reachability>> {
-        let mut solver = (mode.solver)();
-        chunk
-            .iter()
-            .map(|&t| {
-                positions(t)?;
-                if let Some(own) = reached[t] {
-                    return Some(Reachability::Own(own));
-                }
-                let near =
-                    solver.nearest_reached(&course.frames[t], &unknowns[t], mode.settings.link.course_sd_n);
-                Some(near.map_or(Reachability::Lost, Reachability::Nearest))
-            })
-            .collect()
-    });
-    by_chunk.into_iter().flatten().collect()
+    (1..count).for_each(|t| follow(t - 1, t, &mut reached));
+    (1..count).rev().for_each(|t| follow(t, t - 1, &mut reached));
+    in_chunks(0..count, |chunk| {
+        let mut solver = mode.solver();
+        Vec::from_iter(chunk.iter().map(|&t| {
+            positions(t)?;
+            if let Some(own) = reached[t] {
+                return Some(Reachability::Own(own));
+            }
+            let near =
+                solver.nearest_reached(&course.frames[t], &unknowns[t], mode.settings.link.course_sd_n);
+            Some(near.map_or(Reachability::Lost, Reachability::Nearest))
+        }))
+    })
 }
 
 impl FrameSolver<'_> {
@@ -234,7 +225,7 @@ impl FrameSolver<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::Softplus;
+    use crate::track::{Softplus, TrackingContext};
     use tongue_core::body::{Body, DEFAULT_SPACING_M};
     use tongue_core::statics::Workspace;
     use tongue_core::system::{Model, System};
@@ -248,7 +239,7 @@ mod tests {
         let tensions = [77.0, 47.6, 14.4, 89.0, 0.0, 4.7, 38.6, 70.2];
         let link = Softplus::default();
         let x = DVector::from_iterator(8, tensions.map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln()));
-        let mut solver = FrameSolver::new(&system, &[], link);
+        let mut solver = FrameSolver::new(TrackingContext::fixed(&system), link);
         let frame = Frame::default();
         let other = solver.solve(&frame, &x, None).unwrap().to_vec();
         let mut w = Workspace::new(&system);

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::draws::{Means, WindowDraws};
+use super::draws::{FrameDraws, Means};
 use super::errors::Along;
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, Frame, FrameSolver};
@@ -152,8 +152,6 @@ pub(super) struct FrameSolution<'a> {
     pub lost: bool,
     /// Means over the recording.
     pub means: &'a Means,
-    /// Number of the frame in the window of the draws.
-    pub number: usize,
     /// Whether the positions of its nodes are part of the results.
     pub is_shown: bool,
 }
@@ -162,18 +160,18 @@ pub(super) struct FrameSolution<'a> {
 pub(super) fn tracked(
     solver: &mut FrameSolver<'_>,
     found: &FrameSolution<'_>,
-    draws: &WindowDraws,
+    draws: &FrameDraws,
     settings: &TrackSettings,
 ) -> Tracked {
-    let &FrameSolution { frame, x, linear, placed, lost, means, number, .. } = found;
-    let tensions = &draws.tensions[number];
+    let &FrameSolution { frame, x, linear, placed, lost, means, .. } = found;
+    let tensions = &draws.tensions;
     let levels: Vec<Interval> = tensions.iter().map(|d| interval(d).or_slack(&settings.link)).collect();
     let courses = tensions
         .iter()
         .zip(&means.0)
         .map(|(draws, means)| Interval::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean)))
         .collect();
-    let shifts: Vec<Interval> = draws.bones[number].iter().map(|d| interval(d)).collect();
+    let shifts: Vec<Interval> = draws.bones.iter().map(|d| interval(d)).collect();
     let bones = shifts.chunks_exact(2).map(|pair| {
         let ends = |end: fn(&Interval) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];
         Displacement { shift_m: ends(|r| r.median), low_m: ends(|r| r.low), high_m: ends(|r| r.high) }
@@ -186,12 +184,13 @@ pub(super) fn tracked(
     let mut positions = solved.unwrap_or_else(|| solver.system.rest().to_vec());
     let residuals = frame::residuals(frame, &positions);
     let rms = |residuals: &DVector<f64>| {
-        let squares = residuals.iter().zip(&frame.observations).map(|(r, o)| (r / o.weight).powi(2));
+        let squares =
+            residuals.iter().zip(&frame.observations).map(|(r, o)| (r / o.observation.weight).powi(2));
         (squares.sum::<f64>() / residuals.len() as f64).sqrt()
     };
     let in_sd = |residuals: &DVector<f64>, sd: &dyn Fn(&Along) -> f64| {
-        let far = residuals.iter().zip(&frame.observations).zip(&frame.along);
-        let squares: f64 = far.map(|((r, o), a)| (1e3 * r / o.weight / sd(a)).powi(2)).sum();
+        let far = residuals.iter().zip(&frame.observations);
+        let squares: f64 = far.map(|(r, o)| (1e3 * r / o.observation.weight / sd(&o.along)).powi(2)).sum();
         (squares / residuals.len().max(1) as f64).sqrt()
     };
     let is_seen = !frame.observations.is_empty();
@@ -231,7 +230,7 @@ pub(super) fn tracked(
         if let Some(beside) = &found.predicted[i] {
             return beside.clone();
         }
-        let expected = interval(&draws.hidden[number][i]);
+        let expected = interval(&draws.hidden[i]);
         let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
         HeldOutPrediction {
             point: hidden.name.clone(),
@@ -251,7 +250,7 @@ pub(super) fn tracked(
         hidden: hidden.collect(),
         resolved,
         levels,
-        formants: formants::tracked_formants(frame, &positions, &draws.heard[number]),
+        formants: formants::tracked_formants(frame, &positions, &draws.heard),
         positions: if found.is_shown { positions } else { Vec::new() },
         faults: Vec::new(),
     }

@@ -14,7 +14,7 @@ use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
-use super::frame::{Frame, FrameSolver};
+use super::frame::Frame;
 use super::gauss_newton::minimise;
 use super::prediction::{judged, predict_hidden};
 use super::reachability::ways;
@@ -22,8 +22,8 @@ use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
-use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
-use super::smoother::{CHUNK, FEWEST, SmoothedRecording, Smoother};
+use super::shape_jacobian::shape_jacobians;
+use super::smoother::{FEWEST, SmoothedRecording, Smoother, in_chunks};
 use super::{draws, formants};
 
 /// A residual larger than this many standard deviations is a fault of the observation.
@@ -67,8 +67,7 @@ pub fn track(
     let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
     let passes = settings.rounds + 2 + wanted.len();
     let knots = knots(&recordings, settings);
-    let solver = || FrameSolver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
-    let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
+    let mut mode = Smoother::new(*stage, settings, &knots);
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
     let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
@@ -86,11 +85,8 @@ pub fn track(
     progress(settings.rounds + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
     let of_sample: Vec<_> = sample.iter().map(|course| shape_jacobians(&mode, course, stage.shape)).collect();
-    let of_shape = Vec::from_iter(
-        of_sample.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone())),
-    );
-    let linear =
-        sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
+    let linear = sample.iter().zip(&of_sample);
+    let linear = linear.map(|(course, by)| Eliminated::new(&mode, course, &[], (by, columns)));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
     let shared = draws::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
     drop(linear);
@@ -108,24 +104,18 @@ pub fn track(
         }
         let own = (!is_whole).then(|| shape_jacobians(&mode, &course, stage.shape));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
-        let seen = |t: usize| by_shape[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone());
-        let linear = Eliminated::new(&mode, &course, &[], &seen, columns).ok_or(NotFinite)?;
+        let linear = Eliminated::new(&mode, &course, &[], (by_shape, columns)).ok_or(NotFinite)?;
         let predicted = predict_hidden(&mode, &course, process.as_ref());
         let displayed = shown.as_ref().map(|shown| {
             if is_whole {
                 shown.courses[number].clone()
             } else {
-                display.recording(shown, mode.sizes, &course, &shown.courses[number])
+                display.recording(shown, &course, &shown.courses[number])
             }
         });
-        let (system, levels) = match &shown {
-            Some(DisplayShape { body, levels, .. }) => {
-                (body.as_ref().map_or(stage.system, |body| &body.system), levels)
-            }
-            None => (stage.system, &mode.shared),
-        };
-        let shaped = || FrameSolver::new(system, stage.followed, settings.link).with_freed(stage.freed);
-        let again = Smoother { solver: &shaped, shared: levels.clone(), ..mode.clone() };
+        let levels = shown.as_ref().map_or(&mode.shared, |shown| &shown.levels).clone();
+        let stage_shown = stage.on(shown.as_ref().and_then(|shown| shown.body.as_ref()));
+        let again = Smoother { stage: stage_shown, shared: levels, ..mode.clone() };
         let heard = formants::rates(&mode, &course, stage.shape);
         let sampler = Sampler {
             mode: &mode,
@@ -164,8 +154,7 @@ pub fn rest_shape(
     progress: &dyn Fn(usize, usize),
 ) -> Option<RestFound> {
     let knots = knots(&recordings, settings);
-    let solver = || FrameSolver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
-    let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
+    let mut mode = Smoother::new(*stage, settings, &knots);
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
@@ -174,7 +163,8 @@ pub fn rest_shape(
     let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
     let (mut squares, mut count) = (0.0, 0);
     for (frame, linear) in frames.filter_map(|(frame, here)| Some((frame, here.linear.as_ref()?))) {
-        let distances = linear.residuals.iter().zip(&frame.observations).map(|(r, o)| r / o.weight);
+        let distances =
+            linear.residuals.iter().zip(&frame.observations).map(|(r, o)| r / o.observation.weight);
         squares += distances.map(|d| d * d).sum::<f64>();
         count += frame.observations.len();
     }
@@ -182,14 +172,13 @@ pub fn rest_shape(
         return None;
     }
     let rms_m = (squares / count as f64).sqrt();
-    let nodes = body.as_ref().map_or(stage.system, |body| &body.system).rest().to_vec();
-    Some(RestFound { nodes, rms_m })
+    Some(RestFound { nodes: stage.on(body.as_ref()).system.rest().to_vec(), rms_m })
 }
 
 /// Knots of the errors, over all that the recordings show of the contour.
 fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
-    let along: Vec<_> = recordings.iter().flatten().map(|f| f.along.as_slice()).collect();
-    Knots::new(settings.errors, &along)
+    let observations = recordings.iter().flatten().flat_map(|f| &f.observations);
+    Knots::new(settings.errors, observations.map(|o| &o.along))
 }
 
 /// Faults that the search found in every frame of a recording, and whether the frame is lost.
@@ -198,7 +187,7 @@ type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
 /// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the usual
 /// residual, in standard deviations, which is that of these recordings unless it is given, and the outliers of every recording.
 fn placed(
-    mode: &mut Smoother<'_, '_>,
+    mode: &mut Smoother<'_>,
     courses: &mut [SmoothedRecording],
     usual: Option<f64>,
     progress: &dyn Fn(usize),
@@ -217,33 +206,27 @@ fn placed(
 }
 
 /// Absolute residuals of a frame, in standard deviations; none without an equilibrium.
-fn far(mode: &Smoother<'_, '_>, course: &SmoothedRecording, t: usize) -> Vec<f64> {
+fn far(mode: &Smoother<'_>, course: &SmoothedRecording, t: usize) -> Vec<f64> {
     let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
         return Vec::new();
     };
-    residuals.iter().zip(&course.frames[t].along).map(|(r, along)| r.abs() / along.sd_mm).collect()
+    residuals.iter().zip(&course.frames[t].observations).map(|(r, o)| r.abs() / o.along.sd_mm).collect()
 }
 
 /// Removes observations of a recording that are much farther from the surface than their error and than is `usual`, because they are not
 /// points of this tongue.
-fn without_outliers(mode: &Smoother<'_, '_>, course: &mut SmoothedRecording, usual: f64) -> Outliers {
+fn without_outliers(mode: &Smoother<'_>, course: &mut SmoothedRecording, usual: f64) -> Outliers {
     let all: Vec<Vec<f64>> = (0..course.frames.len()).map(|t| far(mode, course, t)).collect();
     let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
     for ((t, frame), far) in Arc::make_mut(&mut course.frames).iter_mut().enumerate().zip(&all) {
         let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
         let mut faults = Vec::new();
-        let mut points: Vec<String> = (0..frame.names.len())
-            .filter(|i| far.get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0)))
-            .map(|i| frame.names[i].clone())
-            .collect();
+        let is_far = frame.observations.iter().zip(far).filter(|(_, far)| **far > MOST_SD * usual.max(1.0));
+        let mut points: Vec<String> = is_far.map(|(o, _)| o.name.clone()).collect();
         points.dedup();
         if !points.is_empty() {
-            let all = points.len() * 3 > frame.names.len();
-            let kept: Vec<usize> =
-                (0..frame.names.len()).filter(|&i| !all && !points.contains(&frame.names[i])).collect();
-            frame.observations = kept.iter().map(|&i| frame.observations[i].clone()).collect();
-            frame.along = kept.iter().map(|&i| frame.along[i]).collect();
-            frame.names = kept.iter().map(|&i| frame.names[i].clone()).collect();
+            let all = points.len() * 3 > frame.observations.len();
+            frame.observations.retain(|o| !all && !points.contains(&o.name));
             course.here[t].linear = None;
             faults.push(Fault { kind: FaultKind::FarFromFit, points });
             lost |= all;
@@ -257,9 +240,9 @@ fn without_outliers(mode: &Smoother<'_, '_>, course: &mut SmoothedRecording, usu
 
 /// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.
 fn summarise(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
-    draws: &Sampler<'_, '_>,
+    draws: &Sampler<'_>,
     predicted: &[Vec<Option<HeldOutPrediction>>],
     (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
 ) -> TrackedRecording {
@@ -269,34 +252,27 @@ fn summarise(
     let mut segments = Segments::new(&course.frames, mode.settings.kept_draws);
     let mut frames: Vec<Tracked> = Vec::with_capacity(count);
     draws.draw(|window, drawn, means| {
-        let numbers: Vec<usize> = window.clone().collect();
-        let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-        let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Tracked> {
-            let mut solver = (mode.solver)();
-            chunk
-                .iter()
-                .map(|&t| {
-                    let found = FrameSolution {
-                        way: ways.get(t).and_then(Option::as_ref),
-                        frame: &course.frames[t],
-                        x: &unknowns[t],
-                        linear: course.here[t].linear.as_deref(),
-                        positions: course.here[t].positions.as_deref(),
-                        placed: draws.course.here[t].positions.as_deref(),
-                        predicted: &predicted[t],
-                        lost: lost[t],
-                        means,
-                        number: t - window.start,
-                        is_shown: mode.settings.is_shown(t, count),
-                    };
-                    tracked(&mut solver, &found, drawn, mode.settings)
-                })
-                .collect()
-        });
-        frames.extend(by_chunk.into_iter().flatten());
+        frames.extend(in_chunks(window.clone(), |chunk| {
+            let mut solver = mode.solver();
+            Vec::from_iter(chunk.iter().map(|&t| {
+                let found = FrameSolution {
+                    way: ways.get(t).and_then(Option::as_ref),
+                    frame: &course.frames[t],
+                    x: &unknowns[t],
+                    linear: course.here[t].linear.as_deref(),
+                    positions: course.here[t].positions.as_deref(),
+                    placed: draws.course.here[t].positions.as_deref(),
+                    predicted: &predicted[t],
+                    lost: lost[t],
+                    means,
+                    is_shown: mode.settings.is_shown(t, count),
+                };
+                tracked(&mut solver, &found, &drawn[t - window.start], mode.settings)
+            }))
+        }));
         segments.take(window, &frames, drawn, means);
     });
     frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));
-    let rest = (mode.solver)().system.rest().to_vec();
+    let rest = mode.stage.system.rest().to_vec();
     TrackedRecording { rest, frames, ..segments.finish() }
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::draws::{BATCH, Means, WindowDraws};
+use super::draws::{BATCH, FrameDraws, Means};
 use super::frame::Frame;
 use super::ornstein_uhlenbeck::Softplus;
 use super::results::{Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked, TrackedRecording};
@@ -56,7 +56,7 @@ impl<'a> Segments<'a> {
     }
 
     /// Takes the draws of a window of frames, and what was found of all frames so far; `means` are those over the recording.
-    pub fn take(&mut self, window: Range<usize>, found: &[Tracked], draws: &WindowDraws, means: &Means) {
+    pub fn take(&mut self, window: Range<usize>, found: &[Tracked], draws: &[FrameDraws], means: &Means) {
         let from = window.start;
         for t in window {
             let frame = &self.frames[t];
@@ -67,9 +67,9 @@ impl<'a> Segments<'a> {
                 let numbers =
                     |count: usize| (0..count).filter(|draw| draw % BATCH < BATCH / 2).take(self.kept_draws);
                 let own =
-                    draws.tensions[t - from].iter().map(|all| numbers(all.len()).map(|d| all[d]).collect());
+                    draws[t - from].tensions.iter().map(|all| numbers(all.len()).map(|d| all[d]).collect());
                 let tensions = own.collect();
-                let courses = draws.tensions[t - from].iter().zip(&means.0).map(|(all, means)| {
+                let courses = draws[t - from].tensions.iter().zip(&means.0).map(|(all, means)| {
                     numbers(all.len()).map(|d| (f64::from(all[d]) - means[d]) as f32).collect()
                 });
                 let courses = courses.collect();
@@ -82,7 +82,7 @@ impl<'a> Segments<'a> {
                 }
                 for (_, frames, sums) in self.open.iter_mut().filter(|(l, ..)| *l == label) {
                     *frames += 1;
-                    sums.add(&draws.tensions[t - from]);
+                    sums.add(&draws[t - from].tensions);
                 }
             }
             let (ended, open) = self.open.drain(..).partition(|(l, ..)| self.last[*l] == Some(t));

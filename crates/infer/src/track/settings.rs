@@ -1,10 +1,10 @@
 //! Settings of tracking, and what recordings are tracked on.
 
 use super::errors::{Errors, Knots};
-use super::frame::Followed;
 use super::ornstein_uhlenbeck::Softplus;
 use super::shape::RestShape;
 use crate::inverse::MovableBone;
+use tongue_core::geometry::Point;
 use tongue_core::random::seed_of;
 use tongue_core::system::System;
 
@@ -72,6 +72,15 @@ impl TrackSettings {
     }
 }
 
+/// A bone of a body that follows its observed place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Followed {
+    pub name: String,
+    pub nodes: Vec<usize>,
+    /// Place where its mark is seen when the bone is at its rest position, m.
+    pub mark: Point,
+}
+
 /// A body on which recordings are tracked.
 #[derive(Clone, Copy)]
 pub struct TrackingContext<'a> {
@@ -84,7 +93,20 @@ pub struct TrackingContext<'a> {
     pub shape: Option<&'a RestShape>,
 }
 
-impl TrackingContext<'_> {
+impl<'a> TrackingContext<'a> {
+    /// A body of known shape with all bones at rest.
+    pub fn fixed(system: &'a System<2>) -> Self {
+        Self { system, followed: &[], freed: &[], shape: None }
+    }
+
+    /// The same on the body at rest of `body`, if there is one.
+    pub(super) fn on<'b>(&self, body: Option<&'b RestShape>) -> TrackingContext<'b>
+    where
+        'a: 'b,
+    {
+        TrackingContext { system: body.map_or(self.system, |body| &body.system), ..*self }
+    }
+
     pub(super) fn sizes(&self, knots: &Knots) -> Sizes {
         let muscles = self.system.contracting().len();
         Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }

@@ -5,10 +5,9 @@ use nalgebra::{DMatrix, DVector, SVector};
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::jacobian::{DerivativeColumns, DerivativeUnit, Rates};
 use super::shape::{RestShape, STEP};
-use super::smoother::{CHUNK, SmoothedRecording, Smoother};
+use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
-use tongue_core::parallel;
 use tongue_core::statics::lanes::UnitChange;
 
 /// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
@@ -19,28 +18,25 @@ pub(super) struct ShapeJacobian {
 
 /// Derivatives of all frames by the shape.
 pub(super) fn shape_jacobians(
-    mode: &Smoother<'_, '_>,
+    mode: &Smoother<'_>,
     course: &SmoothedRecording,
     shape: Option<&RestShape>,
 ) -> Vec<Option<ShapeJacobian>> {
     let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
-    let numbers: Vec<usize> = (0..course.frames.len()).collect();
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<ShapeJacobian>> {
+    in_chunks(0..course.frames.len(), |chunk| {
         let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
         let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
         let postures = Vec::from_iter(known.iter().zip(&x).map(|(&t, x)| {
             let from = course.here[t].linear.as_ref().map(|linear| &*linear.positions);
             (&course.frames[t], x, from)
         }));
-        let rates = shape.rates(&mut (mode.solver)(), &postures);
+        let rates = shape.rates(&mut mode.solver(), &postures);
         let mut out: Vec<Option<ShapeJacobian>> = chunk.iter().map(|_| None).collect();
         for (t, all) in known.into_iter().zip(rates) {
             out[t - chunk[0]] = all;
         }
         out
-    });
-    by_chunk.into_iter().flatten().collect()
+    })
 }
 
 impl RestShape {
@@ -64,13 +60,12 @@ impl RestShape {
     fn add_coils(&self, rates: &mut Rates, frame: &Frame) {
         let Rates { positions, by_unknown, .. } = rates;
         let first = by_unknown.ncols() - self.prior.coils.len();
-        let hidden = frame.hidden.iter().map(|h| (&h.name, &h.along));
-        let rows: Vec<_> = frame.names.iter().zip(&frame.along).chain(hidden).collect();
         for (k, (coil, weights)) in self.prior.coils.iter().enumerate() {
             let motion: Point = weights.iter().map(|(n, w)| positions[*n] * *w).sum();
-            for (row, (_, along)) in rows.iter().enumerate().filter(|(_, (name, _))| *name == coil) {
+            let rows = frame.observations.iter().chain(&frame.hidden).enumerate();
+            for (row, seen) in rows.filter(|(_, seen)| seen.name == *coil) {
                 by_unknown[(row, first + k)] =
-                    along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
+                    seen.along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
             }
         }
     }

@@ -3,22 +3,33 @@
 //! The unknowns of a frame (its state) are the course of each muscle, displacements of bones that were not observed, and the slow error
 //! at a few knots of the contour. Shared by all frames are the level of each muscle and the static error. The shape at rest is fixed.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::geometry::Point;
+use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 
 use super::errors::{Along, FrameErrors, Knots};
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
-use super::settings::{Sizes, TrackSettings};
+use super::settings::{Sizes, TrackSettings, TrackingContext};
+use super::shape::RestShape;
 
 /// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
 /// results do not either.
 pub(super) const CHUNK: usize = 32;
+
+/// Results for frames, chunk by chunk; `work` gets the numbers of the frames of a chunk.
+pub(super) fn in_chunks<T: Send>(frames: Range<usize>, work: impl Fn(&[usize]) -> Vec<T> + Sync) -> Vec<T> {
+    let numbers: Vec<usize> = frames.collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    parallel::map(&chunks, |chunk| work(chunk)).into_iter().flatten().collect()
+}
+
 /// A frame with fewer observations than this counts as one without observations.
 pub const FEWEST: usize = 3;
 
@@ -68,11 +79,11 @@ pub(super) struct WhitenedRows {
 
 /// All recordings of a speaker, with their shared unknowns.
 #[derive(Clone)]
-pub(super) struct Smoother<'a, 's> {
+pub(super) struct Smoother<'a> {
+    pub stage: TrackingContext<'a>,
     pub sizes: Sizes,
     pub settings: &'a TrackSettings,
     pub knots: &'a Knots,
-    pub solver: &'a (dyn Fn() -> FrameSolver<'s> + Sync),
     /// Levels (N/m) and static error (mm).
     pub shared: DVector<f64>,
     /// Precision of the shared unknowns in the prior.
@@ -83,28 +94,34 @@ pub(super) struct Smoother<'a, 's> {
     pub holds: bool,
 }
 
-impl<'a, 's> Smoother<'a, 's> {
-    pub fn new(
-        sizes: Sizes,
-        settings: &'a TrackSettings,
-        knots: &'a Knots,
-        solver: &'a (dyn Fn() -> FrameSolver<'s> + Sync),
-    ) -> Self {
+impl<'a> Smoother<'a> {
+    pub fn new(stage: TrackingContext<'a>, settings: &'a TrackSettings, knots: &'a Knots) -> Self {
+        let sizes = stage.sizes(knots);
         let n = sizes.shared();
-        let mut precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
+        let mut shared_precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
         let (m, k) = (sizes.muscles, sizes.knots);
-        precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
+        shared_precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
         let shared = DVector::zeros(n);
-        Self {
-            sizes,
-            settings,
-            knots,
-            solver,
-            shared,
-            shared_precision: precision,
-            keeps: true,
-            holds: false,
+        Self { stage, sizes, settings, knots, shared, shared_precision, keeps: true, holds: false }
+    }
+
+    /// A solver of frames on the body.
+    pub fn solver(&self) -> FrameSolver<'a> {
+        FrameSolver::new(self.stage, self.settings.link)
+    }
+
+    /// Precision of the shared unknowns in the prior, those of a shape behind the others, and the gradient of its cost where they are now.
+    /// A shape is given with the weight of its prior and its damping, in units of that prior's precision.
+    pub fn shared_prior(&self, shape: Option<(&RestShape, f64, f64)>) -> (DMatrix<f64>, DVector<f64>) {
+        let (n, more) = (self.sizes.shared(), shape.map_or(0, |(shape, ..)| shape.count()));
+        let mut precision = self.shared_precision.clone().resize(n + more, n + more, 0.0);
+        let mut gradient = (&self.shared_precision * &self.shared).resize_vertically(n + more, 0.0);
+        if let Some((RestShape { prior, .. }, weight, damping)) = shape {
+            let own = &prior.precision * (weight * (1.0 + damping));
+            precision.view_mut((n, n), (more, more)).copy_from(&own);
+            gradient.rows_mut(n, more).copy_from(&(&prior.gradient * weight));
         }
+        (precision, gradient)
     }
 
     /// A recording at the start of the search.
@@ -143,18 +160,17 @@ impl<'a, 's> Smoother<'a, 's> {
         let period_s = upper_median(course.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
             .unwrap_or(f64::INFINITY);
         // Frames that show the same points with the same certainty share their errors.
-        let mut last: Option<(&[Along], Option<Arc<FrameErrors>>)> = None;
-        let mut errors = Vec::with_capacity(course.frames.len());
-        for frame in course.frames.iter() {
+        let mut last: Option<(Vec<Along>, Option<Arc<FrameErrors>>)> = None;
+        course.errors = Vec::from_iter(course.frames.iter().map(|frame| {
+            let along: Vec<Along> = frame.observations.iter().map(|o| o.along).collect();
             let found = match &last {
-                Some((along, found)) if *along == frame.along.as_slice() => found.clone(),
-                _ if frame.observations.len() < FEWEST => None,
-                _ => self.knots.frame(&frame.along, period_s).map(Arc::new),
+                Some((other, found)) if *other == along => found.clone(),
+                _ if along.len() < FEWEST => None,
+                _ => self.knots.frame(&along, period_s).map(Arc::new),
             };
-            last = Some((&frame.along, found.clone()));
-            errors.push(found);
-        }
-        course.errors = errors;
+            last = Some((along, found.clone()));
+            found
+        }));
     }
 
     /// Unknowns of a frame's equilibrium: tensions before the link, and displacements.
@@ -178,7 +194,8 @@ impl<'a, 's> Smoother<'a, 's> {
         let known = here.z.rows(muscles + bones, knots) + shared.rows(muscles, knots);
         let moved = self.unknowns(&here.z, shared) - &linear.x;
         let mut residuals = &linear.residuals + &linear.jacobian * moved;
-        residuals.iter_mut().zip(&course.frames[t].observations).for_each(|(r, o)| *r *= 1e3 / o.weight);
+        let units = course.frames[t].observations.iter().map(|o| 1e3 / o.observation.weight);
+        residuals.iter_mut().zip(units).for_each(|(r, unit)| *r *= unit);
         Some(residuals - &errors.basis * known)
     }
 
@@ -187,7 +204,7 @@ impl<'a, 's> Smoother<'a, 's> {
         &self,
         course: &SmoothedRecording,
         t: usize,
-        by_shape: Option<DMatrix<f64>>,
+        by_shape: Option<&DMatrix<f64>>,
     ) -> Option<WhitenedRows> {
         let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
         let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
@@ -197,12 +214,12 @@ impl<'a, 's> Smoother<'a, 's> {
         let mut jacobian = all.columns_mut(1, muscles + bones);
         jacobian.copy_from(&linear.jacobian);
         for (mut row, o) in jacobian.row_iter_mut().zip(&course.frames[t].observations) {
-            row *= 1e3 / o.weight;
+            row *= 1e3 / o.observation.weight;
         }
         all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
         let all = errors.whitened(all);
         let by_state = all.columns(1, self.sizes.state()).into_owned();
-        let by_shape = by_shape.map(|by_shape| errors.whitened(by_shape));
+        let by_shape = by_shape.map(|by_shape| errors.whitened(by_shape.clone()));
         Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
