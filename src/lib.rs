@@ -166,7 +166,7 @@ pub mod inverse {
         //! What to doubt in an answer.
         pub use tongue_infer::inverse::alarms::{Alarm, alarms};
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::alarms::{THICKNESS_M, barrier, of_strain};
+        pub(crate) use tongue_infer::inverse::alarms::{barrier, of_strain};
     }
 
     pub mod batch {
@@ -186,8 +186,6 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     pub use tongue_input::measured::emg::Activity;
     pub use tongue_input::measured::muscles::Muscles;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_input::measured::reference_muscle;
     pub use tongue_input::measured::thesis::Thesis;
     pub use tongue_input::measured::{
         ByMuscle, Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel,
@@ -204,8 +202,6 @@ pub mod measured {
         pub mod rest_distance {
             //! How far the model in its baseline is from a measured row, and whether its lengths have the proportions of a tongue.
             pub use tongue_input::measured::lengths::rest_distance::doubt_of_proportions;
-            #[cfg(feature = "cli")]
-            pub(crate) use tongue_input::measured::lengths::rest_distance::{measure, nearest};
         }
     }
 
@@ -235,9 +231,7 @@ pub mod parallel {
 pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::posterior::{
-        AuxiliaryData, Contrast, Measurements, OverSpeakers, StretchSummary,
-    };
+    pub(crate) use tongue_infer::posterior::{AuxiliaryData, OverSpeakers, StretchSummary};
     pub use tongue_infer::posterior::{
         Draw, Posterior, PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun,
         Status, Summary, Verdict, sample,
@@ -248,12 +242,12 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        AnimationFrame, Conclusion, Draws, EscapeControl, FormantsRecord, Markdown, OfBody, PageBody,
-        PageTable, Panel, Pvd, REPEATED, RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord,
-        SpaceFitRecord, SpaceTrackRecord, Ssff, StoTable, Table, TonguePage, TrackPage, TrackRecord,
-        TrackResults, TrajectoryRecord, VowelPicture, contrasts, discard_unfinished, draws_csv, fixed,
-        formants_csv, limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated,
-        repeats_table, ridges, segments_csv, solid, status_name, timelines, track_csv, views, vowel, wrapped,
+        AnimationFrame, Conclusion, EscapeControl, FormantsRecord, Markdown, OfBody, Panel, Pvd,
+        RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
+        Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
+        discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns, limit_of_plane, over_speakers,
+        panels, placed, prior_interval_n, repeated, repeats_columns, segments_csv, solid, status_name,
+        timelines, track_csv, views, vowel, wrapped,
     };
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
@@ -262,21 +256,21 @@ pub mod report {
     #[cfg(feature = "files")]
     pub use tongue_files::report::{OutputDir, write};
 
+    #[cfg(feature = "cli")]
+    pub(crate) mod column {
+        //! Columns of tables.
+        pub(crate) use tongue_files::report::column::{Column, headed, objects, table};
+    }
+
     #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
         pub use tongue_files::report::batch::Shard;
         #[cfg(feature = "cli")]
         pub(crate) use tongue_files::report::batch::{
-            Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, columns, digests,
-            passive_groups, sha256, write_files, write_json,
+            Batch, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast, columns, digests, over_subjects,
+            sha256, subject_contrasts, write_files, write_json,
         };
-
-        #[cfg(feature = "cli")]
-        pub(crate) mod contrasts {
-            //! Differences of tensions between vowels.
-            pub(crate) use tongue_files::report::batch::summary::{SubjectContrast, all, over_subjects};
-        }
 
         #[cfg(feature = "cli")]
         pub(crate) mod journal {
@@ -293,7 +287,9 @@ pub mod run {
     pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, VerdictSource};
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::{
-        MuscleEffect, Solved, SoundRun, SpaceSource, TongueSound, TongueSoundRecord, TrackedBody,
+        EffectRow, MotionRun, Moved, MuscleEffect, PosteriorRun, Published, RowPosteriors, SampledPosterior,
+        Solved, SoundRun, SpaceSource, SpaceTrackRun, SpaceTracked, TongueSound, TongueSoundRecord,
+        TrackedBody,
     };
 }
 
@@ -377,7 +373,7 @@ pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
     pub use tongue_files::validate::{ValidationPlan, run};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::validate::{ValidationStudy, files, page};
+    pub(crate) use tongue_files::validate::{ValidationStudy, files, opponents, page, scores};
 }
 
 pub mod track {
@@ -386,7 +382,7 @@ pub mod track {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::track::{
         Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch,
-        add_formants, compare, compared, course_summaries, held_out, is_untrusted, repeatability,
+        add_formants, is_untrusted,
     };
     pub use tongue_infer::track::{TrackSettings, Tracked, TrackedRecording};
 }

@@ -144,7 +144,7 @@ pub fn fit_rows<'py>(
             if seen.load(Ordering::Relaxed) {
                 return;
             }
-            let made = run.fit(number, None, None, &provenance);
+            let made = run.fit(number, false, &provenance, &|_| ());
             // A closed receiver means that the call was interrupted.
             let _ = sender.send((number, made));
         };

@@ -10,7 +10,7 @@ use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 
-use super::choice::choice_among;
+use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, PriorArguments};
 use super::track_files::BodyFile;
 use super::{Global, Outcome, body, inputs, output, recording_checks, table};

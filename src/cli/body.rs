@@ -3,17 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail, miette};
-use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::choice::named;
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
-use tongue_fit::report::PageBody;
 use tongue_fit::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::suggest;
 use tongue_fit::system::Model;
 
-use super::choice::choice;
+use super::inputs::choice;
 use super::{inputs, output};
 
 /// Nodes of the reference tongue at the default spacing.
@@ -143,7 +141,7 @@ impl Arguments {
         }
     }
 
-    fn plane(&self) -> miette::Result<PlaneBody> {
+    pub fn plane(&self) -> miette::Result<PlaneBody> {
         self.check()?;
         let spacing_m = self.h.as_deref().map(spacing).transpose()?;
         let source = match (&self.mesh, &self.anatomy) {
@@ -157,7 +155,9 @@ impl Arguments {
     }
 
     pub fn body(&self) -> miette::Result<Body<2>> {
-        let body = self.made(&self.plane()?)?;
+        let file = self.mesh.as_deref().unwrap_or(Path::new("")).display();
+        let body = self.plane()?.make(&mut |concern| output::note(&format!("{file}: {concern}")));
+        let body = body.into_diagnostic()?;
         self.warn();
         output::step(|| {
             let mesh = &body.mesh;
@@ -165,12 +165,6 @@ impl Arguments {
             format!("{}: {nodes} nodes, {triangles} triangles, {} muscles", body.what, mesh.muscles.len())
         });
         Ok(body)
-    }
-
-    /// The body of this plan, with notes on a file of Gmsh.
-    fn made(&self, plane: &PlaneBody) -> miette::Result<Body<2>> {
-        let file = self.mesh.as_deref().unwrap_or(Path::new("")).display();
-        plane.make(&mut |concern| output::note(&format!("{file}: {concern}"))).into_diagnostic()
     }
 
     /// A note before the first solve on a tissue that is hardly compressible.
@@ -183,36 +177,6 @@ impl Arguments {
                  may take minutes and end without converging; 0.499 is nearly incompressible"
             ));
         }
-    }
-
-    /// The body for a page, which builds it again.
-    pub fn page_body(&self) -> miette::Result<PageBody> {
-        let plane = self.plane()?;
-        let continuum = plane.kind == Kind::Continuum;
-        let given = plane.spacing_m.or(continuum.then(|| plane.spacing_m()));
-        let mut page = PageBody {
-            springs_h_mm: plane.spacing_m.map(|h| h * 1e3),
-            continuum_h_mm: given.map(|h| h * 1e3),
-            continuum,
-            model: self.model(),
-            file: String::new(),
-            anatomy: None,
-            mesh: None,
-        };
-        match &plane.source {
-            BodySource::Tongue => {}
-            BodySource::Anatomy { toml, origin } => {
-                (page.file, page.anatomy) = (origin.clone(), Some(toml.clone()));
-            }
-            BodySource::Mesh { origin, .. } => {
-                // The file's concerns were told where the body was made.
-                let springs = PlaneBody { kind: Kind::Springs, ..plane.clone() };
-                let flat = springs.make(&mut |_| ()).into_diagnostic()?;
-                let mesh = output::json(&MeshRecord::of(&flat, &self.model()).into_diagnostic()?)?;
-                (page.file, page.mesh) = (origin.clone(), Some(mesh));
-            }
-        }
-        Ok(page)
     }
 
     pub fn space(&self) -> Option<&SpaceSource> {

@@ -3,17 +3,17 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::choice::name_of;
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
-use tongue_fit::run::{FitRun, VerdictSource};
+use tongue_fit::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::system::TissueModel;
 
-use super::choice::choice;
 use super::fit_table::ShownFit;
-use super::{Global, Outcome, body, inputs, others, output, posterior, reference_solution, space_track};
+use super::inputs::choice;
+use super::{Global, Outcome, body, inputs, others, output, posterior, space_track};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
@@ -134,12 +134,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             target.active_names().join(", ")
         )
     });
-    let sampled = match &posterior_model {
-        Some(posterior_model) => {
-            Some(arguments.posterior.sample(posterior_model, &seen.iter().collect::<Vec<_>>(), beside)?)
-        }
-        None => None,
-    };
+    let (targets, sampling) = (seen.iter().collect::<Vec<_>>(), arguments.posterior.sampling());
+    let sampled = posterior_model.as_ref().map(|model| {
+        let sampled = PosteriorRun { model, targets: &targets, beside, sampling }.run(&output::tell_step);
+        sampled.into_diagnostic().wrap_err("--posterior")
+    });
+    let sampled = sampled.transpose()?;
     let verdict = match &sampled {
         Some(sampled) => VerdictSource::Posterior(Ok(&sampled.reports[posture])),
         None => VerdictSource::ShortRun,
@@ -156,7 +156,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(why) => format!("no verdict: {why}"),
     });
     let published = match arguments.lengths {
-        None => reference_solution::answer(&tongue.mesh, &model, &matched.target)?,
+        None => Published::of(&tongue, &model, &matched.target).into_diagnostic()?,
         Some(_) => None,
     };
 

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use tongue_fit::inverse::{Fit, SolutionCurve};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
+use tongue_fit::run::{Published, SampledPosterior};
 
-use super::posterior::{ACTIVE_BASELINE, Sampled};
-use super::reference_solution::Published;
+use super::posterior::{self, ACTIVE_BASELINE};
 use super::table::{counted, newtons, rows, wrapped};
 use super::word;
 
@@ -20,7 +20,7 @@ pub struct ShownFit<'a> {
     pub from_stretches: Option<&'a Fit>,
     pub published: Option<&'a Published>,
     /// What data and model leave open, where it was asked for.
-    pub posterior: Option<(&'a Sampled<'a>, usize)>,
+    pub posterior: Option<(&'a SampledPosterior<'a>, usize)>,
     pub written: &'a [PathBuf],
 }
 
@@ -30,8 +30,8 @@ const NO_MISFIT: f64 = 1e-9;
 impl ShownFit<'_> {
     pub fn text(&self) -> String {
         let mut text = self.told_first();
-        if let Some((posterior, posture)) = self.posterior {
-            text += &posterior.text(posture, self.is_verbose);
+        if let Some((sampled, posture)) = self.posterior {
+            text += &posterior::text(sampled, posture, self.is_verbose);
         }
         text += &self.heading();
         text += &self.tensions();

@@ -1,9 +1,12 @@
-//! Files that commands read, with errors that name them.
+//! Files that commands read, with errors that name them, and options whose values are choices of the library.
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use miette::{IntoDiagnostic, miette};
+use serde::de::DeserializeOwned;
 use tongue_fit::acoustics::{Tract, VocalTract};
+use tongue_fit::choice::{named, names};
 use tongue_fit::files::{self, advice};
 use tongue_fit::measured::Dataset;
 use tongue_fit::measured::lengths::rest_distance;
@@ -48,4 +51,14 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Re
         Some(mm) => data.with_half_width_mm(mm).into_diagnostic(),
         None => Ok(data),
     }
+}
+
+pub fn choice<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    choice_among(names::<T>())
+}
+
+pub fn choice_among<T: DeserializeOwned + Clone + Send + Sync + 'static>(
+    names: &'static [&'static str],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names).try_map(|name| named(&name).ok_or("not one of them"))
 }

@@ -3,7 +3,6 @@
 mod adapt;
 mod batch;
 mod body;
-mod choice;
 mod drive;
 mod fit;
 mod fit_table;
@@ -23,7 +22,6 @@ mod page;
 mod posterior;
 mod recording_checks;
 mod recordings;
-mod reference_solution;
 mod scene;
 mod scene_table;
 mod simulate;

@@ -1,12 +1,12 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
 
-use miette::{IntoDiagnostic, ensure};
-use serde_json::{Value, json};
+use miette::{IntoDiagnostic, WrapErr, ensure};
+use serde_json::json;
 use tongue_fit::body::Mesh;
 use tongue_fit::geometry::Point;
-use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
-use tongue_fit::run::MuscleEffect;
-use tongue_fit::simulation::SimulationError;
+use tongue_fit::report::column::{self, Column};
+use tongue_fit::report::{self, Export, Json, OutputDir, Panel};
+use tongue_fit::run::{EffectRow, MuscleEffect};
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::TissueModel;
 
@@ -50,7 +50,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         );
         let names = body.groups();
         let each = names.iter().map(|name| {
-            MuscleEffect::in_space(&body, &model, &section, (name, activation), &output::tell_step)
+            let alone =
+                MuscleEffect::in_space(&body, &model, &section, (name, activation), &output::tell_step);
+            alone.into_diagnostic().wrap_err("--activation")
         });
         let title = format!("{what} an activation of {activation}: {}", body.what);
         let shown = (&section, &[][..], title.as_str(), "midsagittal surface");
@@ -64,7 +66,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let equilibria = names.len() as f64;
     body::tell_duration("each muscle alone", body.mesh.nodes.len(), equilibria * body::EQUILIBRIUM_S);
     ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
-    let each = names.iter().map(|name| MuscleEffect::in_plane(&body, &model, name, tension));
+    let each =
+        names.iter().map(|name| MuscleEffect::in_plane(&body, &model, name, tension).into_diagnostic());
     let title = format!("{what} {tension} N per metre of thickness");
     let palate = body.palate.as_deref().unwrap_or_default();
     answer(each, (&body.mesh, palate, &title, "surface"), TissueModel::of(&body.mesh), &out, global)
@@ -72,7 +75,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
 /// Writes and prints what muscles do.
 fn answer(
-    each: impl Iterator<Item = Result<MuscleEffect, SimulationError>>,
+    each: impl Iterator<Item = miette::Result<MuscleEffect>>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
     tissue: TissueModel,
     out: &OutputDir,
@@ -81,28 +84,32 @@ fn answer(
     let each = each.inspect(|found| {
         found.iter().for_each(|alone| output::step(|| format!("{}: {:?}", alone.name, alone.status)));
     });
-    let all = each.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
-    let rows: Vec<Value> = all.iter().flat_map(MuscleEffect::rows).collect();
+    let all = each.collect::<miette::Result<Vec<_>>>()?;
+    let columns = EffectRow::columns(tissue == TissueModel::Hexahedra);
+    let rows: Vec<EffectRow<'_>> = all.iter().flat_map(MuscleEffect::rows).collect();
     let panels: Vec<Panel> = all.iter().map(panel).collect();
     let picture = report::panels(mesh, palate, &panels, title).into_diagnostic()?;
     let by = super::provenance().with_tissue(tissue);
-    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
-    let record = json!({ "muscles": rows });
+    let csv = column::table(&columns, &rows);
+    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &csv)];
+    let record = json!({ "muscles": column::objects(&columns, &rows) });
     output::write_and_answer(global, (Some(out), &files), &Json(&record), &by, || {
-        text(title, &all, surface)
+        text(title, &all, &columns, surface)
     })?;
-    Ok(Outcome::of_muscles(all.iter().map(|a| (a.name.as_str(), a.status, a.alarms.len()))))
+    let is_doubtful = |a: &&MuscleEffect| a.status != SolveStatus::Converged || !a.alarms.is_empty();
+    let doubtful: Vec<&str> = all.iter().filter(is_doubtful).map(|a| a.name.as_str()).collect();
+    Ok(Outcome::judged(doubtful.is_empty(), || {
+        format!("no equilibrium that can be trusted where these pull alone: {}", doubtful.join(", "))
+    }))
 }
 
-fn text(title: &str, all: &[MuscleEffect], surface: &str) -> String {
-    let columns =
-        ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
-    let has_width = all.iter().any(|a| a.wider_mm.is_some());
-    let t = table::rows(&columns[..columns.len() - usize::from(!has_width)], all, |a| {
-        let first = [a.name.clone(), format!("{:+.1} %", 100.0 * (a.stretch - 1.0))];
-        let moved = a.moved_mm.into_iter().flatten().chain(a.wider_mm);
-        first.into_iter().chain(moved.map(|v| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0)))
-    });
+fn text<'a>(
+    title: &str,
+    all: &'a [MuscleEffect],
+    columns: &[Column<'a, EffectRow<'a>>],
+    surface: &str,
+) -> String {
+    let t = table::of(columns, &all.iter().map(MuscleEffect::own).collect::<Vec<_>>());
     let doubtful = all.iter().filter(|a| !a.alarms.is_empty());
     let doubts: String = doubtful.map(|a| format!("but of {}: {}\n", a.name, a.alarm_texts())).collect();
     format!(

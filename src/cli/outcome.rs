@@ -39,16 +39,6 @@ impl Outcome {
         let why: Vec<String> = failed.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect();
         Self::judged(why.is_empty(), || why.join("; "))
     }
-
-    /// The outcome for muscles that pull alone: their names, the status of each solve, and its number of alarms.
-    pub fn of_muscles<'a>(solved: impl Iterator<Item = (&'a str, SolveStatus, usize)>) -> Self {
-        let doubtful = solved.filter(|(_, status, alarms)| *status != SolveStatus::Converged || *alarms > 0);
-        let mut names: Vec<&str> = doubtful.map(|(name, ..)| name).collect();
-        names.dedup();
-        Self::judged(names.is_empty(), || {
-            format!("no equilibrium that can be trusted where these pull alone: {}", names.join(", "))
-        })
-    }
 }
 
 /// How often each status occurs.

@@ -6,13 +6,11 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
-use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::Body;
-use tongue_fit::report::{
-    EscapeControl, Export, Json, OutputDir, Provenance, ReportError, SimulationRecord, Svg, Vtu,
-};
-use tongue_fit::system::System;
+use tongue_fit::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
+use tongue_fit::run::Solved;
+use tongue_fit::surgery::OperationRecord;
 
 use super::invocation::{Stream, Volume, current, stop_if_asked};
 use super::{Global, Outcome, table};
@@ -211,21 +209,21 @@ fn short_numbers(text: &str) -> String {
     out + rest
 }
 
-/// Writes and prints an equilibrium of any body: positions of all nodes, m.
+/// Writes and prints an equilibrium of any body, with what surgery changed if there was any.
 pub fn answer_equilibrium<const D: usize>(
     body: &Body<D>,
-    system: &System<D>,
-    record: &SimulationRecord,
-    positions: &[SVector<f64, D>],
+    solved: &Solved<D>,
+    operation: Option<OperationRecord>,
     picture: Result<Svg, ReportError>,
     (out, global): (Option<&OutputDir>, &Global),
 ) -> miette::Result<Outcome> {
-    let (json, picture) = (Json(record), picture.into_diagnostic()?);
-    let pulls: Vec<f64> = record.pulls.values().0.iter().map(|(_, pull)| *pull).collect();
-    let vtu = Vtu::of(body, positions, &pulls).into_diagnostic()?.with_stresses(system.stresses(positions));
+    let Solved { positions, pulls, system, .. } = solved;
+    let record = solved.record(body, operation);
+    let (json, picture) = (Json(&record), picture.into_diagnostic()?);
+    let vtu = Vtu::of(body, positions, pulls).into_diagnostic()?.with_stresses(system.stresses(positions));
     let files: [(&str, &dyn Export); 3] =
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let by = super::provenance().with_tissue(system.tissue());
-    write_and_answer(global, (out, &files), &json, &by, || table::simulation(record))?;
+    write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
     Ok(Outcome::of_equilibrium(&record.found))
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
-use tongue_fit::report::{Json, OutputDir, PageTable, TonguePage};
+use tongue_fit::report::{Json, OutputDir, TonguePage};
 use tongue_fit::run::FitRun;
 use tongue_fit::system::TissueModel;
 
@@ -40,13 +40,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = if is_page { path } else { path.join("tongue.html") };
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let own = match &arguments.lengths {
-        Some(path) => {
-            Some(PageTable { file: path.display().to_string(), text: inputs::text("the table", path)? })
-        }
+        Some(path) => Some((path.display().to_string(), inputs::text("the table", path)?)),
         None => None,
     };
     let data = match &own {
-        Some(table) => Dataset::from_reader(table.text.as_bytes(), &table.file),
+        Some((file, text)) => Dataset::from_reader(text.as_bytes(), file),
         None => Dataset::reference(),
     };
     let data = data.into_diagnostic()?;
@@ -71,7 +69,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             Err(error) => not_fitted.push(error.to_string()),
         }
     }
-    let page = TonguePage { body: arguments.body.page_body()?, table: own, fits };
+    let page = TonguePage { body: arguments.body.plane()?, model, table: own, fits };
     let written = out.export(&[(&name, &page)], &by).into_diagnostic()?;
     let record = json!({ "file": path, "fits": page.fits.len(), "not_fitted": not_fitted });
     output::answer(global, &Json(&record), &by, &written, || {

@@ -2,17 +2,12 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
-use tongue_fit::inverse::TargetOnBody;
-use tongue_fit::measured::Target;
-use tongue_fit::posterior::{
-    self, AuxiliaryData, Contrast, Measurements, Posterior, PosteriorModel, Priors, Quantiles, Report,
-    Sampling, StretchSummary, Summary,
-};
-use tongue_fit::report::{self, Draws, Export, Svg, fixed};
+use tongue_fit::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
+use tongue_fit::report::fixed;
+use tongue_fit::run::SampledPosterior;
 use tongue_fit::system::Model;
 
 use super::table::rows;
@@ -58,21 +53,12 @@ pub fn priors(global: &Global) -> miette::Result<()> {
     ))
 }
 
-pub struct Sampled<'a> {
-    posterior: Posterior<'a>,
-    pub reports: Vec<Report>,
-    pub contrasts: Vec<Contrast>,
-    subject: String,
-    baseline: String,
-    wall_s: f64,
-}
-
 impl Arguments {
     pub fn posterior_model(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<PosteriorModel>> {
         if self.posterior.is_none() {
             return Ok(None);
         }
-        self.settings().check().into_diagnostic()?;
+        self.sampling().check().into_diagnostic()?;
         let priors = match &self.priors {
             None => Priors::default(),
             Some(path) => {
@@ -81,6 +67,9 @@ impl Arguments {
                 Priors::from_toml(&text, &origin).into_diagnostic()?
             }
         };
+        let (draws, growth) = (self.sampling().draws, body::growth(body.mesh.nodes.len()));
+        let seconds = draws as f64 * SECONDS_A_DRAW * growth;
+        output::tell_duration(&format!("--posterior {draws}"), seconds, "fewer draws are faster");
         let posterior_model = PosteriorModel::new(body, model, &priors).into_diagnostic();
         let posterior_model = match &self.priors {
             Some(path) => posterior_model.wrap_err_with(|| format!("--priors {}", path.display())),
@@ -89,138 +78,79 @@ impl Arguments {
         posterior_model.map(Some)
     }
 
-    fn settings(&self) -> Sampling {
+    pub fn sampling(&self) -> Sampling {
         Sampling { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
     }
-
-    /// Samples the posterior of a speaker's targets, which share a baseline, together, with what else was seen of them.
-    pub fn sample<'a>(
-        &self,
-        posterior_model: &'a PosteriorModel,
-        targets: &[&Target],
-        beside: Vec<AuxiliaryData>,
-    ) -> miette::Result<Sampled<'a>> {
-        let clock = Instant::now();
-        let settings = self.settings();
-        let Sampling { draws, seed } = settings;
-        settings.check().into_diagnostic().wrap_err("--posterior")?;
-        let growth = body::growth(posterior_model.body.mesh.nodes.len());
-        output::tell_duration(
-            &format!("--posterior {draws}"),
-            draws as f64 * SECONDS_A_DRAW * growth,
-            "fewer draws are faster",
-        );
-        let matched = targets.iter().map(|target| TargetOnBody::new(&posterior_model.body.mesh, target));
-        let matched: Vec<TargetOnBody> = matched.collect::<Result<_, _>>().into_diagnostic()?;
-        let first =
-            targets.first().ok_or_else(|| miette::miette!("--posterior: there is nothing measured"))?;
-        let seen = Measurements { beside, ..Measurements::together(&matched.iter().collect::<Vec<_>>()) };
-        output::step(|| {
-            let vowels = seen.labels.join(", ");
-            format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject)
-        });
-        let posterior =
-            posterior::sample(posterior_model, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
-        let reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
-        Ok(Sampled {
-            contrasts: Contrast::all(&posterior),
-            posterior,
-            reports,
-            subject: first.subject.clone(),
-            baseline: first.baseline.to_string(),
-            wall_s: clock.elapsed().as_secs_f64(),
-        })
-    }
 }
 
-impl Sampled<'_> {
-    fn what(&self, posture: usize) -> String {
-        format!("{} /{}/", self.subject, self.posterior.density.seen.labels[posture])
-    }
-
-    /// The change of every tension in a posture; `None` where the chains have not mixed.
-    pub fn ridges(&self, posture: usize) -> Option<Svg> {
-        let title = format!("{}: change of every tension from the baseline", self.what(posture));
-        let is_told = self.reports[posture].summary.is_some();
-        is_told.then(|| report::ridges(&self.posterior, posture, &title))
-    }
-
-    pub fn files<'s>(&'s self, posture: usize) -> Vec<(&'static str, Box<dyn Export + 's>)> {
-        let draws: Box<dyn Export + 's> = Box::new(Draws(&self.posterior, posture));
-        let ridges = self.ridges(posture).map(|ridges| ("ridges.svg", Box::new(ridges) as Box<dyn Export>));
-        std::iter::once(("posterior.csv", draws)).chain(ridges).collect()
-    }
-
-    /// For a terminal: every tension with its intervals; with `-v` also every stretch.
-    pub fn text(&self, posture: usize, is_verbose: bool) -> String {
-        let report = &self.reports[posture];
-        let seen = &self.posterior.density.seen;
-        let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
-        let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
-        let mut text = format!(
-            "\nPOSTERIOR of {} against /{}/{}{}: all {}{}, every muscle may pull\n",
-            self.what(posture),
-            self.baseline,
-            if seen.is_baseline_active { ACTIVE_BASELINE } else { "" },
-            if others.is_empty() { String::new() } else { format!(", with {}", others.join(", ")) },
-            match seen.of_posture(posture).len() {
-                1 => "that was measured, one stretch".to_owned(),
-                n => format!("{n} measured stretches"),
-            },
-            match seen.beside.iter().map(|data| data.measured.len()).sum::<usize>() {
-                0 => String::new(),
-                n => format!(" and {n} numbers of contours, coils or EMG"),
-            }
-        );
-        match &report.summary {
-            Some(summary) => {
-                text += &changes(summary);
-                if is_verbose {
-                    text += &details(summary);
-                }
-            }
-            None => {
-                let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
+/// For a terminal: every tension of a posture with its intervals; with `-v` also every stretch.
+pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) -> String {
+    let report = &sampled.reports[posture];
+    let seen = &sampled.posterior.density.seen;
+    let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
+    let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
+    let mut text = format!(
+        "\nPOSTERIOR of {} against /{}/{}{}: all {}{}, every muscle may pull\n",
+        sampled.what(posture),
+        sampled.baseline,
+        if seen.is_baseline_active { ACTIVE_BASELINE } else { "" },
+        if others.is_empty() { String::new() } else { format!(", with {}", others.join(", ")) },
+        match seen.of_posture(posture).len() {
+            1 => "that was measured, one stretch".to_owned(),
+            n => format!("{n} measured stretches"),
+        },
+        match seen.beside.iter().map(|data| data.measured.len()).sum::<usize>() {
+            0 => String::new(),
+            n => format!(" and {n} numbers of contours, coils or EMG"),
+        }
+    );
+    match &report.summary {
+        Some(summary) => {
+            text += &changes(summary);
+            if is_verbose {
+                text += &details(summary);
             }
         }
-        text += &self.told_contrasts(posture);
-        if report.draws == 0 {
-            return text;
+        None => {
+            let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
         }
+    }
+    text += &told_contrasts(sampled, posture);
+    if report.draws == 0 {
+        return text;
+    }
+    let _ = writeln!(
+        text,
+        "{} draws of shapes that their tensions reach from rest; {} times a chain was sent back from another shape; of the trajectories {} ended at folds, {} diverged; \
+         R-hat {:.3}, ESS {:.0}; {:.0} ms",
+        report.draws,
+        report.off_branch,
+        report.folds,
+        report.divergences,
+        report.r_hat,
+        report.ess.bulk.min(report.ess.tail),
+        1e3 * sampled.wall_s
+    );
+    text
+}
+
+/// In which muscles a posture surely differs from others that were sampled with it.
+fn told_contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
+    let own = &sampled.posterior.density.seen.labels[posture];
+    let mut text = String::new();
+    for c in sampled.contrasts.iter().filter(|c| c.is_decided() && (c.a == *own || c.b == *own)) {
+        let (sign, other) = if c.a == *own { (1.0, &c.b) } else { (-1.0, &c.a) };
+        let word = if sign * (c.probability_more - 0.5) > 0.0 { "harder" } else { "less" };
+        let sure = c.probability_more.max(1.0 - c.probability_more);
         let _ = writeln!(
             text,
-            "{} draws of shapes that their tensions reach from rest; {} times a chain was sent back from another shape; of the trajectories {} ended at folds, {} diverged; \
-             R-hat {:.3}, ESS {:.0}; {:.0} ms",
-            report.draws,
-            report.off_branch,
-            report.folds,
-            report.divergences,
-            report.r_hat,
-            report.ess.bulk.min(report.ess.tail),
-            1e3 * self.wall_s
+            "{} pulls {word} in /{own}/ than in /{other}/: P {sure:.2}, by {} N/m",
+            c.muscle,
+            fixed((sign * c.median).abs(), 0)
         );
-        text
     }
-
-    /// In which muscles a posture surely differs from others that were sampled with it.
-    fn told_contrasts(&self, posture: usize) -> String {
-        let own = &self.posterior.density.seen.labels[posture];
-        let mut text = String::new();
-        for c in self.contrasts.iter().filter(|c| c.is_decided() && (c.a == *own || c.b == *own)) {
-            let (sign, other) = if c.a == *own { (1.0, &c.b) } else { (-1.0, &c.a) };
-            let word = if sign * (c.probability_more - 0.5) > 0.0 { "harder" } else { "less" };
-            let sure = c.probability_more.max(1.0 - c.probability_more);
-            let _ = writeln!(
-                text,
-                "{} pulls {word} in /{own}/ than in /{other}/: P {sure:.2}, by {} N/m",
-                c.muscle,
-                fixed((sign * c.median).abs(), 0)
-            );
-        }
-        text
-    }
+    text
 }
-
 fn range(ends: [f64; 2], digits: usize) -> String {
     format!("{} to {}", fixed(ends[0], digits), fixed(ends[1], digits))
 }

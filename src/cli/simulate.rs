@@ -2,7 +2,7 @@
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::report::{self, SectionPicture, SimulationRecord};
+use tongue_fit::report::{self, SectionPicture};
 use tongue_fit::run::Solved;
 
 use super::{Global, Outcome, body, drive, output, space, trajectory};
@@ -45,26 +45,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let body = arguments.body.body()?;
     let given = arguments.pulls.tensions(&body)?;
     body::tell_duration_of_equilibrium(body.mesh.nodes.len());
-    let mesh = &body.mesh;
     let palate = body.palate.as_deref().unwrap_or_default();
     let out = global.given_folder()?;
-    let active: Vec<usize> = given.iter().map(|(m, _)| *m).collect();
-    let mut all = vec![0.0; mesh.muscles.len()];
-    given.iter().for_each(|(m, tension)| all[*m] = *tension);
-
-    let solved = Solved::in_plane(&body, &arguments.body.model(), (&active, &all), arguments.direct);
-    let Solved { found, positions, system, wall_s } = solved.into_diagnostic()?;
-    output::step(|| format!("{:?} in {} iterations", found.solution.status, found.solution.iterations));
+    let solved = Solved::in_plane(&body, &arguments.body.model(), &given, arguments.direct);
+    let solved = solved.into_diagnostic()?;
+    let solution = &solved.found.solution;
+    output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
     let title = "Tongue at rest (grey) and deformed";
-    let stretch = arguments.colour_stretch;
-    let section = SectionPicture { stretch, ..SectionPicture::new(mesh, &positions, &all, palate, title) };
-    let record = SimulationRecord::new(&body, (&system, found), &all, &positions, None, wall_s);
-    output::answer_equilibrium(
-        &body,
-        &system,
-        &record,
-        &positions,
-        report::tongue(&section),
-        (out.as_ref(), global),
-    )
+    let section = SectionPicture::new(&body.mesh, &solved.positions, &solved.pulls, palate, title);
+    let picture = report::tongue(&SectionPicture { stretch: arguments.colour_stretch, ..section });
+    output::answer_equilibrium(&body, &solved, None, picture, (out.as_ref(), global))
 }

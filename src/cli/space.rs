@@ -3,12 +3,12 @@
 use miette::{IntoDiagnostic, bail, miette};
 
 use tongue_fit::body::{Body, Unit};
-use tongue_fit::report::{self, SimulationRecord};
+use tongue_fit::report;
 use tongue_fit::run::{Solved, SpaceSource};
 use tongue_fit::surgery::{FillingKind, OperationRecord, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
-use super::choice::choice;
+use super::inputs::choice;
 use super::{Global, Outcome, drive, output};
 
 #[derive(Debug, Clone, clap::Args)]
@@ -131,12 +131,12 @@ pub fn run(
     let operated = surgery.as_ref().map(|s| s.operate(&whole)).transpose().into_diagnostic()?;
     let out = global.given_folder()?;
     let mut solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step).into_diagnostic()?;
-    let (mut body, mut activations, mut operation) = (&whole, all.clone(), None);
+    let (mut body, mut operation) = (&whole, None);
     if let Some((surgery, operated)) = surgery.as_ref().zip(operated.as_ref()) {
         let before = solved.positions;
-        (body, activations) = (&operated.body, operated.muscles.iter().map(|&m| all[m]).collect());
-        solved =
-            Solved::in_space(body, &model, &activations, direct, &output::tell_step).into_diagnostic()?;
+        body = &operated.body;
+        let left: Vec<f64> = operated.muscles.iter().map(|&m| all[m]).collect();
+        solved = Solved::in_space(body, &model, &left, direct, &output::tell_step).into_diagnostic()?;
         let mut record = OperationRecord::new(surgery, &whole, operated, [&before, &solved.positions]);
         if surgery.make_up {
             // Both sides are searched, also where one half was enough for the equilibrium.
@@ -150,16 +150,13 @@ pub fn run(
         }
         operation = Some(record);
     }
-    let Solved { found, positions, system, wall_s } = solved;
-    let mut title: Vec<String> = vec!["Tongue in space".to_owned()];
-    title.extend(whole.active(&all).into_iter().map(|(name, a)| format!("{name} {a}")));
+    let active = whole.active(&all).into_iter().map(|(name, a)| format!(", {name} {a}"));
     let shapes = if operation.is_some() {
         "before surgery (light) and after it"
     } else {
         "at rest (light) and deformed"
     };
-    let title = format!("{}: {shapes}", title.join(", "));
-    let picture = report::views(body, &positions, &activations, &title, operation.as_ref());
-    let record = SimulationRecord::new(body, (&system, found), &activations, &positions, operation, wall_s);
-    output::answer_equilibrium(body, &system, &record, &positions, picture, (out.as_ref(), global))
+    let title = format!("Tongue in space{}: {shapes}", active.collect::<String>());
+    let picture = report::views(body, &solved.positions, &solved.pulls, &title, operation.as_ref());
+    output::answer_equilibrium(body, &solved, operation, picture, (out.as_ref(), global))
 }

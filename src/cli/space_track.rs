@@ -11,9 +11,9 @@ use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, SpaceFitRecord, SpaceTrackRecord, Vtu};
-use tongue_fit::run::SpaceSource;
-use tongue_fit::system::System;
+use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu};
+use tongue_fit::run::{SpaceSource, SpaceTrackRun, SpaceTracked};
+use tongue_fit::system::TissueModel;
 
 use super::outcome::counted;
 use super::space::ModelArguments;
@@ -89,14 +89,8 @@ impl Arguments {
         folder: &str,
         global: &Global,
     ) -> miette::Result<Outcome> {
-        let clock = Instant::now();
-        let model = self.model.model()?;
-        let system = System::in_space(body, &model).into_diagnostic()?;
-        let half = if self.sides_apart { None } else { body.half() };
-        let left = half.as_ref().map(|half| System::of_half(half, &model)).transpose().into_diagnostic()?;
-        let usual = SpaceSearch::default();
+        let (clock, model, usual) = (Instant::now(), self.model.model()?, SpaceSearch::default());
         let settings = FitSettings { starts: self.starts, ..usual.settings };
-        settings.check().into_diagnostic()?;
         let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
         if let Some(tip) = body.tip().filter(|_| recorded.has_coils()) {
             let [x, _, z]: [f64; 3] = (1e3 * body.mesh.nodes[tip]).into();
@@ -104,25 +98,10 @@ impl Arguments {
             notes.push(format!("places of coils are counted from the tip, {at}; --tip names another"));
         }
         notes.iter().for_each(|note| output::note(note));
-        let (mut frames, mut last, mut shapes) = (Vec::new(), None, Vec::new());
-        let has_shapes = recorded.frames.len() <= MOST_SHAPES;
-        for (recording, frame) in &recorded.frames {
-            let fit = match half.as_ref().zip(left.as_ref()) {
-                Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, last.as_ref()),
-                None => search.fit(body, &system, &frame.marks, last.as_ref()),
-            };
-            let fit = fit.into_diagnostic()?;
-            output::step(|| {
-                let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
-                format!("{}: {rms:.2} mm RMS in {} factorisations", word(&status), fit.factorisations)
-            });
-            frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit, search.open_above));
-            if has_shapes {
-                shapes.push((fit.answer.positions.clone(), fit.answer.tensions.clone()));
-            }
-            last = Some(fit.answer);
-        }
-        if half.is_some() && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
+        let asked = SpaceTrackRun { body, model: &model, recorded, search };
+        let found = asked.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
+        let SpaceTracked { frames, shapes, is_alike } = found;
+        if is_alike && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
             output::note(note);
             notes.push(note.to_owned());
@@ -136,13 +115,10 @@ impl Arguments {
         let untrusted = implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
         let record = SpaceTrackRecord { body: body.what.clone(), untrusted, frames, notes, wall_s };
         let out = global.folder(folder)?;
-        let Some(answer) = last else { return Err(miette!("no frame was found")) };
+        let Some((positions, activations)) = shapes.last() else { return Err(miette!("no frame was found")) };
         let title = "Tongue in space: at rest (light) and as it was seen";
-        let picture = report::views(body, &answer.positions, &answer.tensions, title, None);
+        let picture = report::views(body, positions, activations, title, None);
         let (picture, json) = (picture.into_diagnostic()?, Json(&record));
-        if shapes.len() < 2 {
-            shapes = vec![(answer.positions, answer.tensions)];
-        }
         let vtus = shapes.iter().map(|(positions, activations)| Vtu::of(body, positions, activations));
         let vtus = vtus.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let is_one = vtus.len() == 1;
@@ -154,7 +130,7 @@ impl Arguments {
             }
         });
         let pvd = Pvd(moments.collect());
-        let by = super::provenance().with_tissue(system.tissue());
+        let by = super::provenance().with_tissue(TissueModel::Hexahedra);
         let mut files: Vec<(&str, &dyn Export)> = vec![("track.json", &json), ("tongue.svg", &picture)];
         files.extend((!is_one).then_some(("tongue.pvd", &pvd as &dyn Export)));
         files.extend(pvd.0.iter().zip(&vtus).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));

@@ -4,18 +4,16 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
-use miette::IntoDiagnostic;
 use tongue_fit::choice::name_of;
 use tongue_fit::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::posterior::OverSpeakers;
-use tongue_fit::report::batch::contrasts::{SubjectContrast, over_subjects};
-use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{OfBody, SimulationRecord, TrajectoryRecord};
+use tongue_fit::report::column::{self, Column};
+use tongue_fit::report::{self, OfBody, SimulationRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::{self, Connection, CriticalKind, FromRest, Trace};
 use tongue_fit::surgery::OperationRecord;
-use tongue_fit::validate::ValidationStudy;
+use tongue_fit::validate::{self, ValidationStudy};
 
 /// An empty table; all columns but the first are aligned to the right.
 pub(super) fn table(header: &[&str]) -> Table {
@@ -44,6 +42,20 @@ pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
     items.into_iter().for_each(|item| {
         t.add_row(row(item));
     });
+    t
+}
+
+/// Letters of a line of a heading.
+const HEADING: usize = 12;
+
+/// Those of the columns that have a heading.
+pub(super) fn of<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) -> Table {
+    let (headings, shown) = column::headed(columns);
+    let headings: Vec<String> = headings.iter().map(|h| report::wrapped(h, HEADING).join("\n")).collect();
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    let mut t = rows(&headings, items, |item| shown.iter().map(|c| c.shown(item)));
+    let to_the_left = shown.iter().enumerate().filter(|(_, column)| !column.is_to_the_right(items));
+    to_the_left.for_each(|(number, _)| left(&mut t, number));
     t
 }
 
@@ -235,91 +247,13 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
         counted(study.subjects.len(), "subject"),
         study.baseline
     );
-    let header =
-        ["opponent", "tuned", "RMS", "95 %", "worse than\nno change", "better than\nthe constant", "r"];
-    let t = rows(&header, &study.opponents, |o| {
-        [
-            o.name.replace('_', " "),
-            o.tuned_parameters.to_string(),
-            format!("{:.3}", o.rms),
-            format!("{:.3}–{:.3}", o.low, o.high),
-            o.worse_than_no_change.to_string(),
-            format!("{:.1} %", 100.0 * o.better_than_constant),
-            o.correlation.map_or("–".to_owned(), |r| format!("{r:.2}")),
-        ]
-    });
-    let _ = writeln!(text, "{t}\n");
+    let _ = writeln!(text, "{}\n", of(&validate::opponents(study), &study.opponents));
     if let Some(posterior) = &study.posterior {
-        let header =
-            ["one muscle left out, as a distribution", "RMS", "CRPS", "log score", "in 50 %", "in 95 %"];
-        let t = rows(&header, &posterior.scores, |s| {
-            [
-                s.name.replace('_', " "),
-                format!("{:.3}", s.rms),
-                format!("{:.3}", s.crps),
-                format!("{:.2}", s.log_score),
-                format!("{:.0} %", 100.0 * s.coverage_50),
-                format!("{:.0} %", 100.0 * s.coverage_95),
-            ]
-        });
-        let _ = writeln!(text, "\n{t}\n{}\n", posterior.verdict);
+        let scores = of(&validate::scores(), &posterior.scores);
+        let _ =
+            writeln!(text, "\none muscle left out, as a distribution\n\n{scores}\n{}\n", posterior.verdict);
     }
     text + &format!("{wall_s:.0} s\n\n")
-}
-
-const MOST_LISTED: usize = 60;
-
-pub fn batch(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
-    let s = batch.summary;
-    let mut text = String::new();
-    if batch.jobs.len() <= MOST_LISTED {
-        text += &fits(batch)?;
-    }
-    let t = rows(&["passive stretches, RMS", "fits", "model", "no change", ""], &s.passive, |g| {
-        let vowel = g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
-        let mark = if g.substitute_baseline { " (against a substitute baseline)" } else { "" };
-        [
-            format!("{} {vowel}{mark}", g.target_kind),
-            g.fits.to_string(),
-            format!("{:.3}", g.rms_stretch),
-            format!("{:.3}", g.no_change_rms_stretch),
-            g.verdict(),
-        ]
-    });
-    let _ = writeln!(
-        text,
-        "{t}\n\n{} in {wall_s:.1} s: {}\n{}, {} not fitted, {} unreadable",
-        counted(s.fits, "fit"),
-        ended(&s.statuses),
-        counted(s.baselines, "baseline"),
-        s.not_fitted,
-        s.unreadable_rows
-    );
-    if !batch.contrasts.is_empty() {
-        text += &decided(batch.contrasts);
-        text += &most_agree(&over_subjects(batch.contrasts));
-    }
-    if s.posteriors_untold > 0 {
-        let _ = writeln!(
-            text,
-            "{} without results; the alarms of their fits in batch.json say why, and more draws usually help",
-            counted(s.posteriors_untold, "posterior")
-        );
-    }
-    if let Some(n) = &s.nearest_row_to_rest {
-        let _ = writeln!(
-            text,
-            "the model at rest is nearest to {} /{}/ by {:.3} ({})",
-            n.subject, n.vowel, n.distance.rms_ratio, s.rest_shape_measure
-        );
-    }
-    if s.fits > MOST_FITS_ON_PAGE {
-        let _ = writeln!(
-            text,
-            "batch.html and tensions.svg show the first {MOST_FITS_ON_PAGE} fits; the other files have all"
-        );
-    }
-    Ok(text)
 }
 
 /// The differences between labels in which most speakers agree, a line each.
@@ -333,47 +267,6 @@ pub fn most_agree(all: &[OverSpeakers]) -> String {
     let intervals = "intervals are of the mean over speakers, without errors that all share";
     let count = format!("{} of {}", said.len(), all.len());
     format!("{title} ({count}; {intervals})\n{}\n", listed(said, MOST, "\n"))
-}
-
-/// The contrasts between vowels whose sign is sure, a line for each subject and pair of vowels.
-fn decided(all: &[SubjectContrast]) -> String {
-    let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
-    let mut text =
-        format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
-    for same in sure.chunk_by(|a, b| contrast_name(a) == contrast_name(b)) {
-        let words: Vec<String> =
-            Vec::from_iter(same.iter().map(|SubjectContrast { contrast: c, .. }| {
-                let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
-                format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
-            }));
-        let _ = writeln!(text, "  {}: {}", contrast_name(same[0]), words.join(", "));
-    }
-    text
-}
-
-fn contrast_name(s: &SubjectContrast) -> String {
-    format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b)
-}
-
-fn fits(batch: &Batch<'_>) -> miette::Result<String> {
-    let (mut verdicts, mut lines) = (String::new(), Vec::new());
-    for number in 0..batch.jobs.len() {
-        if let Some((_, fit)) = batch.fit(number).into_diagnostic()? {
-            verdicts.extend(fit.verdict.iter().map(|verdict| wrapped(verdict)));
-            lines.push(fit.line);
-        }
-    }
-    let header =
-        ["fit", "tensions, N/m", "posterior,\nmedian (95 %)", "misfit", "passive\nstretches", "alarms"];
-    let has_posterior = lines.iter().any(|line| !line[2].is_empty());
-    let shown = |column: &usize| *column != 2 || has_posterior;
-    let columns: Vec<usize> = (0..header.len()).filter(shown).collect();
-    let mut t = rows(&columns.iter().map(|&c| header[c]).collect::<Vec<_>>(), &lines, |line| {
-        columns.iter().map(|&c| line[c].as_str())
-    });
-    (1..columns.len() - 3).for_each(|column| left(&mut t, column));
-    let gap = if verdicts.is_empty() { "" } else { "\n" };
-    Ok(format!("{verdicts}{gap}{t}\n\n"))
 }
 
 pub fn operation(o: &OperationRecord) -> String {
@@ -413,5 +306,5 @@ const INDENT: &str = "  ";
 
 /// A sentence in lines of the terminal's width, broken between words.
 pub fn wrapped(sentence: &str) -> String {
-    tongue_fit::report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
+    report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }

@@ -2,21 +2,17 @@
 
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, bail, ensure, miette};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{
-    FormantsRecord, Json, OutputDir, RecordingResult, TrackRecord, TrackResults, status_name,
-};
+use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name};
 use tongue_fit::run::TrackRun;
-use tongue_fit::statistics::{distinct, upper_median};
+use tongue_fit::statistics::distinct;
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{
-    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, course_summaries, held_out, is_untrusted,
-};
+use tongue_fit::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 
-use super::choice::choice_among;
+use super::inputs::choice_among;
 use super::outcome::counted;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments, Screened};
 use super::track_files::{BodyFile, Done};
@@ -93,7 +89,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             )),
             None => {
                 let track = |read, out: &OutputDir, name: &str| one(arguments, read, out, Some(name));
-                track_speakers::run(global, read, &speakers, &track)
+                track_speakers::run(global, read, &speakers, track)
             }
         };
     }
@@ -142,9 +138,7 @@ fn one(
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
     let (recordings, mut left_out) = arguments.recordings.screened(read, palate)?;
     recording_checks::check_points(&recordings, &given.body)?;
-    let names = contracting(arguments, &given.body)?;
-    let numbers =
-        names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
+    let contracting = contracting(arguments, &given.body)?;
     let hide = hidden(arguments, &recordings)?;
     let settings = TrackSettings {
         draws: arguments.draws as usize,
@@ -159,8 +153,7 @@ fn one(
     };
     let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
-    let basis =
-        AdaptationInput { contracting: numbers, palate: wall, ..given.basis(&arguments.body, settings) };
+    let basis = AdaptationInput { contracting, palate: wall, ..given.basis(&arguments.body, settings) };
     let run = TrackRun {
         basis,
         adaptation: given.adaptation.as_ref(),
@@ -170,7 +163,7 @@ fn one(
         hide: &hide,
     };
     let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();
-    run.check_freed(&seen).into_diagnostic()?;
+    run.check_freed(&seen).into_diagnostic().wrap_err("--free-bone")?;
 
     if is_given {
         recording_checks::check_frame(&recordings, &track_run::speaker(&run, &seen)?.followed)?
@@ -226,37 +219,8 @@ fn one(
     let untrusted = untrusted(&results, &mut notes);
     let untrusted = recording_checks::with_implausible(&recordings, untrusted);
     let outcome = Outcome::of_reason(untrusted.clone());
-    let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.tracked.frames).collect();
-    let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
-    let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.tracked.frames.as_slice()).collect();
-    let labelled = results.iter().map(|one| (one.tracked.frames.as_slice(), one.labels.as_slice()));
-    let draws = results.iter().map(|one| one.tracked.compared.as_slice());
-    let comparisons = track::compare(&track::compared(&seen), &names, &run.basis.settings.link, draws);
-    let mut record = TrackRecord {
-        recordings: met.iter().map(|s| s.name.clone()).collect(),
-        body: speaker.body.what.clone(),
-        rest: speaker.adaptation.as_ref().map(|a| a.rest),
-        placement: speaker.placement.clone(),
-        settings: run.basis.settings.clone(),
-        statuses,
-        untrusted,
-        median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
-        comparisons,
-        courses: course_summaries(&names, &frames, &run.basis.settings.link),
-        repeats: track::repeatability(labelled, &names),
-        formants: None,
-        held_out: held_out(&met, &of_recordings, &hide),
-        notes,
-        results: TrackResults {
-            body: speaker.body.clone(),
-            contracting: run.basis.contracting.clone(),
-            muscles: names,
-            palate: wall.unwrap_or_default().to_vec(),
-            recordings: Vec::new(),
-        },
-        wall_s: clock.elapsed().as_secs_f64(),
-    };
-    record.results.recordings = results;
+    let mut record = run.record(&speaker, &seen, &met, results);
+    (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
     record.formants =
         sound.as_ref().map(|(airway, lips)| FormantsRecord::new(airway.tract(), lips, &record.results));
     record.notes.iter().for_each(|n| output::note(n));
@@ -264,10 +228,9 @@ fn one(
     let mut body = speaker.body.clone();
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.tracked.rest));
     let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body), recordings)?;
-    let tissue = TissueModel::of(&speaker.body.mesh);
-    let written = track_files::write(out, &record, &body, tissue, &arguments.files)?;
+    let by = super::provenance().with_tissue(TissueModel::of(&speaker.body.mesh));
+    let written = track_files::write(out, &record, &body, &by, &arguments.files)?;
     journal.remove().into_diagnostic()?;
-    let by = super::provenance().with_tissue(tissue);
     let is_whole = left_out.is_empty() || outcome != Outcome::Good;
     let outcome = if is_whole { outcome } else { Outcome::SomeRowsRefused };
     Ok(Done { record, by, written, outcome })
@@ -299,21 +262,20 @@ fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
     super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
 }
 
-fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<String>> {
-    if arguments.muscles.is_empty() {
-        let mut names = body.mesh.muscle_names();
-        names.dedup();
-        ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
-        return Ok(names);
-    }
-    let mut names = Vec::new();
-    for name in &arguments.muscles {
+fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usize>> {
+    let names = match &arguments.muscles[..] {
+        [] => distinct(body.mesh.muscle_names()),
+        given => given.to_vec(),
+    };
+    ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
+    let mut numbers = Vec::new();
+    for name in &names {
         let number = body.muscle(name.trim()).into_diagnostic()?;
-        let name = body.mesh.muscles[number].name.clone();
-        ensure!(!names.contains(&name), "--muscles: {name} is given twice; give each muscle once");
-        names.push(name);
+        let name = &body.mesh.muscles[number].name;
+        ensure!(!numbers.contains(&number), "--muscles: {name} is given twice; give each muscle once");
+        numbers.push(number);
     }
-    Ok(names)
+    Ok(numbers)
 }
 
 fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<String>> {

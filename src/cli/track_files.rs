@@ -8,11 +8,12 @@ use serde::Serialize;
 use tongue_fit::adapt::Adaptation;
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
+use tongue_fit::report::column;
 use tongue_fit::report::{
     Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackPage, TrackRecord, contrasts,
-    draws_csv, formants_csv, repeats_table, segments_csv, timelines, track_csv,
+    draws_csv, formants_csv, repeats_columns, segments_csv, timelines, track_csv,
 };
-use tongue_fit::system::{Model, TissueModel};
+use tongue_fit::system::Model;
 
 use super::Outcome;
 
@@ -68,10 +69,9 @@ pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
     body: &BodyFile<'_>,
-    tissue: TissueModel,
+    by: &Provenance,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
-    let by = super::provenance().with_tissue(tissue);
     let results = &record.results;
     let mut files: Vec<NamedExport<'_>> = vec![
         ("track.html".to_owned(), Box::new(TrackPage(record))),
@@ -91,7 +91,10 @@ pub fn write(
     let mut others: Vec<NamedExport<'_>> = Vec::new();
     let wants = |also: Also| arguments.also.contains(&also);
     if let Some(found) = record.repeats.as_ref().filter(|_| wants(Also::Repeats)) {
-        files.push(("repeats.csv".to_owned(), Box::new(repeats_table(found))));
+        files.push((
+            "repeats.csv".to_owned(),
+            Box::new(column::table(&repeats_columns(found), &found.muscles.0)),
+        ));
     }
     if wants(Also::Draws) {
         files.push(("draws.csv".to_owned(), Box::new(draws_csv(results))));
@@ -100,15 +103,10 @@ pub fn write(
         let number = nth + 1;
         let shown = one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
         if wants(Also::Sto) {
-            let made =
-                move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
-            files.push((format!("track_{number}.sto"), Box::new(made)));
+            files.push((format!("track_{number}.sto"), Box::new(one.sto(&results.muscles))));
         }
         if wants(Also::Ssff) {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| {
-                Ssff(one.sto(&results.muscles)).write(out, by)
-            };
-            files.push((format!("track_{number}.ssff"), Box::new(made)));
+            files.push((format!("track_{number}.ssff"), Box::new(Ssff(one.sto(&results.muscles)))));
         }
         if wants(Also::Textgrid) {
             let made = |out: &mut dyn io::Write, _: &Provenance| one.write_text_grid(&results.muscles, out);
@@ -141,7 +139,7 @@ pub fn write(
     let shown = files.len();
     files.extend(others);
     let all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, e)| (n.as_str(), e.as_ref())).collect();
-    let mut written = out.export(&all, &by).into_diagnostic()?;
+    let mut written = out.export(&all, by).into_diagnostic()?;
     written.truncate(shown);
     Ok(written)
 }

@@ -5,13 +5,14 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 use tongue_fit::measured::recording::AlignedRecording;
+use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch::journal::{Journal, JournalEntry};
-use tongue_fit::report::{OutputDir, batch};
+use tongue_fit::report::batch::sha256;
 use tongue_fit::run::{TrackRun, TrackedBody};
 use tongue_fit::track::{TrackedRecording, Watch};
 
 use super::recordings::GivenRecordings;
-use super::{interrupt, output, recording_checks};
+use super::{batch, output, recording_checks};
 
 /// The given body, or one adapted to these recordings, with a bar of its progress.
 pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
@@ -35,27 +36,15 @@ pub fn journal(
     seen: &[&AlignedRecording],
     sound: &str,
 ) -> miette::Result<Journal> {
-    let words = super::words_of_the_result();
     let (mesh, model) = (&given.body.mesh, run.basis.model);
-    let key = batch::sha256(&[
+    let key = sha256(&[
         tongue_fit::VERSION,
-        &words.join(" "),
+        &super::words_of_the_result().join(" "),
         &format!("{seen:?}"),
         &format!("{mesh:?} {model:?} {:?}", given.adaptation),
         sound,
     ]);
-    let path = out.path().join("track.journal");
-    let last_words = format!(
-        "stopped; the finished recordings are kept in \"{}\": the same command resumes after them",
-        path.display()
-    );
-    let journal = Journal::open(path, &key, &words, seen.len()).into_diagnostic()?;
-    journal.notes().iter().for_each(|note| output::note(note));
-    if !journal.is_empty() {
-        output::note(&format!("resuming after {} of {} recordings", journal.len(), seen.len()));
-    }
-    interrupt::set_last_words(Some(last_words));
-    Ok(journal)
+    batch::open_journal(out.path().join("track.journal"), &key, seen.len(), (seen.len(), "recordings"))
 }
 
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.

@@ -32,9 +32,6 @@ pub struct Arguments {
     lip_protrusion: f64,
 }
 
-/// A tract around the body, with the lips of all frames.
-pub type TractSound = (Arc<VocalTract>, Articulation);
-
 impl Arguments {
     /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
     pub fn read(&self) -> miette::Result<Option<ReadSound>> {
@@ -60,8 +57,12 @@ pub struct ReadSound {
 }
 
 impl ReadSound {
-    /// The tract around a body, with the traced palate of the recordings.
-    pub fn around(self, body: &Body<2>, palate: Option<&[Point]>) -> miette::Result<TractSound> {
+    /// The tract around a body, with the traced palate of the recordings, and the lips of all frames.
+    pub fn around(
+        self,
+        body: &Body<2>,
+        palate: Option<&[Point]>,
+    ) -> miette::Result<(Arc<VocalTract>, Articulation)> {
         let Self { given, lips } = self;
         let mut tract = match given {
             Some(tract) => tract,

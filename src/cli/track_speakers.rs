@@ -31,15 +31,12 @@ struct SpeakersRecord {
     over_speakers: Vec<OverSpeakers>,
 }
 
-/// Tracks the recordings of a speaker: they, the folder of the results and the name.
-type TrackOne<'a> = &'a dyn Fn(Vec<Loaded>, &OutputDir, &str) -> miette::Result<Done>;
-
-/// Tracks each speaker of `names`.
+/// Tracks each speaker of `names`; `track` takes the recordings of one, the folder of the results and the name.
 pub fn run(
     global: &Global,
     mut read: Vec<Loaded>,
     names: &[String],
-    track: TrackOne<'_>,
+    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> miette::Result<Done>,
 ) -> miette::Result<Outcome> {
     let out = global.folder("results/track")?;
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();

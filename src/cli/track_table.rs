@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use tongue_fit::report::{REPEATED, TrackRecord, fixed, placed, prior_interval_n, repeated};
+use tongue_fit::report::{
+    TrackRecord, fixed, held_out_columns, placed, prior_interval_n, repeated, repeats_columns,
+};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW, Tracked};
 
@@ -59,10 +61,7 @@ pub fn track(record: &TrackRecord) -> String {
     );
     text += &ways(record);
     if let Some(repeats) = &record.repeats {
-        let header = ["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)).collect::<Vec<_>>();
-        let t = table::rows(&header, &repeats.muscles.0, |(muscle, r)| {
-            std::iter::once(muscle.clone()).chain(REPEATED.map(|(_, value)| fixed(value(r), 2)))
-        });
+        let t = table::of(&repeats_columns(repeats), &repeats.muscles.0);
         let _ = writeln!(text, "\n{}\n{t}", repeated(repeats));
     }
     if let Some(formants) = &record.formants {
@@ -76,10 +75,7 @@ pub fn track(record: &TrackRecord) -> String {
     }
     if let Some(held) = &record.held_out {
         let all = &held.opponents;
-        let t = table::rows(&["hidden points predicted by", "points", "median mm", "pooled mm"], all, |o| {
-            let [median, pooled] = [o.median_mm, o.pooled_mm].map(|mm| format!("{mm:.2}"));
-            [o.name.clone(), o.points.to_string(), median, pooled]
-        });
+        let t = table::of(&held_out_columns(), all);
         let _ = writeln!(text, "\n{} held out; trained on {}\n{t}", held.points.join(", "), held.trained_on);
         let model = all.iter().find(|o| o.name == "the model").map_or(0.0, |model| model.median_mm);
         let better: Vec<&str> = all.iter().filter(|o| o.median_mm < model).map(|o| o.name.as_str()).collect();

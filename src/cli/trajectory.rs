@@ -5,11 +5,9 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, ensure, miette};
-use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
-    self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, Observer, SHORTEST_S, State,
-    Tensions, sample_times,
+    self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
 };
 use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
@@ -19,9 +17,10 @@ use tongue_fit::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
     TrajectoryRecord, Vtu,
 };
+use tongue_fit::run::{MotionRun, Moved};
 use tongue_fit::system::System;
 
-use super::choice::choice;
+use super::inputs::choice;
 use super::invocation::stop_if_asked;
 use super::{Global, Outcome, body, drive, output, table, word};
 
@@ -167,13 +166,20 @@ pub fn run(
     let out = global.folder("results")?;
 
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
-    let clock = Instant::now();
-    let times = sample_times(arguments.t_end, (arguments.frames - 1) * LENGTHS_PER_FRAME + 1);
-    let mut watch = TrajectoryWatch::new(&system, arguments.t_end);
-    let mut state: State<2> = motion.at_rest();
-    let outcome =
-        dynamics::run(&motion, integrator.as_mut(), &mut state, arguments.t_end, &times, &mut watch);
-    watch.clear();
+    let (clock, t_end_s) = (Instant::now(), arguments.t_end);
+    let samples = (arguments.frames - 1) * LENGTHS_PER_FRAME + 1;
+    let asked = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: LENGTHS_PER_FRAME };
+    let mut bar: Option<ProgressBar> = None;
+    let found = asked.run(integrator.as_mut(), &mut |time| {
+        stop_if_asked();
+        if bar.is_none() && clock.elapsed() > PATIENCE {
+            let begun = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
+            bar = begun.ok().map(|bar| bar.with_elapsed(clock.elapsed()));
+        }
+        bar.iter().for_each(|bar| bar.set_position((1000.0 * time / t_end_s) as u64));
+    });
+    bar.iter().for_each(ProgressBar::finish_and_clear);
+    let (outcome, state) = (found.outcome, &found.end);
     output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
     let mut tensions = vec![0.0; system.muscle_count()];
     motion.tensions().at(state.time, &mut tensions);
@@ -189,8 +195,8 @@ pub fn run(
         method,
         dt_s,
         tolerance_mm,
-        t_end_s: arguments.t_end,
-        part_of_way_to_equilibrium: motion.part_of_way(system.rest(), &state),
+        t_end_s,
+        part_of_way_to_equilibrium: found.part_of_way,
         guarded: system.barrier_active(at_the_end),
         lengths_mm: ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
         min_area_ratio,
@@ -198,7 +204,7 @@ pub fn run(
         wall_s: clock.elapsed().as_secs_f64(),
     };
     let by = super::provenance().with_tissue(system.tissue());
-    let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
+    let written = write(&out, &record, &by, (&mesh, &palate), &motion, found)?;
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record))?;
     Ok(match outcome.status {
         MotionStatus::Completed => {
@@ -215,14 +221,14 @@ fn write(
     by: &Provenance,
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
-    watch: TrajectoryWatch<'_>,
+    found: Moved<2>,
 ) -> miette::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
         motion.tensions().at(time, &mut tensions);
         tensions
     };
-    let rows = watch.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());
+    let rows = found.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());
     let rows = rows.collect();
     let title = "tongue-fit: muscle lengths and tensions over time".to_owned();
     let sto = StoTable { title, labels: columns(mesh, "time", ["length_m", "tension_n_per_m"]), rows };
@@ -231,7 +237,7 @@ fn write(
     let cells = cells
         .map(|row| row.map(|(i, v)| if in_mm.contains(&i) { v * 1e3 } else { *v }.to_string()).collect());
     let table = Table { columns: columns(mesh, "time_s", ["mm", "n_per_m"]), rows: cells.collect() };
-    let frames = watch.frames.into_iter();
+    let frames = found.shapes.into_iter();
     let frames = frames.map(|(time, positions)| AnimationFrame { time, positions, tensions: at(time) });
     let frames: Vec<AnimationFrame> = frames.collect();
     let names: Vec<&str> = (0..mesh.muscles.len())
@@ -269,47 +275,4 @@ fn columns(mesh: &Mesh<2>, time: &str, names: [&str; 2]) -> Vec<String> {
     let of_muscles =
         names.into_iter().flat_map(|what| mesh.muscles.iter().map(move |m| format!("{}_{what}", m.name)));
     std::iter::once(time.to_owned()).chain(of_muscles).collect()
-}
-
-/// Collects lengths and frames, and shows the progress of a long run.
-struct TrajectoryWatch<'a> {
-    system: &'a System<2>,
-    lengths: Vec<(f64, Vec<f64>)>,
-    frames: Vec<(f64, Vec<SVector<f64, 2>>)>,
-    t_end: f64,
-    begin: Instant,
-    bar: Option<ProgressBar>,
-}
-
-impl<'a> TrajectoryWatch<'a> {
-    fn new(system: &'a System<2>, t_end: f64) -> Self {
-        let begin = Instant::now();
-        Self { system, lengths: Vec::new(), frames: Vec::new(), t_end, begin, bar: None }
-    }
-
-    fn clear(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-impl Observer<2> for TrajectoryWatch<'_> {
-    fn sample(&mut self, time: f64, positions: &[SVector<f64, 2>]) {
-        if self.lengths.len().is_multiple_of(LENGTHS_PER_FRAME) {
-            self.frames.push((time, positions.to_vec()));
-        }
-        self.lengths.push((time, self.system.lengths(positions)));
-    }
-
-    fn progress(&mut self, time: f64) {
-        stop_if_asked();
-        if self.bar.is_none() && self.begin.elapsed() > PATIENCE {
-            let bar = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
-            self.bar = bar.ok().map(|bar| bar.with_elapsed(self.begin.elapsed()));
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_position((1000.0 * time / self.t_end) as u64);
-        }
-    }
 }

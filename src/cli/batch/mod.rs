@@ -17,7 +17,7 @@ use tongue_fit::report::ReportError;
 use tongue_fit::report::batch::journal::{Journal, JournalEntry, NAME};
 use tongue_fit::report::batch::{Fitted, Shard};
 
-use super::choice::choice;
+use super::inputs::choice;
 use super::{Global, Outcome, body, interrupt, output, posterior};
 
 pub use self::prepared::PreparedBatch;
@@ -115,11 +115,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
     let count = prepared.run.plan.jobs.len();
     let mine: Vec<usize> = (0..count).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
-    let journal = Journal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
-    journal.notes().iter().for_each(|note| output::note(note));
-    if !journal.is_empty() {
-        output::note(&format!("resuming after {} of {} fits", journal.len(), mine.len()));
-    }
+    let journal = open_journal(path.clone(), &prepared.key, count, (mine.len(), "fits"))?;
     output::step(|| {
         format!(
             "{} fits; {} from {} starts, inputs {}",
@@ -129,13 +125,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             prepared.provenance.inputs_sha256.as_deref().unwrap_or_default()
         )
     });
-    interrupt::set_last_words(Some(format!(
-        "stopped; the finished fits are kept in \"{}\": the same command resumes after them",
-        path.display()
-    )));
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
-    prepared.sample(&todo);
-    let journal = fit_all(&prepared, &mine, journal)?;
+    prepared.run.sample(&todo, &output::tell_step);
+    let journal = fit_all(&prepared, &todo, mine.len(), journal)?;
     let outcome = match arguments.shard {
         Some(shard) => {
             let text = format!(
@@ -167,15 +159,34 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(outcome)
 }
 
-/// Makes the fits that the journal lacks, one on each thread at a time, and stores each when it is done.
-fn fit_all(prepared: &PreparedBatch, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
+/// Opens the journal of this command at `path` for so many jobs, of which `mine` are to be done by it; if it is stopped from now on, it says
+/// that it can be resumed.
+pub fn open_journal(
+    path: PathBuf,
+    key: &str,
+    jobs: usize,
+    (mine, what): (usize, &str),
+) -> miette::Result<Journal> {
+    let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs).into_diagnostic()?;
+    journal.notes().iter().for_each(|note| output::note(note));
+    if !journal.is_empty() {
+        output::note(&format!("resuming after {} of {mine} {what}", journal.len()));
+    }
+    interrupt::set_last_words(Some(format!(
+        "stopped; the finished {what} are kept in \"{}\": the same command resumes after them",
+        path.display()
+    )));
+    Ok(journal)
+}
+
+/// Makes the fits that the journal lacks of so many, one on each thread at a time, and stores each when it is done.
+fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
-    let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let (nodes, fits) = (prepared.run.body.mesh.nodes.len(), todo.len() as f64);
     let on_each = fits * body::fit_s(prepared.run.settings.method) / rayon::current_num_threads() as f64;
     body::tell_duration(&format!("{fits} fits"), nodes, on_each);
-    let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
-    bar.set_position((mine.len() - todo.len()) as u64);
+    let bar = output::bar(of as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
+    bar.set_position((of - todo.len()) as u64);
     bar.reset_eta();
     let journal = Mutex::new(journal);
     todo.par_iter()

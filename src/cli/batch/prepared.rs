@@ -1,23 +1,20 @@
 //! A prepared batch: its jobs, and everything that a fit needs.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
 
 use miette::{IntoDiagnostic, bail};
-use rayon::prelude::*;
-use tongue_fit::inverse::alarms::THICKNESS_M;
 use tongue_fit::inverse::batch;
-use tongue_fit::measured::lengths::rest_distance;
-use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
-use tongue_fit::posterior::PosteriorModel;
+use tongue_fit::measured::Dataset;
 use tongue_fit::report::batch::journal::{Journal, JournalEntry};
 use tongue_fit::report::batch::{
-    self as outputs, Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, contrasts,
+    self as outputs, Batch, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
 };
 use tongue_fit::report::{OutputDir, Provenance, ReportError};
-use tongue_fit::run::BatchRun;
+use tongue_fit::run::{BatchRun, RowPosteriors};
 
 use super::Arguments;
-use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, posterior, table};
+use crate::cli::table::{counted, ended, left, most_agree, rows, wrapped};
+use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, table};
 
 const MOST_NOTES: usize = 10;
 
@@ -26,11 +23,6 @@ pub struct PreparedBatch {
     data: Dataset,
     unreadable: Vec<String>,
     pub run: BatchRun,
-    kinds: Vec<TargetKind>,
-    /// Options of the posterior, and the body under its priors if posteriors are asked for.
-    posterior: (posterior::Arguments, Option<PosteriorModel>),
-    /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`PreparedBatch::sample`].
-    sampled: BTreeMap<usize, Result<RowPosterior, String>>,
     pub provenance: Provenance,
     /// Hash of all inputs and of the command.
     pub key: String,
@@ -76,79 +68,22 @@ impl PreparedBatch {
         ];
         inputs.extend(posterior_model.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
+        let how = &arguments.posterior;
+        run.posteriors = posterior_model.zip(selection.kinds.last()).map(|(model, &with)| RowPosteriors {
+            model,
+            sampling: how.sampling(),
+            joint: how.joint,
+            with,
+        });
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
-        Ok(Self {
-            data,
-            unreadable,
-            kinds: selection.kinds,
-            run,
-            posterior: (arguments.posterior.clone(), posterior_model),
-            sampled: BTreeMap::new(),
-            provenance,
-            key,
-        })
+        Ok(Self { data, unreadable, run, provenance, key })
     }
 
     pub fn fit(&self, number: usize) -> Result<JournalEntry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();
-        let own = if self.has_posterior(number) && !self.posterior.0.joint {
-            self.posteriors(&[number]).pop().map(|(_, posterior)| posterior)
-        } else {
-            None
-        };
-        let posterior = own.as_ref().or(self.sampled.get(&number));
-        let result = self.run.fit(number, Some(number), posterior, &self.provenance)?;
+        let result = self.run.fit(number, true, &self.provenance, &output::tell_step)?;
         Ok(JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
-    }
-
-    /// With `--joint`, samples the posteriors of the rows of these jobs before the fits, all rows of a subject together. They are not kept in
-    /// the journal.
-    pub fn sample(&mut self, jobs: &[usize]) {
-        let (how, Some(_)) = &self.posterior else { return };
-        if !how.joint {
-            return;
-        }
-        let all = &self.run.plan.jobs;
-        let mut speakers: Vec<Vec<usize>> = Vec::new();
-        for number in (0..all.len()).filter(|&n| self.has_posterior(n)) {
-            let same = speakers.iter_mut().find(|rows| {
-                let [a, b] = [rows[0], number].map(|n| &all[n].target);
-                a.subject == b.subject && a.baseline == b.baseline
-            });
-            match same {
-                Some(rows) => rows.push(number),
-                None => speakers.push(vec![number]),
-            }
-        }
-        speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
-        let found: Vec<_> = speakers.par_iter().map(|rows| self.posteriors(rows)).collect();
-        self.sampled = found.into_iter().flatten().collect();
-    }
-
-    /// Whether the posterior of a job's row is reported with this job: with the last of the row's fits, since it does not depend on the
-    /// quantity that is fitted.
-    fn has_posterior(&self, number: usize) -> bool {
-        let last = self.kinds.last().copied();
-        self.posterior.1.is_some() && last == Some(self.run.plan.jobs[number].target.kind)
-    }
-
-    /// The posteriors of rows that are sampled together, by the numbers of their jobs.
-    fn posteriors(&self, rows: &[usize]) -> Vec<(usize, Result<RowPosterior, String>)> {
-        let (how, Some(posterior_model)) = &self.posterior else { return Vec::new() };
-        let targets: Vec<&Target> = rows.iter().map(|&n| &self.run.plan.jobs[n].target).collect();
-        let sampled = match how.sample(posterior_model, &targets, Vec::new()) {
-            Ok(sampled) => sampled,
-            // The caller adds the row to the message.
-            Err(e) => return rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),
-        };
-        Vec::from_iter(rows.iter().enumerate().map(|(posture, &number)| {
-            let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges(posture)).flatten();
-            let vowel = &sampled.reports[posture].postures[posture];
-            let contrasts = sampled.contrasts.iter().filter(|c| c.b == *vowel).cloned().collect();
-            let report = sampled.reports[posture].clone();
-            (number, Ok(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report, contrasts }))
-        }))
     }
 
     pub fn finish(
@@ -160,8 +95,8 @@ impl PreparedBatch {
     ) -> miette::Result<Outcome> {
         let plan = &self.run.plan;
         let (digests, not_begun) = outputs::digests(&plan.jobs, journal).into_diagnostic()?;
-        let summary = self.summary(&digests);
-        let contrasts = contrasts::all(&plan.jobs, &digests);
+        let summary = self.run.summary(&self.data, self.unreadable.len(), &digests);
+        let contrasts = outputs::subject_contrasts(&plan.jobs, &digests);
         let batch = Batch {
             provenance: &self.provenance,
             jobs: &plan.jobs,
@@ -179,47 +114,17 @@ impl PreparedBatch {
         if global.json {
             output::stream(|stdout| outputs::write_json(stdout, &batch, true))?;
         } else {
-            let text = table::batch(&batch, wall_s)?;
+            let text = text(&batch, wall_s)?;
             output::summary(&(text + &table::files(&written)), &written)?;
         }
         if summary.not_fitted + summary.unreadable_rows > 0 {
             return Ok(Outcome::SomeRowsRefused);
         }
         let untold = summary.posteriors_untold;
-        let untold =
-            (untold > 0).then(|| format!("{} cannot be reported", table::counted(untold, "posterior")));
+        let untold = (untold > 0).then(|| format!("{} cannot be reported", counted(untold, "posterior")));
         let fits = outcome::untrusted(&summary.statuses, &["converged"], "fits");
         let why: Vec<String> = fits.into_iter().chain(untold).collect();
         Ok(Outcome::judged(why.is_empty(), || why.join("; ")))
-    }
-
-    fn summary(&self, digests: &[(usize, Digest)]) -> BatchSummary {
-        let rest: Vec<f64> = Vec::from_iter(self.run.muscles.iter().map(|name| {
-            let chain = self.run.body.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
-            chain.map_or(f64::NAN, |chain| self.run.body.mesh.distance(chain.ends()))
-        }));
-        let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
-        let ratios =
-            self.run.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
-        let digests = digests.iter().map(|(_, digest)| digest);
-        let statuses = outcome::counted(digests.clone().map(|digest| digest.status.clone()));
-        let fits = digests.clone().count();
-        let substitutes = self.run.plan.jobs.iter().filter(|job| job.substitute);
-        let substitutes: BTreeSet<String> = substitutes.map(|job| job.target.subject.clone()).collect();
-        BatchSummary {
-            rows: self.data.rows().len(),
-            fits,
-            statuses,
-            baselines: self.run.plan.baselines.len(),
-            not_fitted: self.run.plan.refusals.len() + self.run.plan.jobs.len() - fits,
-            unreadable_rows: self.unreadable.len(),
-            posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
-            substitute_baselines: substitutes.into_iter().collect(),
-            rest_shape_measure: rest_distance::measure(ratios, reference),
-            nearest_row_to_rest: rest_distance::nearest(&self.run.muscles, &rest, &self.data, reference),
-            passive: outputs::passive_groups(digests),
-            thickness_m: THICKNESS_M,
-        }
     }
 
     /// Reports rows that are left out on stderr, before the work begins.
@@ -247,4 +152,90 @@ impl PreparedBatch {
             ));
         }
     }
+}
+
+const MOST_LISTED: usize = 60;
+
+fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
+    let s = batch.summary;
+    let mut text = String::new();
+    if batch.jobs.len() <= MOST_LISTED {
+        text += &fits(batch)?;
+    }
+    let _ = writeln!(
+        text,
+        "passive stretches, RMS (†: against a substitute baseline)\n{}\n\n{} in {wall_s:.1} s: {}\n{}, {} not fitted, {} unreadable",
+        table::of(&PassiveGroup::columns(), &s.passive),
+        counted(s.fits, "fit"),
+        ended(&s.statuses),
+        counted(s.baselines, "baseline"),
+        s.not_fitted,
+        s.unreadable_rows
+    );
+    if !batch.contrasts.is_empty() {
+        text += &decided(batch.contrasts);
+        text += &most_agree(&outputs::over_subjects(batch.contrasts));
+    }
+    if s.posteriors_untold > 0 {
+        let _ = writeln!(
+            text,
+            "{} without results; the alarms of their fits in batch.json say why, and more draws usually help",
+            counted(s.posteriors_untold, "posterior")
+        );
+    }
+    if let Some(n) = &s.nearest_row_to_rest {
+        let _ = writeln!(
+            text,
+            "the model at rest is nearest to {} /{}/ by {:.3} ({})",
+            n.subject, n.vowel, n.distance.rms_ratio, s.rest_shape_measure
+        );
+    }
+    if s.fits > MOST_FITS_ON_PAGE {
+        let _ = writeln!(
+            text,
+            "batch.html and tensions.svg show the first {MOST_FITS_ON_PAGE} fits; the other files have all"
+        );
+    }
+    Ok(text)
+}
+
+/// The contrasts between vowels whose sign is sure, a line for each subject and pair of vowels.
+fn decided(all: &[SubjectContrast]) -> String {
+    let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
+    let mut text =
+        format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
+    for same in sure.chunk_by(|a, b| contrast_name(a) == contrast_name(b)) {
+        let words: Vec<String> =
+            Vec::from_iter(same.iter().map(|SubjectContrast { contrast: c, .. }| {
+                let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
+                format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
+            }));
+        let _ = writeln!(text, "  {}: {}", contrast_name(same[0]), words.join(", "));
+    }
+    text
+}
+
+fn contrast_name(s: &SubjectContrast) -> String {
+    format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b)
+}
+
+fn fits(batch: &Batch<'_>) -> miette::Result<String> {
+    let (mut verdicts, mut lines) = (String::new(), Vec::new());
+    for number in 0..batch.jobs.len() {
+        if let Some((_, fit)) = batch.fit(number).into_diagnostic()? {
+            verdicts.extend(fit.verdict.iter().map(|verdict| wrapped(verdict)));
+            lines.push(fit.line);
+        }
+    }
+    let header =
+        ["fit", "tensions, N/m", "posterior,\nmedian (95 %)", "misfit", "passive\nstretches", "alarms"];
+    let has_posterior = lines.iter().any(|line| !line[2].is_empty());
+    let shown = |column: &usize| *column != 2 || has_posterior;
+    let columns: Vec<usize> = (0..header.len()).filter(shown).collect();
+    let mut t = rows(&columns.iter().map(|&c| header[c]).collect::<Vec<_>>(), &lines, |line| {
+        columns.iter().map(|&c| line[c].as_str())
+    });
+    (1..columns.len() - 3).for_each(|column| left(&mut t, column));
+    let gap = if verdicts.is_empty() { "" } else { "\n" };
+    Ok(format!("{verdicts}{gap}{t}\n\n"))
 }

@@ -16,13 +16,13 @@ pub struct Column<'a, R> {
     /// Unit of its values; empty where they have none.
     pub unit: &'static str,
     pub meaning: &'static str,
-    pub(super) value: CellValue<'a, R, Value>,
-    /// Its heading on a page; `None` where only CSV has it.
-    pub(super) heading: Option<Cow<'static, str>>,
-    /// The text of a row on a page; `None` where that is its value.
-    pub(super) shown: Option<CellValue<'a, R, String>>,
-    /// Whether it is aligned to the left on a page although its values are numbers.
-    pub(super) is_text: bool,
+    value: CellValue<'a, R, Value>,
+    /// Its heading on pages and on the terminal; `None` where only CSV has it.
+    heading: Option<Cow<'static, str>>,
+    /// The text of a row there; `None` where that is its value.
+    text: Option<CellValue<'a, R, String>>,
+    /// Whether it is aligned to the left there although its values are numbers.
+    is_text: bool,
 }
 
 impl<'a, R: 'a> Column<'a, R> {
@@ -35,12 +35,16 @@ impl<'a, R: 'a> Column<'a, R> {
     ) -> Self {
         let (name, value) = (name.into(), Rc::new(value));
         let heading = Some(name.replace('_', " ").into());
-        Self { name, unit, meaning, value, heading, shown: None, is_text: false }
+        Self { name, unit, meaning, value, heading, text: None, is_text: false }
     }
 
     pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let heading = heading.into();
         Self::new(heading.clone(), "", "", value).headed(heading)
+    }
+
+    pub(super) fn named(self, name: &'static str) -> Self {
+        Self { name: name.into(), ..self }
     }
 
     pub fn headed(self, heading: impl Into<Cow<'static, str>>) -> Self {
@@ -58,15 +62,15 @@ impl<'a, R: 'a> Column<'a, R> {
 
     fn numbers(self, text: impl Fn(f64) -> String + 'a) -> Self {
         let value = self.value.clone();
-        self.shown(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
+        self.shown_as(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
     }
 
-    pub fn shown(self, text: impl Fn(&R) -> String + 'a) -> Self {
-        Self { shown: Some(Rc::new(text)), ..self }
+    pub fn shown_as(self, text: impl Fn(&R) -> String + 'a) -> Self {
+        Self { text: Some(Rc::new(text)), ..self }
     }
 
     pub fn shown_as_text(self, text: impl Fn(&R) -> String + 'a) -> Self {
-        Self { is_text: true, ..self.shown(text) }
+        Self { is_text: true, ..self.shown_as(text) }
     }
 
     pub fn in_csv_alone(self) -> Self {
@@ -75,10 +79,10 @@ impl<'a, R: 'a> Column<'a, R> {
 
     /// The column of rows that contain such a row.
     pub fn within<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
-        let Self { name, unit, meaning, value, heading, shown, is_text } = self;
+        let Self { name, unit, meaning, value, heading, text, is_text } = self;
         let value = Rc::new(move |row: &Q| value(part(row)));
-        let shown = shown.map(|text| Rc::new(move |row: &Q| text(part(row))) as CellValue<'a, Q, String>);
-        Column { name, unit, meaning, value, heading, shown, is_text }
+        let text = text.map(|text| Rc::new(move |row: &Q| text(part(row))) as CellValue<'a, Q, String>);
+        Column { name, unit, meaning, value, heading, text, is_text }
     }
 
     /// The value of a row as a cell of CSV: empty where there is none.
@@ -86,17 +90,21 @@ impl<'a, R: 'a> Column<'a, R> {
         text((self.value)(row))
     }
 
-    /// The value of a row as it stands on a page: a dash where there is none.
-    fn on_page(&self, row: &R) -> String {
-        let text = match &self.shown {
+    /// The value of a row as it stands on pages and on the terminal: a dash where there is none.
+    pub fn shown(&self, row: &R) -> String {
+        match &self.text {
             Some(text) => text(row),
             None => Some(self.cell(row)).filter(|t| !t.is_empty()).unwrap_or_else(|| "–".to_owned()),
-        };
-        text.replace('|', "/")
+        }
     }
 
-    /// Whether it is aligned to the right on a page: all of its values are numbers.
-    fn is_to_the_right(&self, rows: &[R]) -> bool {
+    /// The value of a row if it is a number.
+    pub fn number(&self, row: &R) -> Option<f64> {
+        (self.value)(row).as_f64()
+    }
+
+    /// Whether it is aligned to the right there: all of its values are numbers.
+    pub fn is_to_the_right(&self, rows: &[R]) -> bool {
         !self.is_text
             && !rows.is_empty()
             && rows.iter().all(|row| matches!((self.value)(row), Value::Number(_) | Value::Null))
@@ -116,16 +124,26 @@ pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
     }
 }
 
+/// The rows as JSON: of each an object with the values by the names of the columns.
+pub fn objects<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Vec<Value> {
+    let object = |row: &R| columns.iter().map(|c| (c.name.clone().into_owned(), (c.value)(row))).collect();
+    rows.iter().map(object).collect()
+}
+
+/// Those of the columns that stand on pages and on the terminal, with their headings.
+pub fn headed<'c, 'a, R: 'a>(columns: &'c [Column<'a, R>]) -> (Vec<&'c str>, Vec<&'c Column<'a, R>>) {
+    columns.iter().filter_map(|c| Some((c.heading.as_deref()?, c))).unzip()
+}
+
 /// A table of Markdown of those of the columns that stand on pages.
 pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
-    let shown: Vec<_> = columns.iter().filter_map(|c| Some((c, c.heading.as_ref()?))).collect();
-    let head = line(
-        shown.iter().map(|(_, h)| if h.is_empty() { " ".to_owned() } else { format!(" {h} ") }).collect(),
-    );
+    let (headings, shown) = headed(columns);
+    let head =
+        headings.iter().map(|h| if h.is_empty() { " ".to_owned() } else { format!(" {h} ") }).collect();
     let rule = |c: &Column<'a, R>| if c.is_to_the_right(rows) { "--:" } else { "---" }.to_owned();
-    let rules = line(shown.iter().map(|(c, _)| rule(c)).collect());
-    let row = |row: &R| line(shown.iter().map(|(c, _)| format!(" {} ", c.on_page(row))).collect());
-    rows.iter().map(row).fold(head + &rules, |text, row| text + &row)
+    let rules = line(shown.iter().map(|c| rule(c)).collect());
+    let row = |row: &R| line(shown.iter().map(|c| format!(" {} ", c.shown(row).replace('|', "/"))).collect());
+    rows.iter().map(row).fold(line(head) + &rules, |text, row| text + &row)
 }
 
 fn line(cells: Vec<String>) -> String {
@@ -137,7 +155,7 @@ pub(crate) fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
     type CellValue<'a, R> = Column<'a, Column<'a, R>>;
     let of = [
         CellValue::of_page("column", |c| format!("`{}`", c.name).into()),
-        CellValue::of_page("unit", |c| c.unit.into()).shown(|c| c.unit.to_owned()),
+        CellValue::of_page("unit", |c| c.unit.into()).shown_as(|c| c.unit.to_owned()),
         CellValue::of_page("meaning", |c| c.meaning.into()),
     ];
     markdown(&of, columns)

@@ -42,11 +42,12 @@ pub use svg::{
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
-pub use tongue_page::{PageBody, PageTable, TonguePage};
-pub use track::{
-    FormantsRecord, REPEATED, RecordingResult, TrackRecord, TrackResults, contrasts, draws_csv, formants_csv,
-    over_speakers, placed, prior_interval_n, repeated, repeats_table, segments_csv, status_name, track_csv,
-};
+pub use tongue_page::TonguePage;
 #[cfg(feature = "files")]
-pub use track::{TrackPage, fixed};
+pub use track::TrackPage;
+pub use track::{
+    FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, draws_csv, fixed, formants_csv,
+    held_out_columns, over_speakers, placed, prior_interval_n, repeated, repeats_columns, segments_csv,
+    status_name, track_csv,
+};
 pub use vtu::{Msh, Pvd, Vtu};

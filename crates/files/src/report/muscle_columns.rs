@@ -121,7 +121,7 @@ pub(super) fn picked<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle<'a>>> {
     let all = columns();
     let picked = Vec::from_iter(names.split(',').filter_map(|name| {
         let (name, shown) = name.split_once(' ').unwrap_or((name, name));
-        Some(Column { name: shown.into(), ..all.iter().find(|c| c.name == name)?.clone() })
+        Some(all.iter().find(|c| c.name == name)?.clone().named(shown))
     }));
     debug_assert_eq!(picked.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
     picked

@@ -106,26 +106,34 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl FitRecord {
-    /// Of a fit without a verdict.
-    pub fn new(fit: Fit, alarms: Vec<Alarm>, made_by: &Provenance) -> Self {
-        Self {
-            made_by: made_by.clone(),
-            verdict: None,
-            no_verdict: None,
-            conclusion: None,
-            fit,
-            alarms,
-            posterior: None,
-            contrasts: Vec::new(),
-            wall_s: None,
-        }
-    }
-
     /// Adds what is concluded from it: its last words and the exit status.
     pub fn conclude(&mut self) -> &Conclusion {
         let Self { fit, alarms, posterior, verdict, .. } = &*self;
-        let conclusion = Conclusion::new(fit, alarms, posterior.as_ref(), verdict.as_ref());
-        self.conclusion.insert(conclusion)
+        let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
+        let cause = cause.map_or_else(|| status_name(&fit.answer.status).replace('_', " "), Alarm::to_string);
+        let tensions_trusted = fit.is_trustworthy();
+        let beside = |what: &str| {
+            if tensions_trusted {
+                format!("Trust the {what} more than these tensions")
+            } else {
+                format!("Trust the {what}, not these tensions: {cause}")
+            }
+        };
+        let (decided_by, trusted, text) = match (verdict, posterior) {
+            (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
+            (None, Some(report)) if report.summary.is_none() => (
+                DecidedBy::Posterior,
+                false,
+                format!("the chains of the posterior have not mixed: {}", report.why),
+            ),
+            (None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
+            (None, None) if tensions_trusted => {
+                let text = "Without a verdict these tensions ignore errors of anatomy and model".to_owned();
+                (DecidedBy::Fit, true, text)
+            }
+            (None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
+        };
+        self.conclusion.insert(Conclusion { decided_by, trusted, tensions_trusted, text })
     }
 
     pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
@@ -261,34 +269,4 @@ pub struct Conclusion {
     /// Whether the fit's tensions can be trusted too ([`Fit::is_trustworthy`]).
     pub tensions_trusted: bool,
     pub text: String,
-}
-
-impl Conclusion {
-    pub fn new(fit: &Fit, alarms: &[Alarm], posterior: Option<&Report>, verdict: Option<&Verdict>) -> Self {
-        let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
-        let cause = cause.map_or_else(|| status_name(&fit.answer.status).replace('_', " "), Alarm::to_string);
-        let tensions_trusted = fit.is_trustworthy();
-        let beside = |what: &str| {
-            if tensions_trusted {
-                format!("Trust the {what} more than these tensions")
-            } else {
-                format!("Trust the {what}, not these tensions: {cause}")
-            }
-        };
-        let (decided_by, trusted, text) = match (verdict, posterior) {
-            (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
-            (None, Some(report)) if report.summary.is_none() => (
-                DecidedBy::Posterior,
-                false,
-                format!("the chains of the posterior have not mixed: {}", report.why),
-            ),
-            (None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
-            (None, None) if tensions_trusted => {
-                let text = "Without a verdict these tensions ignore errors of anatomy and model".to_owned();
-                (DecidedBy::Fit, true, text)
-            }
-            (None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
-        };
-        Self { decided_by, trusted, tensions_trusted, text }
-    }
 }

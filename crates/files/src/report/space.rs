@@ -7,7 +7,7 @@ use tongue_core::geometry::hexahedron;
 use tongue_core::system::System;
 
 use super::record::{by_muscle, mm};
-use crate::run::Equilibrium;
+use crate::run::{Equilibrium, Solved};
 use crate::surgery::{OperationRecord, foremost_moved_mm};
 use tongue_infer::inverse::alarms;
 use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
@@ -121,6 +121,14 @@ impl SimulationRecord {
             wall_s,
             found,
         }
+    }
+}
+
+impl<const D: usize> Solved<D> {
+    /// Its record, with what surgery changed if there was any.
+    pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
+        let found = (&self.system, self.found.clone());
+        SimulationRecord::new(body, found, &self.pulls, &self.positions, operation, self.wall_s)
     }
 }
 

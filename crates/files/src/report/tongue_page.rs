@@ -4,58 +4,59 @@
 use std::io::{self, Write};
 
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
-use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::column::{Column, headed};
 use super::export::{Export, Provenance};
 use super::record::FitRecord;
+use crate::run::{BodySource, Kind, PlaneBody};
 use tongue_core::material::Constants;
 use tongue_core::system::Model;
+use tongue_input::bodies::json::MeshRecord;
 
 const PAGE: &str = include_str!("../../../../web/tongue.html");
 const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
 
-#[derive(Debug, Clone)]
-pub struct PageBody {
-    /// Mesh spacing of springs, mm; the page's own if none is given.
-    pub springs_h_mm: Option<f64>,
-    pub continuum_h_mm: Option<f64>,
-    pub continuum: bool,
-    pub model: Model,
-    pub file: String,
-    pub anatomy: Option<String>,
-    pub mesh: Option<String>,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub struct PageTable {
-    pub file: String,
-    pub text: String,
-}
-
 #[derive(Debug)]
 pub struct TonguePage {
-    pub body: PageBody,
-    pub table: Option<PageTable>,
+    /// The page makes its bodies from this again, as springs and as a continuum.
+    pub body: PlaneBody,
+    pub model: Model,
+    /// The file of a table of lengths, and its text.
+    pub table: Option<(String, String)>,
     /// Fits that the page has when it opens; it computes the others itself.
     pub fits: Vec<FitRecord>,
 }
 
 impl TonguePage {
-    fn own(&self, by: &Provenance) -> Result<Value, serde_json::Error> {
-        let PageBody { springs_h_mm, continuum_h_mm, continuum, model, file, anatomy, mesh } = &self.body;
-        let nu = model.constants.poisson_ratio;
+    fn own(&self, by: &Provenance) -> io::Result<Value> {
+        let PlaneBody { source, kind, spacing_m } = &self.body;
+        let is_continuum = *kind == Kind::Continuum;
+        let own_spacing_m = is_continuum.then(|| self.body.spacing_m());
+        let body = match source {
+            BodySource::Tongue => json!({"file": "", "anatomy": null, "mesh": null}),
+            BodySource::Anatomy { toml, origin } => json!({"file": origin, "anatomy": toml, "mesh": null}),
+            BodySource::Mesh { origin, .. } => {
+                let springs = PlaneBody { kind: Kind::Springs, ..self.body.clone() };
+                // The file's concerns were told where the body was made.
+                let flat = springs.make(&mut |_| ()).map_err(io::Error::other)?;
+                let mesh = MeshRecord::of(&flat, &self.model).map_err(io::Error::other)?;
+                let text = serde_json::to_string_pretty(&mesh)? + "\n";
+                json!({"file": origin, "anatomy": null, "mesh": text})
+            }
+        };
+        let nu = self.model.constants.poisson_ratio;
         let is_usual = nu == Constants::TONGUE.poisson_ratio;
         let fits = self.fits.iter().map(shortened).collect::<Result<Vec<Value>, _>>()?;
         Ok(json!({
             "version": by.version,
             "command": by.command,
-            "body": {"file": file, "anatomy": anatomy, "mesh": mesh},
-            "springs_h_mm": springs_h_mm,
-            "continuum_h_mm": continuum_h_mm,
-            "continuum": continuum,
+            "body": body,
+            "springs_h_mm": spacing_m.map(|h| h * 1e3),
+            "continuum_h_mm": spacing_m.or(own_spacing_m).map(|h| h * 1e3),
+            "continuum": is_continuum,
             "material": if is_usual { json!({}) } else { json!({ "poisson_ratio": nu }) },
-            "table": self.table,
+            "table": self.table.as_ref().map(|(file, text)| json!({"file": file, "text": text})),
             "fits": fits,
         }))
     }
@@ -101,6 +102,12 @@ pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> 
     }
 }
 
+/// The same of those of the columns that have a heading.
+pub fn of<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
+    let (headings, shown) = headed(columns);
+    table(headings, &html! { @for row in rows { tr { @for c in &shown { td { (c.shown(row)) } } } } })
+}
+
 /// The same of a table that its reader can sort.
 pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {
     html! {
@@ -111,6 +118,15 @@ pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows:
             }
         }
     }
+}
+
+/// The same of those of the columns that have a heading; numbers are sorted by their values.
+pub fn sortable_of<'a, R: 'a>(id: &str, columns: &[Column<'a, R>], rows: &[R]) -> Markup {
+    let (headings, shown) = headed(columns);
+    let rows = html! {
+        @for row in rows { tr { @for c in &shown { td data-v=[c.number(row)] { (c.shown(row)) } } } }
+    };
+    sortable(id, headings, &rows)
 }
 
 pub fn document(title: &str, body: &Markup) -> String {

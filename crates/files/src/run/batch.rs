@@ -1,23 +1,50 @@
 //! The fits of a table in one body.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use tongue_core::body::Body;
+use tongue_core::parallel;
 use tongue_core::system::{Model, System};
+use tongue_infer::inverse::alarms::THICKNESS_M;
 use tongue_infer::inverse::batch::{BatchPlan, PublishedFacts};
 use tongue_infer::inverse::{FitError, FitSettings};
+use tongue_infer::posterior::{PosteriorModel, Sampling};
+use tongue_input::measured::lengths::rest_distance;
+use tongue_input::measured::{Dataset, Target, TargetKind, reference_muscle};
 
 use super::fit::{FitRun, VerdictSource};
+use super::posterior::PosteriorRun;
 use crate::report::batch::record::AssessedRecord;
-use crate::report::batch::{Fitted, RowPosterior, fitted};
+use crate::report::batch::{
+    BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fitted, passive_groups,
+};
 use crate::report::{Provenance, ReportError};
 
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct BatchRun {
     pub plan: BatchPlan,
     pub body: Body<2>,
     pub muscles: Vec<String>,
     pub model: Model,
     pub settings: FitSettings,
+    /// How the posteriors of the rows are sampled, if they are asked for.
+    pub posteriors: Option<RowPosteriors>,
     known: PublishedFacts,
+    /// With [`RowPosteriors::joint`], the posteriors of rows by the numbers of their jobs.
+    sampled: BTreeMap<usize, SampledRow>,
+}
+
+/// The posterior of a row, or why there is none.
+type SampledRow = Result<RowPosterior, String>;
+
+#[derive(Debug)]
+pub struct RowPosteriors {
+    pub model: PosteriorModel,
+    pub sampling: Sampling,
+    /// Whether the rows of a subject are sampled together.
+    pub joint: bool,
+    /// The quantity with whose fit the posterior of a row is reported, since it does not depend on what is fitted.
+    pub with: TargetKind,
 }
 
 impl BatchRun {
@@ -29,20 +56,24 @@ impl BatchRun {
     ) -> Result<Self, FitError> {
         System::new(&body.mesh, model, &[])?;
         let (known, muscles) = (PublishedFacts::built_in(), body.mesh.muscle_names());
-        Ok(Self { plan, body: body.clone(), muscles, model: *model, settings, known })
+        let (posteriors, sampled) = (None, BTreeMap::new());
+        Ok(Self { plan, body: body.clone(), muscles, model: *model, settings, posteriors, known, sampled })
     }
 
     /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why there is none, if one was asked
-    /// for; or says why the fit cannot begin. The page shows the fit if it has a number there that is not too large.
+    /// for; or says why the fit cannot begin. The page shows the fit if `on_page` is set and its number is not too large.
     pub fn fit(
         &self,
         number: usize,
-        on_page: Option<usize>,
-        posterior: Option<&Result<RowPosterior, String>>,
+        on_page: bool,
         provenance: &Provenance,
+        tell: &dyn Fn(&str),
     ) -> Result<Result<Fitted, String>, ReportError> {
         let Self { body, muscles, model, settings, .. } = self;
         let job = &self.plan.jobs[number];
+        let own = self.posteriors_with(number).filter(|how| !how.joint);
+        let own = own.and_then(|how| self.posteriors(how, &[number], tell).pop());
+        let posterior = own.as_ref().map(|(_, posterior)| posterior).or(self.sampled.get(&number));
         let verdict = posterior.map_or(VerdictSource::None, |posterior| {
             VerdictSource::Posterior(posterior.as_ref().map(|p| &p.report).map_err(String::as_str))
         });
@@ -52,6 +83,86 @@ impl BatchRun {
             Err(e) => return Ok(Err(e.to_string())),
         };
         let posterior = posterior.and_then(|p| p.as_ref().ok());
-        fitted(on_page, &record, (&body.mesh, muscles), posterior, provenance).map(Ok)
+        fitted(on_page.then_some(number), &record, (&body.mesh, muscles), posterior, provenance).map(Ok)
+    }
+
+    /// If the rows of a subject are sampled together, samples them before the fits of these jobs, which take them from there.
+    pub fn sample(&mut self, jobs: &[usize], tell: &(dyn Fn(&str) + Sync)) {
+        let Some(how) = self.posteriors.as_ref().filter(|how| how.joint) else { return };
+        let all = &self.plan.jobs;
+        let mut speakers: Vec<Vec<usize>> = Vec::new();
+        for number in (0..all.len()).filter(|&n| self.posteriors_with(n).is_some()) {
+            let same = speakers.iter_mut().find(|rows| {
+                let [a, b] = [rows[0], number].map(|n| &all[n].target);
+                a.subject == b.subject && a.baseline == b.baseline
+            });
+            match same {
+                Some(rows) => rows.push(number),
+                None => speakers.push(vec![number]),
+            }
+        }
+        speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
+        let found = parallel::map(&speakers, |rows| self.posteriors(how, rows, tell));
+        self.sampled = found.into_iter().flatten().collect();
+    }
+
+    /// How the posterior is sampled that is reported with a job; `None` if there is none.
+    fn posteriors_with(&self, number: usize) -> Option<&RowPosteriors> {
+        self.posteriors.as_ref().filter(|how| how.with == self.plan.jobs[number].target.kind)
+    }
+
+    /// The posteriors of rows that are sampled together, by the numbers of their jobs.
+    fn posteriors(
+        &self,
+        how: &RowPosteriors,
+        rows: &[usize],
+        tell: &dyn Fn(&str),
+    ) -> Vec<(usize, SampledRow)> {
+        let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
+        let RowPosteriors { model, sampling, .. } = how;
+        let asked = PosteriorRun { model, targets: &targets, beside: Vec::new(), sampling: *sampling };
+        let sampled = match asked.run(tell) {
+            Ok(sampled) => sampled,
+            // The caller adds the row to the message.
+            Err(e) => return rows.iter().map(|&n| (n, Err(e.to_string()))).collect(),
+        };
+        Vec::from_iter(rows.iter().enumerate().map(|(posture, &number)| {
+            let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges(posture)).flatten();
+            let report = sampled.reports[posture].clone();
+            let vowel = &report.postures[posture];
+            let contrasts = sampled.contrasts.iter().filter(|c| c.b == *vowel).cloned().collect();
+            (number, Ok(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report, contrasts }))
+        }))
+    }
+
+    /// The summary of the fits of a table, of which rows were `unreadable`.
+    pub fn summary(&self, data: &Dataset, unreadable: usize, digests: &[(usize, Digest)]) -> BatchSummary {
+        let (muscles, mesh, plan) = (&self.muscles, &self.body.mesh, &self.plan);
+        let rest: Vec<f64> = Vec::from_iter(muscles.iter().map(|name| {
+            let chain = mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
+            chain.map_or(f64::NAN, |chain| mesh.distance(chain.ends()))
+        }));
+        let reference = &data.muscles()[reference_muscle(data.muscles())];
+        let ratios = muscles.iter().filter(|m| *m != reference && data.muscles().contains(m)).count();
+        let fits = digests.len();
+        let digests = digests.iter().map(|(_, digest)| digest);
+        let mut statuses = BTreeMap::new();
+        digests.clone().for_each(|digest| *statuses.entry(digest.status.clone()).or_default() += 1);
+        let substitutes = plan.jobs.iter().filter(|job| job.substitute);
+        let substitutes: BTreeSet<String> = substitutes.map(|job| job.target.subject.clone()).collect();
+        BatchSummary {
+            rows: data.rows().len(),
+            fits,
+            statuses,
+            baselines: plan.baselines.len(),
+            not_fitted: plan.refusals.len() + plan.jobs.len() - fits,
+            unreadable_rows: unreadable,
+            posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
+            substitute_baselines: substitutes.into_iter().collect(),
+            rest_shape_measure: rest_distance::measure(ratios, reference),
+            nearest_row_to_rest: rest_distance::nearest(muscles, &rest, data, reference),
+            passive: passive_groups(digests),
+            thickness_m: THICKNESS_M,
+        }
     }
 }

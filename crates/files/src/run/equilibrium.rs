@@ -1,5 +1,5 @@
-//! One equilibrium with what there is to doubt in it, of a system or of a body in the plane or in space, and the motion of a system from a
-//! shape at equidistant times.
+//! One equilibrium with what there is to doubt in it, of a system or of a body in the plane or in space, and the motion of a system with its
+//! lengths and shapes at equidistant times.
 
 use std::time::Instant;
 
@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 
 use tongue_core::body::Body;
-use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionOutcome, Observer, Tensions};
+use tongue_core::dynamics::{self, Integrator, Motion, MotionOutcome, Observer, State};
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Model, SpaceModel, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
@@ -79,6 +79,8 @@ pub struct Solved<const D: usize> {
     pub found: Equilibrium,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
+    /// Tensions (activations in space) of all muscles of the body.
+    pub pulls: Vec<f64>,
     /// In space, that of one half where both sides are alike.
     pub system: System<D>,
     pub wall_s: f64,
@@ -90,7 +92,7 @@ impl<const D: usize> Solved<D> {
         let clock = Instant::now();
         let found = Equilibrium::of(&system, &mut workspace, pulls, direct);
         let wall_s = clock.elapsed().as_secs_f64();
-        Self { found, positions: workspace.positions().to_vec(), system, wall_s }
+        Self { found, positions: workspace.positions().to_vec(), pulls: pulls.to_vec(), system, wall_s }
     }
 
     /// What to doubt: the equilibrium, and tissue that is strained too much.
@@ -101,15 +103,18 @@ impl<const D: usize> Solved<D> {
 }
 
 impl Solved<2> {
-    /// The equilibrium at these tensions of all muscles of the mesh, N per metre of thickness, of which those of `pulling` contract; unless
-    /// `direct`, the equilibria from rest are followed as the tensions grow.
+    /// The equilibrium at these tensions, N per metre of thickness, by the numbers of muscles, which contract; unless `direct`, the equilibria
+    /// from rest are followed as the tensions grow.
     pub fn in_plane(
         body: &Body<2>,
         model: &Model,
-        (pulling, tensions): (&[usize], &[f64]),
+        given: &[(usize, f64)],
         direct: bool,
     ) -> Result<Self, SystemError> {
-        Ok(Self::of(System::new(&body.mesh, model, pulling)?, tensions, direct))
+        let pulling: Vec<usize> = given.iter().map(|(muscle, _)| *muscle).collect();
+        let mut tensions = vec![0.0; body.mesh.muscles.len()];
+        given.iter().for_each(|(muscle, tension)| tensions[*muscle] = *tension);
+        Ok(Self::of(System::new(&body.mesh, model, &pulling)?, &tensions, direct))
     }
 }
 
@@ -138,7 +143,7 @@ impl Solved<3> {
         ));
         let Some((own, half)) = half else { return Ok(Self::of(system, activations, direct)) };
         let solved = Self::of(system, &own, direct);
-        Ok(Self { positions: half.whole(&solved.positions), ..solved })
+        Ok(Self { positions: half.whole(&solved.positions), pulls: activations.to_vec(), ..solved })
     }
 
     /// Positions in the midsagittal plane, m: forward is towards smaller x.
@@ -147,46 +152,65 @@ impl Solved<3> {
     }
 }
 
+#[derive(Debug)]
+pub struct MotionRun<'a, 's, const D: usize> {
+    pub motion: &'a Motion<'s, D>,
+    /// Positions of all nodes at the beginning, m; at rest if `None`.
+    pub start: Option<&'a [SVector<f64, D>]>,
+    pub t_end_s: f64,
+    /// Number of equidistant times, the first and the last one included.
+    pub samples: usize,
+    /// Every how manyth of these times the shape is kept.
+    pub shape_every: usize,
+}
+
 #[derive(Debug, Clone)]
-pub(crate) struct FollowedPath<const D: usize> {
+pub struct Moved<const D: usize> {
     pub outcome: MotionOutcome,
     /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,
-    /// Positions at the end, m.
-    pub end: Vec<SVector<f64, D>>,
-    pub samples: Samples<D>,
+    /// The state at the end.
+    pub end: State<D>,
+    /// Times, s, with the lengths of all muscles, m.
+    pub lengths: Vec<(f64, Vec<f64>)>,
+    /// Times, s, with the positions of all nodes, m.
+    pub shapes: Vec<(f64, Vec<SVector<f64, D>>)>,
 }
 
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Samples<const D: usize> {
-    pub times: Vec<f64>,
-    pub positions: Vec<Vec<SVector<f64, D>>>,
-}
-
-impl<const D: usize> Observer<D> for Samples<D> {
-    fn sample(&mut self, time: f64, positions: &[SVector<f64, D>]) {
-        self.times.push(time);
-        self.positions.push(positions.to_vec());
+impl<const D: usize> MotionRun<'_, '_, D> {
+    /// Follows the motion; `progress` gets the time reached now and then, s.
+    pub fn run(&self, integrator: &mut dyn Integrator<D>, progress: &mut dyn FnMut(f64)) -> Moved<D> {
+        let Self { motion, start, t_end_s, .. } = *self;
+        let system = motion.system();
+        let mut end = motion.at_rest();
+        end.positions.copy_from_slice(start.unwrap_or(system.rest()));
+        let begin = end.positions.clone();
+        let times = dynamics::sample_times(t_end_s, self.samples);
+        let (lengths, shapes) = (Vec::new(), Vec::new());
+        let mut seen = Samples { system, shape_every: self.shape_every, progress, lengths, shapes };
+        let outcome = dynamics::run(motion, integrator, &mut end, t_end_s, &times, &mut seen);
+        let Samples { lengths, shapes, .. } = seen;
+        Moved { outcome, part_of_way: motion.part_of_way(&begin, &end), end, lengths, shapes }
     }
 }
 
-/// Follows the motion from a shape, or from rest, by TR-BDF2 with this error in a step, m, until `t_end_s`.
-pub(crate) fn follow<const D: usize>(
-    system: &System<D>,
-    tensions: Tensions,
-    start: Option<&[SVector<f64, D>]>,
-    tolerance_m: f64,
-    t_end_s: f64,
-    samples: usize,
-) -> Result<FollowedPath<D>, SystemError> {
-    let motion = Motion::new(system, tensions)?;
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance_m))?;
-    let mut state = motion.at_rest();
-    state.positions.copy_from_slice(start.unwrap_or(system.rest()));
-    let begin = state.positions.clone();
-    let mut seen = Samples::default();
-    let times = dynamics::sample_times(t_end_s, samples);
-    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, t_end_s, &times, &mut seen);
-    let part_of_way = motion.part_of_way(&begin, &state);
-    Ok(FollowedPath { outcome, part_of_way, end: state.positions, samples: seen })
+struct Samples<'a, const D: usize> {
+    system: &'a System<D>,
+    shape_every: usize,
+    progress: &'a mut dyn FnMut(f64),
+    lengths: Vec<(f64, Vec<f64>)>,
+    shapes: Vec<(f64, Vec<SVector<f64, D>>)>,
+}
+
+impl<const D: usize> Observer<D> for Samples<'_, D> {
+    fn sample(&mut self, time: f64, positions: &[SVector<f64, D>]) {
+        if self.lengths.len().is_multiple_of(self.shape_every) {
+            self.shapes.push((time, positions.to_vec()));
+        }
+        self.lengths.push((time, self.system.lengths(positions)));
+    }
+
+    fn progress(&mut self, time: f64) {
+        (self.progress)(time);
+    }
 }

@@ -1,17 +1,21 @@
-//! One fit of a target, with what there is to doubt in it and its verdict.
+//! One fit of a target, with what there is to doubt in it and its verdict, and the published answer beside it.
 
 use nalgebra::SVector;
 use tongue_core::body::Body;
 use tongue_core::effect::Contact;
+use tongue_core::statics::SolveStatus;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
 use tongue_infer::posterior::{Report, Verdict};
-use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
+use tongue_input::measured::thesis::Thesis;
+use tongue_input::measured::{Target, TargetKind};
 
+use super::equilibrium::Solved;
 use crate::report::{FitRecord, Provenance};
 use crate::scene::effects::CONTACT_REACH_MM;
+use crate::simulation::SimulationError;
 
 /// From what the verdict on a fit is taken.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +54,17 @@ impl<'a> FitRun<'a> {
         };
         let known = Muscles::built_in();
         let alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
-        let mut record = FitRecord::new(fit, alarms, made_by);
+        let mut record = FitRecord {
+            made_by: made_by.clone(),
+            verdict: None,
+            no_verdict: None,
+            conclusion: None,
+            fit,
+            alarms,
+            posterior: None,
+            contrasts: Vec::new(),
+            wall_s: None,
+        };
         let verdict = match self.verdict {
             VerdictSource::None => return Ok(record),
             VerdictSource::ShortRun => Verdict::of_target(body, model, target),
@@ -98,4 +112,59 @@ fn of_posterior(report: &Report) -> Result<Verdict, String> {
         );
     }
     Ok(verdict)
+}
+
+/// The published answer for /a/ of S2, simulated in the model at hand, to compare a fit with.
+#[derive(Debug, Clone)]
+pub struct Published {
+    pub thesis: Thesis,
+    pub ratios: Vec<f64>,
+    pub stretches: Vec<f64>,
+    /// Table 4.8: lengths over that of GGa in the thesis's own simulation.
+    pub thesis_ratios: Vec<f64>,
+    /// These ratios as stretches of the thesis's rest lengths, with the stretch of GGa of this simulation.
+    pub thesis_stretches: Vec<f64>,
+    pub rms: f64,
+}
+
+impl Published {
+    /// The values simulated here and in the thesis, for a kind of target.
+    pub fn values(&self, kind: TargetKind) -> (&[f64], &[f64]) {
+        match kind {
+            TargetKind::Ratio => (&self.ratios, &self.thesis_ratios),
+            TargetKind::Stretch => (&self.stretches, &self.thesis_stretches),
+        }
+    }
+
+    /// The tensions of the thesis in this body, if they are those of this target and lead to an equilibrium.
+    pub fn of(body: &Body<2>, model: &Model, target: &Target) -> Result<Option<Self>, SimulationError> {
+        let thesis = Thesis::reference().map_err(|e| SimulationError::Refused(e.to_string()))?;
+        let published = thesis.tensions_a();
+        let names: Vec<&str> = published.iter().map(|(muscle, _)| *muscle).collect();
+        if !thesis.simulated(target) || target.active_names() != names {
+            return Ok(None);
+        }
+        let matched = TargetOnBody::new(&body.mesh, target)?;
+        let tensions = published.iter().map(|(_, tension)| *tension);
+        let given: Vec<(usize, f64)> = matched.contracting().into_iter().zip(tensions).collect();
+        let Solved { found, positions, system, .. } = Solved::in_plane(body, model, &given, true)?;
+        if found.solution.status != SolveStatus::Converged {
+            return Ok(None);
+        }
+        let measured = target.muscles.len();
+        let [lengths, rest] = [&positions[..], system.rest()].map(|x| {
+            let mut lengths = matched.pick(&system.lengths(x));
+            lengths.truncate(measured);
+            lengths
+        });
+        let [ratios, stretches] = [TargetKind::Ratio, TargetKind::Stretch]
+            .map(|kind| kind.values(&lengths, &rest, target.reference));
+        let of_thesis = thesis.ratios_a(&target.muscles);
+        let of_thesis = of_thesis.zip(thesis.stretches_a(&target.muscles, stretches[target.reference]));
+        let Some((thesis_ratios, thesis_stretches)) = of_thesis else { return Ok(None) };
+        let others: Vec<usize> = (0..measured).filter(|&m| m != target.reference).collect();
+        let squares: f64 = others.iter().map(|&m| (ratios[m] - thesis_ratios[m]).powi(2)).sum();
+        let rms = (squares / others.len() as f64).sqrt();
+        Ok(Some(Self { thesis, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
+    }
 }

@@ -1,6 +1,6 @@
 //! Runs as plain structs: a body from options ([`PlaneBody`]), an equilibrium ([`Equilibrium`],
-//! [`Solved`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit
-//! ([`FitRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the
+//! [`Solved`]), a motion ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit
+//! ([`FitRun`]), a posterior ([`PosteriorRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the
 //! Python module and the page fill them in; a scene is such a struct itself ([`crate::scene`]).
 
 #[cfg(feature = "files")]
@@ -9,14 +9,16 @@ mod body;
 pub(crate) mod equilibrium;
 mod fit;
 mod muscles;
+mod posterior;
 mod sound;
 mod track;
 
 #[cfg(feature = "files")]
-pub use batch::BatchRun;
+pub use batch::{BatchRun, RowPosteriors};
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
-pub use equilibrium::{Equilibrium, Solved};
-pub use fit::{FitRun, VerdictSource};
-pub use muscles::MuscleEffect;
+pub use equilibrium::{Equilibrium, MotionRun, Moved, Solved};
+pub use fit::{FitRun, Published, VerdictSource};
+pub use muscles::{EffectRow, MuscleEffect};
+pub use posterior::{PosteriorRun, SampledPosterior};
 pub use sound::{SoundRun, TongueSound, TongueSoundRecord};
-pub use track::{TrackRun, TrackedBody};
+pub use track::{SpaceTrackRun, SpaceTracked, TrackRun, TrackedBody};

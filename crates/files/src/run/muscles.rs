@@ -1,6 +1,6 @@
 //! What each muscle of a body does alone.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use tongue_core::body::{Body, Mesh};
 use tongue_core::geometry::Point;
 use tongue_core::statics::SolveStatus;
@@ -8,6 +8,7 @@ use tongue_core::system::{Model, SpaceModel};
 use tongue_infer::inverse::alarms::Alarm;
 
 use super::equilibrium::Solved;
+use crate::report::column::Column;
 use crate::simulation::SimulationError;
 
 /// A muscle that pulls alone, and what it does to the surface.
@@ -26,8 +27,9 @@ pub struct MuscleEffect {
     pub positions: Vec<Point>,
     /// Tensions of all muscles, N per metre of thickness, of a body in the plane.
     pub tensions: Vec<f64>,
-    /// How hard it pulls, with the name of its column, and in the plane the lengths of all muscles at rest and now, m.
-    pull: (&'static str, f64),
+    /// Its tension, N per metre of thickness, or in space its activation.
+    pull: f64,
+    /// In the plane the lengths of all muscles at rest and now, m.
     lengths_m: Vec<(String, [f64; 2])>,
 }
 
@@ -39,20 +41,16 @@ impl MuscleEffect {
         name: &str,
         tension: f64,
     ) -> Result<Self, SimulationError> {
-        let pulling: Vec<usize> = body.muscles_called(name).collect();
-        let mut tensions = vec![0.0; body.mesh.muscles.len()];
-        pulling.iter().for_each(|&m| tensions[m] = tension);
-        let solved = Solved::in_plane(body, model, (&pulling, &tensions), false)?;
+        let given: Vec<(usize, f64)> = body.muscles_called(name).map(|m| (m, tension)).collect();
+        let solved = Solved::in_plane(body, model, &given, false)?;
         let positions = &solved.positions;
-        let lengths_m = (0..tensions.len()).map(|m| {
+        let lengths_m = Vec::from_iter(body.mesh.muscles.iter().enumerate().map(|(m, muscle)| {
             let both = [solved.system.rest(), positions].map(|x| solved.system.length(x, m));
-            (body.mesh.muscles[m].name.clone(), both)
-        });
-        let lengths_m: Vec<_> = lengths_m.collect();
-        let stretch = pulling.first().map_or(1.0, |&m| lengths_m[m].1[1] / lengths_m[m].1[0]);
-        let pull = ("tension_n_per_m", tension);
-        let alone = Self::new(name, pull, (&solved, body), stretch, (&body.mesh, positions));
-        Ok(Self { tensions, lengths_m, ..alone })
+            (muscle.name.clone(), both)
+        }));
+        let stretch = given.first().map_or(1.0, |&(m, _)| lengths_m[m].1[1] / lengths_m[m].1[0]);
+        let alone = Self::new(name, tension, (&solved, body), stretch, (&body.mesh, positions));
+        Ok(Self { tensions: solved.pulls, lengths_m, ..alone })
     }
 
     /// The effect of the muscles of this name on both sides with an activation, on the midsagittal `section` of the body; `tell` is as
@@ -64,8 +62,7 @@ impl MuscleEffect {
         (name, activation): (&str, f64),
         tell: &dyn Fn(&str),
     ) -> Result<Self, SimulationError> {
-        let refused = |e: String| SimulationError::Refused(format!("--activation: {e}"));
-        let activations = body.activations(&[(name, activation)]).map_err(|e| refused(e.to_string()))?;
+        let activations = body.activations(&[(name, activation)])?;
         let solved = Solved::in_space(body, model, &activations, false, tell)?;
         let (rest, positions) = (&body.mesh.nodes, &solved.positions);
         let surface = body.mesh.surface_nodes();
@@ -74,17 +71,17 @@ impl MuscleEffect {
             let [low, high] = sides.fold([0.0_f64; 2], |[low, high], y| [low.min(y), high.max(y)]);
             high - low
         });
-        let first = body.both_sides(name).map_err(|e| refused(e.to_string()))?[0];
+        let first = body.both_sides(name)?[0];
         let [a, b] = body.mesh.muscles[first].ends();
         let stretch = (positions[b] - positions[a]).norm() / (rest[b] - rest[a]).norm();
         let flat = solved.midsagittal_positions();
-        let alone = Self::new(name, ("activation", activation), (&solved, body), stretch, (section, &flat));
+        let alone = Self::new(name, activation, (&solved, body), stretch, (section, &flat));
         Ok(Self { wider_mm: Some(after_mm - before_mm), ..alone })
     }
 
     fn new<const D: usize>(
         name: &str,
-        pull: (&'static str, f64),
+        pull: f64,
         (solved, body): (&Solved<D>, &Body<D>),
         stretch: f64,
         (section, positions): (&Mesh<2>, &[Point]),
@@ -117,38 +114,73 @@ impl MuscleEffect {
         self.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ")
     }
 
-    /// Its rows of `muscles.csv`: in the plane one for every muscle of the body, in space one.
-    pub fn rows(&self) -> Vec<Value> {
-        if self.lengths_m.is_empty() {
-            return vec![self.row(json!({}), self.stretch)];
-        }
-        let rows = self.lengths_m.iter().map(|(muscle, [rest, length])| {
-            let of_muscle =
-                json!({ "muscle": muscle, "rest_length_mm": 1e3 * rest, "length_mm": 1e3 * length });
-            self.row(of_muscle, length / rest)
-        });
-        rows.collect()
+    /// What happens to every muscle of the body while it pulls; in space to itself.
+    pub fn rows(&self) -> Vec<EffectRow<'_>> {
+        let own = self.lengths_m.is_empty().then(|| self.own());
+        let each = self.lengths_m.iter().map(|muscle| EffectRow { alone: self, muscle: Some(muscle) });
+        each.chain(own).collect()
     }
 
-    /// A row with the lengths of a muscle and its stretch.
-    fn row(&self, muscle: Value, stretch: f64) -> Value {
-        let [tip, top, root] = self.moved_mm;
-        let (name, pull) = self.pull;
-        let moved = json!({
-            "stretch": stretch,
-            "tip_forward_mm": tip[0], "tip_up_mm": tip[1],
-            "top_forward_mm": top[0], "top_up_mm": top[1],
-            "root_forward_mm": root[0], "root_up_mm": root[1],
-        });
-        let parts = [
-            json!({ "pulling": self.name }),
-            json!({ name: pull }),
-            json!({ "status": self.status }),
-            muscle,
-            moved,
-            self.wider_mm.map_or_else(|| json!({}), |mm| json!({ "wider_mm": mm })),
-            json!({ "alarms": self.alarm_texts() }),
-        ];
-        parts.iter().filter_map(Value::as_object).flatten().map(|(k, v)| (k.clone(), v.clone())).collect()
+    /// What happens to the muscle that pulls.
+    pub fn own(&self) -> EffectRow<'_> {
+        EffectRow { alone: self, muscle: None }
     }
+}
+
+/// A muscle of the body while one pulls alone: of the plane its name with its length at rest and now, m; else the one that pulls.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectRow<'a> {
+    alone: &'a MuscleEffect,
+    muscle: Option<&'a (String, [f64; 2])>,
+}
+
+impl EffectRow<'_> {
+    fn stretch(&self) -> f64 {
+        self.muscle.map_or(self.alone.stretch, |(_, [rest, length])| length / rest)
+    }
+
+    /// The columns of `muscles.csv`, of which the terminal shows those with a heading; of bodies in space or in the plane.
+    pub fn columns<'a>(in_space: bool) -> Vec<Column<'a, EffectRow<'a>>> {
+        type Of<'a> = Column<'a, EffectRow<'a>>;
+        let pull = if in_space { ("activation", "") } else { ("tension_n_per_m", "N/m") };
+        let mut columns: Vec<Of<'a>> = vec![
+            Of::new("pulling", "", "the muscle that pulls alone", |r| r.alone.name.as_str().into()),
+            Of::new(pull.0, pull.1, "how hard it pulls", |r| r.alone.pull.into()).in_csv_alone(),
+            Of::new("status", "", "how the solve ended", |r| json!(r.alone.status)).in_csv_alone(),
+        ];
+        if !in_space {
+            let length_mm = |end: usize| move |r: &EffectRow<'a>| json!(r.muscle.map(|m| 1e3 * m.1[end]));
+            columns.extend([
+                Of::new("muscle", "", "a muscle of the body", |r| json!(r.muscle.map(|m| &m.0)))
+                    .in_csv_alone(),
+                Of::new("rest_length_mm", "mm", "its length at rest", length_mm(0)).in_csv_alone(),
+                Of::new("length_mm", "mm", "its length", length_mm(1)).in_csv_alone(),
+            ]);
+        }
+        let longer = |r: &EffectRow<'a>| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0));
+        let stretch = Of::new("stretch", "", "its length over that at rest", |r| r.stretch().into());
+        columns.push(stretch.headed("its length").shown_as(longer));
+        for (end, place) in ["tip", "top", "root"].into_iter().enumerate() {
+            for (axis, way) in ["forward", "up"].into_iter().enumerate() {
+                let heading = if axis == 0 { format!("{place} {way}") } else { way.to_owned() };
+                let moved = move |r: &EffectRow<'a>| r.alone.moved_mm[end][axis];
+                let what = "way of the foremost, highest or rearmost point of the surface at rest";
+                let column = Of::new(format!("{place}_{way}_mm"), "mm", what, move |r| moved(r).into());
+                columns.push(column.headed(heading).shown_as(move |r| tenths(moved(r))));
+            }
+        }
+        if in_space {
+            let wider = Of::new("wider_mm", "mm", "how much wider the body is", |r| json!(r.alone.wider_mm));
+            columns.push(wider.headed("wider").shown_as(|r| tenths(r.alone.wider_mm.unwrap_or_default())));
+        }
+        columns.push(
+            Of::new("alarms", "", "reasons for doubt", |r| r.alone.alarm_texts().into()).in_csv_alone(),
+        );
+        columns
+    }
+}
+
+/// A distance, mm, with its sign, which zero has too.
+fn tenths(mm: f64) -> String {
+    format!("{:+.1} mm", (10.0 * mm).round() / 10.0 + 0.0)
 }

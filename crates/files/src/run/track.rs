@@ -1,16 +1,23 @@
-//! Tensions over time: the speaker's body, what is not known of its shape, and the search.
+//! Tensions over time: the speaker's body, what is not known of its shape, and the search; in space, activations frame by frame.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, status_name};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::seed_of;
-use tongue_core::system::{self, Additions, System};
+use tongue_core::statistics::upper_median;
+use tongue_core::system::{self, Additions, SpaceModel, System};
 use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
+use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_infer::track::{
-    self, Followed, Frame, NotFinite, RestShape, TrackedRecording, TrackingContext, Watch,
+    self, Followed, Frame, NotFinite, RestShape, Tracked, TrackedRecording, TrackingContext, Watch,
 };
 use tongue_input::measured::recording::AlignedRecording;
 
@@ -207,6 +214,50 @@ impl TrackRun<'_> {
         Watch::collect(|watch| self.track(&speaker, unknown, seen, &|_| (), watch))
     }
 
+    /// What the `results` say, which are those of the recordings `met`; all recordings decide which labels are compared.
+    pub fn record(
+        &self,
+        speaker: &TrackedBody,
+        seen: &[&AlignedRecording],
+        met: &[&AlignedRecording],
+        results: Vec<RecordingResult>,
+    ) -> TrackRecord {
+        let (settings, contracting) = (&self.basis.settings, &self.basis.contracting);
+        let muscles: Vec<String> =
+            contracting.iter().map(|&m| self.basis.body.mesh.muscles[m].name.clone()).collect();
+        let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.tracked.frames).collect();
+        let of_recordings: Vec<&[Tracked]> =
+            results.iter().map(|one| one.tracked.frames.as_slice()).collect();
+        let labelled = results.iter().map(|one| (one.tracked.frames.as_slice(), one.labels.as_slice()));
+        let draws = results.iter().map(|one| one.tracked.compared.as_slice());
+        let mut statuses = BTreeMap::new();
+        frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
+        TrackRecord {
+            recordings: met.iter().map(|s| s.name.clone()).collect(),
+            body: speaker.body.what.clone(),
+            rest: speaker.adaptation.as_ref().map(|a| a.rest),
+            placement: speaker.placement.clone(),
+            settings: settings.clone(),
+            statuses,
+            untrusted: None,
+            median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
+            comparisons: track::compare(&track::compared(seen), &muscles, &settings.link, draws),
+            courses: track::course_summaries(&muscles, &frames, &settings.link),
+            repeats: track::repeatability(labelled, &muscles),
+            formants: None,
+            held_out: track::held_out(met, &of_recordings, self.hide),
+            notes: Vec::new(),
+            results: TrackResults {
+                body: speaker.body.clone(),
+                contracting: contracting.clone(),
+                muscles,
+                palate: self.basis.palate.unwrap_or_default().to_vec(),
+                recordings: results,
+            },
+            wall_s: 0.0,
+        }
+    }
+
     /// The bones whose displacement is an unknown in a recording.
     pub fn freed<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
         self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
@@ -216,7 +267,7 @@ impl TrackRun<'_> {
     pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), SimulationError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {
-            let refused = |why: &str| Err(SimulationError::Refused(format!("--free-bone {name}: {why}")));
+            let refused = |why: &str| Err(SimulationError::Refused(format!("{name}: {why}")));
             if names.contains(&name) {
                 return refused("this bone is free already; give each bone once");
             }
@@ -255,4 +306,51 @@ fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
     };
     let adaptation = adaptation.cloned();
     TrackedBody { body, followed, adaptation, placement: None, similarity: None, rms_m: None }
+}
+
+/// A body in space, and frames in which it was seen.
+#[derive(Debug, Clone)]
+pub struct SpaceTrackRun<'a> {
+    pub body: &'a Body<3>,
+    pub model: &'a SpaceModel,
+    pub recorded: &'a Recorded,
+    /// The search of the first frame; every further one begins at the one before.
+    pub search: SpaceSearch,
+}
+
+#[derive(Debug, Clone)]
+pub struct SpaceTracked {
+    pub frames: Vec<SpaceFitRecord>,
+    /// Positions of all nodes, m, and activations of all muscles: of every frame or of the last one.
+    pub shapes: Vec<(Vec<Vector3<f64>>, Vec<f64>)>,
+    /// Whether the sides of the body were kept alike.
+    pub is_alike: bool,
+}
+
+impl SpaceTrackRun<'_> {
+    /// Finds the activations of one frame after another and keeps the shapes of all if they are at most so many, else that of the last;
+    /// `tell` gets how each ended.
+    pub fn run(&self, most_shapes: usize, tell: &dyn Fn(&str)) -> Result<SpaceTracked, SimulationError> {
+        let Self { body, model, recorded, search } = self;
+        let system = System::in_space(body, model)?;
+        let half = if search.sides_apart { None } else { body.half() };
+        let left = half.as_ref().map(|half| System::of_half(half, model)).transpose()?;
+        search.settings.check()?;
+        let (mut frames, mut shapes, mut last) = (Vec::new(), Vec::new(), None);
+        for (recording, frame) in &recorded.frames {
+            let fit = match half.as_ref().zip(left.as_ref()) {
+                Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, last.as_ref()),
+                None => search.fit(body, &system, &frame.marks, last.as_ref()),
+            }?;
+            let (status, rms) = (status_name(&fit.answer.status).replace('_', " "), 1e3 * fit.rms_m);
+            tell(&format!("{status}: {rms:.2} mm RMS in {} factorisations", fit.factorisations));
+            frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit, search.open_above));
+            if recorded.frames.len() > most_shapes {
+                shapes.clear();
+            }
+            shapes.push((fit.answer.positions.clone(), fit.answer.tensions.clone()));
+            last = Some(fit.answer);
+        }
+        Ok(SpaceTracked { frames, shapes, is_alike: half.is_some() })
+    }
 }

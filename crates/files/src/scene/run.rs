@@ -11,11 +11,11 @@ use super::outcome::{formants, hear};
 use super::prepare::{Prepared, prepare};
 use super::vocal_tract;
 use crate::report::Pulls;
-use crate::run::equilibrium::{Equilibrium, follow as follow_from};
+use crate::run::{Equilibrium, MotionRun};
 use crate::simulation::SimulationError;
 use crate::surgery::OperationRecord;
 use nalgebra::{SVector, Vector3};
-use tongue_core::dynamics::{self, Tensions};
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Connection, SolveSettings, Workspace};
@@ -172,11 +172,14 @@ fn follow<const D: usize>(
         }
     };
     let tensions = tensions_over_time(scene, prepared);
-    let found = follow_from(&prepared.system, tensions, start.as_deref(), tolerance, duration, SAMPLES)?;
+    let motion = Motion::new(&prepared.system, tensions)?;
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
+    let (start, t_end_s) = (start.as_deref(), duration);
+    let asked = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
+    let found = asked.run(integrator.as_mut(), &mut |_| ());
     let posture = vocal_tract::posture(scene);
-    let each = found.samples.times.iter().zip(&found.samples.positions);
-    let moments = each.map(|(&time_s, positions)| Moment {
-        time_s,
+    let moments = found.shapes.iter().map(|(time_s, positions)| Moment {
+        time_s: *time_s,
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
         formants_hz: formants(prepared, &posture, positions),
     });
@@ -185,7 +188,7 @@ fn follow<const D: usize>(
         part_of_way_to_equilibrium: found.part_of_way,
         moments: moments.collect(),
     };
-    Ok((way, found.end))
+    Ok((way, found.end.positions))
 }
 
 fn muscles<const D: usize>(

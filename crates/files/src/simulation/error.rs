@@ -8,6 +8,7 @@ use tongue_core::system::SystemError;
 use tongue_infer::acoustics::VocalTractError;
 use tongue_infer::adapt::RestError;
 use tongue_infer::inverse::FitError;
+use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::ReadError;
 
 /// Why something cannot begin. Later failures are a status of the result.
@@ -28,6 +29,8 @@ pub enum SimulationError {
     /// The body cannot be placed or its shape not be varied.
     #[error(transparent)]
     Rest(#[from] RestError),
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
     #[error("[tract]: {0}")]
     VocalTract(#[from] VocalTractError),
 }

@@ -5,9 +5,8 @@ use nalgebra::SVector;
 use super::error::checked;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
-use crate::run::Equilibrium;
-use crate::run::equilibrium::follow;
-use tongue_core::dynamics::{MotionOutcome, SHORTEST_S, Tensions};
+use crate::run::{Equilibrium, MotionRun, Moved};
+use tongue_core::dynamics::{Control, IntegrationMethod, Motion, MotionOutcome, SHORTEST_S, Tensions};
 use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
 
 /// A shape of a body under tensions, independent of the solver.
@@ -149,9 +148,11 @@ impl<const D: usize> Assembly<D> {
         checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
-        let found = follow(self.system(), tensions, None, TOLERANCE, t_end_s, samples)?;
-        let (times, positions) = (found.samples.times, found.samples.positions);
-        let (outcome, part_of_way) = (found.outcome, found.part_of_way);
+        let motion = Motion::new(self.system(), tensions)?;
+        let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
+        let asked = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: 1 };
+        let Moved { outcome, part_of_way, shapes, .. } = asked.run(integrator.as_mut(), &mut |_| ());
+        let (times, positions) = shapes.into_iter().unzip();
         Ok(Trajectory { outcome, part_of_way, times, positions, assembly: self.clone() })
     }
 }

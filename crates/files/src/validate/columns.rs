@@ -18,16 +18,12 @@ pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     type Of<'a> = Column<'a, ScoredOpponent>;
     vec![
-        Of::new("name", "", "the opponent", |o| o.name.as_str().into())
-            .headed("opponent")
-            .shown(|o| format!("`{}` {}", o.name, o.what)),
+        Of::new("name", "", "the opponent", |o| o.name.as_str().into()).headed("opponent"),
         Of::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
             o.tuned_parameters.into()
         })
         .headed("tuned"),
-        Of::new("rms", "", "root mean square error over fits", |o| o.rms.into())
-            .headed("RMS")
-            .shown(|o| format!("**{:.3}**", o.rms)),
+        Of::new("rms", "", "root mean square error over fits", |o| o.rms.into()).headed("RMS").decimals(3),
         Of::new("low", "", "lower end of its 95 % interval by bootstraps", |o| o.low.into())
             .headed("95 % of bootstraps")
             .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
@@ -35,7 +31,7 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
         Of::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
             o.worse_than_no_change.into()
         })
-        .shown(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
+        .shown_as(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
         Of::new(
             "better_than_constant",
             "",
@@ -97,7 +93,7 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     let warning = move |r: &BaselineScore<'s>| {
         if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
     };
-    columns.push(Of::of_page("", move |r| warning(r).into()).shown(warning));
+    columns.push(Of::of_page("", move |r| warning(r).into()).shown_as(warning));
     columns
 }
 

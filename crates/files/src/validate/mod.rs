@@ -25,7 +25,7 @@ use crate::report::ByMuscle;
 use cases::{Case, subjects};
 use statistics::{bootstraps, constant, correlation, middle, root_mean};
 
-pub use columns::{Prediction, ScoredOpponent, ValidationStudy};
+pub use columns::{Prediction, ScoredOpponent, ValidationStudy, opponents, scores};
 pub use page::{files, page};
 pub use posterior::{PosteriorStudy, ScoredBaseline};
 pub use scored::{Scored, ScoredPrediction};

@@ -60,7 +60,12 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
         study.subjects.join(", "),
         study.poisson_ratio,
     );
-    p += &markdown(&columns::opponents(study), &study.opponents);
+    let columns = columns::opponents(study).into_iter().map(|column| match &*column.name {
+        "name" => column.shown_as(|o| format!("`{}` {}", o.name, o.what)),
+        "rms" => column.shown_as(|o| format!("**{:.3}**", o.rms)),
+        _ => column,
+    });
+    p += &markdown(&columns.collect::<Vec<_>>(), &study.opponents);
     p += "\nTuned: numbers learned from the other subjects. Bootstraps draw fits with repetition, so they say nothing of subjects that were \
           not measured.\n\n![Predicted against measured](predicted.svg)\n\n\
           The thesis's fit and the most probable point learn nothing from the other subjects. But that the baseline has tensions and the hyoid \

@@ -24,7 +24,9 @@ use super::csv::lines;
 use super::{Export as _, OutputDir, Provenance, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
-pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
+pub use self::summary::{
+    BatchSummary, Digest, PassiveGroup, SubjectContrast, over_subjects, passive_groups, subject_contrasts,
+};
 pub use record::Shard;
 
 #[derive(Debug)]
@@ -42,7 +44,7 @@ pub struct Batch<'a> {
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
-    pub contrasts: &'a [summary::SubjectContrast],
+    pub contrasts: &'a [SubjectContrast],
 }
 
 impl Batch<'_> {
@@ -69,7 +71,7 @@ pub struct Fitted {
     pub shown: Option<page::PageFit>,
 }
 
-pub type Digests = Vec<(usize, Digest)>;
+type Digests = Vec<(usize, Digest)>;
 
 /// The digests of the finished fits, and the jobs that could not begin.
 pub fn digests(jobs: &[Job], journal: &Journal) -> Result<(Digests, Vec<Refusal>), ReportError> {
@@ -189,7 +191,7 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
         shown.extend(batch.fit(number)?.and_then(|(_, fit)| fit.shown));
     }
     let has_posterior = batch.digests.iter().any(|(_, digest)| digest.has_posterior);
-    let over_subjects = summary::over_subjects(batch.contrasts);
+    let over_subjects = over_subjects(batch.contrasts);
     let files: [(&str, &Writes<'_>); 8] = [
         ("batch.json", &|w| write_json(w, batch, false)),
         ("fits.csv", &|w| write_fits(w, batch)),
@@ -214,7 +216,7 @@ pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>, with_times: bool) -> io:
         summary: &'a BatchSummary,
         fits: Fits<'a>,
         #[serde(skip_serializing_if = "<[_]>::is_empty")]
-        contrasts: &'a [summary::SubjectContrast],
+        contrasts: &'a [SubjectContrast],
         baselines: &'a [BaselineRow],
         not_fitted: &'a [Refusal],
         unreadable_rows: &'a [String],

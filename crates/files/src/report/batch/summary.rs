@@ -9,6 +9,7 @@ use serde_json::json;
 use super::Batch;
 use super::record::AssessedRecord;
 use super::tables::provenance;
+use crate::report::column::Column;
 use crate::report::{column, csv, status_name};
 use tongue_core::statistics::distinct;
 use tongue_infer::inverse::batch::Job;
@@ -78,7 +79,21 @@ pub struct PassiveGroup {
 }
 
 impl PassiveGroup {
-    pub fn verdict(&self) -> String {
+    pub fn columns<'a>() -> Vec<Column<'a, Self>> {
+        type Of<'a> = Column<'a, PassiveGroup>;
+        let mark = |g: &Self| if g.substitute_baseline { "†" } else { "" };
+        let vowel = |g: &Self| g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
+        vec![
+            Of::of_page("target", move |g| format!("{}{}", g.target_kind, mark(g)).into()),
+            Of::of_page("vowel", move |g| vowel(g).into()),
+            Of::of_page("fits", |g| g.fits.into()),
+            Of::of_page("model", |g| g.rms_stretch.into()).decimals(3),
+            Of::of_page("no change", |g| g.no_change_rms_stretch.into()).decimals(3),
+            Of::of_page("verdict", |g| g.verdict().into()),
+        ]
+    }
+
+    fn verdict(&self) -> String {
         match (self.seen_in_part, self.worse_than_no_change) {
             (0, false) => "better".to_owned(),
             (0, true) => "worse than no change".to_owned(),
@@ -167,7 +182,7 @@ pub struct SubjectContrast {
     pub contrast: Contrast,
 }
 
-pub fn all(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
+pub fn subject_contrasts(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
     Vec::from_iter(digests.iter().flat_map(|(number, digest)| {
         let target = &jobs[*number].target;
         Vec::from_iter(digest.contrasts.iter().map(|contrast| SubjectContrast {

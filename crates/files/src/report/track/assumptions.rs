@@ -6,12 +6,13 @@ use std::io::Write;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
-use super::TrackResults;
-use crate::report::{Export, Provenance, Table, csv};
+use super::{TrackResults, fixed};
+use crate::report::column::Column;
+use crate::report::{Export, Provenance, csv};
 use tongue_core::statistics::{TWO_SIDED_95, upper_median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
-use tongue_infer::track::{FrameStatus, Repeatability, Repeated, TrackSettings, Tracked};
+use tongue_infer::track::{BaselinePredictor, FrameStatus, Repeatability, Repeated, TrackSettings, Tracked};
 
 /// Ends of the 95 % interval of a tension before anything is seen, N per metre of thickness.
 pub fn prior_interval_n(settings: &TrackSettings) -> [f64; 2] {
@@ -78,28 +79,39 @@ pub fn repeated(repeats: &Repeatability) -> String {
     format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
 }
 
-/// A number of a muscle in a table for readers: its name, and its value.
-type ShownNumber = (&'static str, fn(&Repeated) -> f64);
+/// The columns of `repeats.csv`; those with a heading stand on the page and on the terminal.
+pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repeated)>> {
+    type Of<'a> = Column<'a, (String, Repeated)>;
+    let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
+    let number = |name, heading: &'static str, value: fn(&Repeated) -> f64| {
+        let column = Of::new(name, "", "", move |(_, r)| value(r).into());
+        let column = column.headed(heading).shown_as(move |(_, r)| fixed(value(r), 2));
+        if heading.is_empty() { column.in_csv_alone() } else { column }
+    };
+    vec![
+        Of::new("muscle", "", "", |(muscle, _)| muscle.as_str().into()),
+        number("icc", "ICC of its course", |r| r.icc),
+        number("by_chance", "", |r| r.by_chance),
+        number("chance_95", "95 % by shifts", |r| r.chance_95),
+        number("by_exchange", "", |r| r.by_exchange),
+        number("exchange_95", "by exchanges", |r| r.exchange_95),
+        number("of_label", "ICC of the label", |r| r.of_label),
+        number("of_label_95", "95 % by exchanges", |r| r.of_label_95),
+        Of::new("tier", "", "", |_| repeats.tier.as_str().into()).in_csv_alone(),
+        Of::new("labels", "", "", move |_| count.into()).in_csv_alone(),
+        Of::new("repetitions", "", "", move |_| repetitions.into()).in_csv_alone(),
+    ]
+}
 
-pub const REPEATED: [ShownNumber; 5] = [
-    ("ICC of its course", |r| r.icc),
-    ("95 % by shifts", |r| r.chance_95),
-    ("by exchanges", |r| r.exchange_95),
-    ("ICC of the label", |r| r.of_label),
-    ("95 % by exchanges", |r| r.of_label_95),
-];
-
-pub fn repeats_table(Repeatability { tier, labels, muscles }: &Repeatability) -> Table {
-    let columns =
-        "muscle,icc,by_chance,chance_95,by_exchange,exchange_95,of_label,of_label_95,tier,labels,repetitions";
-    let (count, repetitions) = (labels.len(), labels.values().sum::<usize>());
-    let rows = muscles.0.iter().map(|(muscle, r)| {
-        let numbers =
-            [r.icc, r.by_chance, r.chance_95, r.by_exchange, r.exchange_95, r.of_label, r.of_label_95];
-        let rest = [tier.clone(), count.to_string(), repetitions.to_string()];
-        std::iter::once(muscle.clone()).chain(numbers.map(|v| v.to_string())).chain(rest).collect()
-    });
-    Table { columns: columns.split(',').map(str::to_owned).collect(), rows: rows.collect() }
+/// How well held-out points were predicted, by the model and by others.
+pub fn held_out_columns<'a>() -> Vec<Column<'a, BaselinePredictor>> {
+    type Of<'a> = Column<'a, BaselinePredictor>;
+    vec![
+        Of::of_page("predicted by", |o| o.name.as_str().into()),
+        Of::of_page("points", |o| o.points.into()),
+        Of::of_page("median, mm", |o| o.median_mm.into()).decimals(2),
+        Of::of_page("pooled, mm", |o| o.pooled_mm.into()).decimals(2),
+    ]
 }
 
 /// What the formants of a run are those of, and how far they are known.

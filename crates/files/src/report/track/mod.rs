@@ -9,10 +9,10 @@ mod tables;
 mod text_grid;
 
 pub use assumptions::{
-    FormantsRecord, REPEATED, formants_csv, placed, prior_interval_n, repeated, repeats_table,
+    FormantsRecord, formants_csv, held_out_columns, placed, prior_interval_n, repeated, repeats_columns,
 };
 #[cfg(feature = "files")]
-pub use page::{TrackPage, fixed};
+pub use page::TrackPage;
 pub use tables::{contrasts, draws_csv, over_speakers, segments_csv, track_csv};
 
 use serde::{Serialize, Serializer};
@@ -208,6 +208,13 @@ impl Serialize for Each<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq((self.0)())
     }
+}
+
+/// A number with this many decimals, and no minus sign if they are all zero.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 /// The name of a status as outputs write it.

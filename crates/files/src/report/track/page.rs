@@ -6,7 +6,9 @@ use maud::{Markup, PreEscaped, html};
 use serde_json::Value;
 
 use super::figure::{figure, shared};
-use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
+use super::{
+    TrackRecord, fixed, held_out_columns, placed, prior_interval_n, repeated, repeats_columns, status_name,
+};
 use crate::report::{Export, Provenance, tongue_page};
 use tongue_infer::track::{Comparison, FrameStatus, NARROW};
 
@@ -53,11 +55,7 @@ fn repeatability(record: &TrackRecord) -> Markup {
             section {
                 h2 { "What repeats" }
                 p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeated(repeats)) "." }
-                (tongue_page::table(["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)), &html! {
-                    @for (muscle, r) in &repeats.muscles.0 {
-                        tr { td { (muscle) } @for (_, value) in REPEATED { td { (fixed(value(r), 2)) } } }
-                    }
-                }))
+                (tongue_page::of(&repeats_columns(repeats), &repeats.muscles.0))
             }
         }
     }
@@ -155,11 +153,7 @@ fn held_out(record: &TrackRecord) -> Markup {
             section {
                 h2 { "Points that were held out" }
                 p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
-                (tongue_page::table(["predicted by", "points", "median, mm", "pooled, mm"], &html! {
-                    @for o in &held.opponents { tr {
-                        td { (o.name) } td { (o.points) } td { (format!("{:.2}", o.median_mm)) } td { (format!("{:.2}", o.pooled_mm)) }
-                    } }
-                }))
+                (tongue_page::of(&held_out_columns(), &held.opponents))
                 p { "The model is made for tensions, not for interpolation: opponents trained on this speaker may predict points better." }
             }
         }
@@ -189,11 +183,4 @@ fn doubtful_frames(record: &TrackRecord) -> Markup {
             }
         }
     }
-}
-
-/// A number with this many decimals, and no minus sign if they are all zero.
-pub fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let is_zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
-    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }

@@ -74,18 +74,7 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
         section {
             h2 { "Muscles that do not contract" }
             p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
-            (tongue_page::sortable("passive", ["target", "vowel", "fits", "model", "no change", "verdict"], &html! {
-                @for g in groups {
-                    tr {
-                        td { (g.target_kind) @if g.substitute_baseline { "†" } }
-                        td { @match &g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
-                        (number(g.fits as f64, 0))
-                        (number(g.rms_stretch, 3))
-                        (number(g.no_change_rms_stretch, 3))
-                        td { (g.verdict()) }
-                    }
-                }
-            }))
+            (tongue_page::sortable_of("passive", &PassiveGroup::columns(), groups))
         }
     }
 }
