@@ -238,17 +238,14 @@ fn muscles(data: &Dataset) -> comfy_table::Table {
     left(&mut t, 5);
     for (n, column) in data.reading().columns.iter().enumerate() {
         let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
-        let (mut measured, mut shortest, mut longest) = (0, f64::INFINITY, 0.0_f64);
-        for mm in lengths {
-            (measured, shortest, longest) = (measured + 1, shortest.min(mm), longest.max(mm));
-        }
-        let mm = |mm: f64| if measured > 0 { format!("{mm:.1}") } else { String::new() };
+        let [shortest, longest] = [f64::min, f64::max]
+            .map(|end| lengths.clone().reduce(end).map_or_else(String::new, |mm| format!("{mm:.1}")));
         t.add_row([
             column.muscle.clone(),
             column.name.clone(),
-            format!("{measured} of {}", data.rows().len()),
-            mm(shortest),
-            mm(longest),
+            format!("{} of {}", lengths.count(), data.rows().len()),
+            shortest,
+            longest,
             half_width(column),
         ]);
     }

@@ -1,6 +1,6 @@
 //! What cannot be right in recordings, and in what was found for them: refused, left out or told.
 
-use miette::bail;
+use miette::{bail, ensure};
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::measured::recording::{AlignedRecording, FaultKind, WITHOUT_BONES};
 use tongue_fit::report::RecordingResult;
@@ -79,13 +79,11 @@ pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> miette::Result<Opt
         ),
         None => "correct the unit (unit_mm and scale in a map), or the names of the bones".to_owned(),
     };
-    if !SCALES.contains(&scale) {
-        let (least, most) = (SCALES.start(), SCALES.end());
-        bail!("{what}, where {least} to {most} are possible; {help}");
-    }
-    let (least, most) = (USUAL_SCALES.start(), USUAL_SCALES.end());
+    let [possible, usual] =
+        [&SCALES, &USUAL_SCALES].map(|s| format!("where {} to {} are", s.start(), s.end()));
+    ensure!(SCALES.contains(&scale), "{what}, {possible} possible; {help}");
     let is_usual = USUAL_SCALES.contains(&scale);
-    Ok((!is_usual).then(|| format!("{what}, where {least} to {most} are usual; if that is wrong, {help}")))
+    Ok((!is_usual).then(|| format!("{what}, {usual} usual; if that is wrong, {help}")))
 }
 
 /// How far the mental spine and the hyoid were seen from each other, m.
@@ -124,14 +122,10 @@ pub fn left_out(recordings: &[Screened], results: &[RecordingResult]) -> Vec<Str
     let mut out = Vec::new();
     for Screened { seen, .. } in recordings {
         let Some(result) = results.iter().find(|one| one.name == seen.name) else { continue };
-        let (all, points) = (result.tracked.frames.len(), seen.contour.len() + seen.sensors.len());
+        let (frames, points) = (&result.tracked.frames, seen.contour.len() + seen.sensors.len());
         for name in seen.names().take(points) {
-            let faulty = result
-                .tracked
-                .frames
-                .iter()
-                .filter(|f| f.faults.iter().any(|fault| fault.points.contains(name)));
-            let count = faulty.count();
+            let faults = frames.iter().filter(|f| f.faults.iter().any(|fault| fault.points.contains(name)));
+            let (count, all) = (faults.count(), frames.len());
             if all > 1 && 2 * count > all {
                 out.push(format!(
                     "{}: {name} is left out in {count} of {all} frames; correct it, or write \"{name}\" = \"ignore\" into a map",
@@ -183,12 +177,12 @@ fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[S
             out.push(format!("in {n} of {count} frames {what}"));
         }
     }
-    let shown =
-        |nth: usize| seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
-    // Lines of a fan that the tongue never meets are usual.
-    let rare = (0..seen.contour.len()).map(|nth| (&seen.contour[nth], shown(nth)));
-    for (name, shown) in rare.filter(|(_, shown)| (1..count / 2).contains(shown)) {
-        out.push(format!("{name} was seen in {shown} of {count} frames"));
+    for (nth, name) in seen.contour.iter().enumerate() {
+        let shown = seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
+        // Lines of a fan that the tongue never meets are usual.
+        if (1..count / 2).contains(&shown) {
+            out.push(format!("{name} was seen in {shown} of {count} frames"));
+        }
     }
     for bone in [MANDIBLE, HYOID] {
         if seen.shows_bone(bone) || body.bone(bone).is_empty() {

@@ -152,37 +152,29 @@ impl Arguments {
 
     /// All recordings with the names of their files. One that is given again is no repetition, and is left out with a note on the first.
     pub fn read(&self) -> miette::Result<Vec<Loaded>> {
-        let mut all = Vec::new();
-        let mut take = |file: String, recordings: Vec<Recording>| {
-            let mut sound = Waveform::beside(Path::new(&file));
-            if sound.is_some() && recordings.len() > 1 {
-                sound = None;
+        let example = self.example.then(|| Ok(("synthetic.tsv".to_owned(), self.example()?)));
+        let named = self.files.iter().map(|file| {
+            Ok((file.display().to_string(), Recording::from_path(file, self.format).into_diagnostic()?))
+        });
+        let files = example.into_iter().chain(named).collect::<miette::Result<Vec<_>>>()?;
+        let mut read: Vec<Loaded> = Vec::new();
+        for (file, recordings) in files {
+            let beside = Waveform::beside(Path::new(&file));
+            let sound = beside.clone().filter(|_| recordings.len() <= 1);
+            if beside != sound {
                 output::note(&format!(
                     "the sound beside {file} is not drawn: the file has several recordings"
                 ));
             }
-            let chosen =
-                recordings.into_iter().filter(|r| self.speaker.is_none() || r.speaker == self.speaker);
-            all.extend(chosen.map(|recording| Loaded {
-                file: file.clone(),
-                sound: sound.clone(),
-                recording,
-            }));
-        };
-        if self.example {
-            take("synthetic.tsv".to_owned(), self.example()?);
-        }
-        for file in &self.files {
-            take(file.display().to_string(), Recording::from_path(file, self.format).into_diagnostic()?);
-        }
-        let mut read: Vec<Loaded> = Vec::new();
-        for Loaded { file, sound, recording } in all {
-            match read.iter_mut().find(|first| first.recording.has_frames_of(&recording)) {
-                Some(first) => first.recording.notes.push(format!(
-                    "the recording {:?} of {file} has the same frames and is left out, since a copy is no repetition",
-                    recording.name
-                )),
-                None => read.push(Loaded { file, sound, recording }),
+            let is_chosen = |r: &Recording| self.speaker.is_none() || r.speaker == self.speaker;
+            for recording in recordings.into_iter().filter(is_chosen) {
+                match read.iter_mut().find(|first| first.recording.has_frames_of(&recording)) {
+                    Some(first) => first.recording.notes.push(format!(
+                        "the recording {:?} of {file} has the same frames and is left out, since a copy is no repetition",
+                        recording.name
+                    )),
+                    None => read.push(Loaded { file: file.clone(), sound: sound.clone(), recording }),
+                }
             }
         }
         Ok(read)

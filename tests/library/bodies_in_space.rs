@@ -175,7 +175,7 @@ fn files_that_are_wrong_are_named_with_their_line() {
         (|f| &mut f.muscles, "CM,X_R,ELEM\n", "", "CreateMuscles.mac:3: muscle X_R has no elements: no"),
         (|f| &mut f.fibres, "=12", "=99", "Fibers.mac:4: node 99 does not exist"),
         (|f| &mut f.fibres, "FIBER(2,1,2)=12\n", "", "Fibers.mac: fibre 1 of muscle number 2 has no node"),
-        (|f| &mut f.strengths, "X 4", "Y 4", "CreateMuscles.mac:2: muscle X has no strength in"),
+        (|f| &mut f.strengths, "X 4", "Y 4", "CreateMuscles.mac:2: muscle X_L has no strength: no line X"),
         (|f| &mut f.jaw, "4", "400", "jawAttachments.txt:1: node 400 does not exist"),
         (|f| &mut f.elements, "1 2 4 3 7 8 10 9", "7 8 10 9 1 2 4 3", "a.elem: is not a valid body:"),
     ];

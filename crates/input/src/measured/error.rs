@@ -38,7 +38,11 @@ pub(super) struct SourcePlace<'a> {
     pub column: usize,
 }
 
-impl SourcePlace<'_> {
+impl<'a> SourcePlace<'a> {
+    pub fn start(origin: &'a str) -> Self {
+        Self { origin, line: 1, column: 1 }
+    }
+
     pub fn error(self, what: impl Into<String>, help: impl Into<String>) -> Malformed {
         let SourcePlace { origin, line, column } = self;
         Malformed { origin: origin.to_owned(), line, column, what: what.into(), help: help.into() }

@@ -49,7 +49,7 @@ impl<'a> TableLines<'a> {
         is_known: impl Fn(&str) -> bool,
     ) -> Result<Self, Malformed> {
         let Text { text, encoding, line_ends } = decode(bytes, origin)?;
-        let start = SourcePlace { origin, line: 1, column: 1 };
+        let start = SourcePlace::start(origin);
         if ["{", "[{", "<"].iter().any(|begin| text.trim_start().starts_with(begin)) {
             return Err(
                 start.error("the file is JSON, XML or a page, not a table", "export the table as CSV")
@@ -81,7 +81,8 @@ impl<'a> TableLines<'a> {
         let best = scored.max_by_key(|(score, _)| *score);
         let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
         let mut rows = lines(body, separator, before, n + MOST_ROWS + 2).split_off(n);
-        let header = if rows.is_empty() { StringRecord::new().into() } else { rows.remove(0) };
+        let none = TableLine { number: 1, cells: StringRecord::new() };
+        let header = if rows.is_empty() { none } else { rows.remove(0) };
         let at = SourcePlace { line: header.number, ..start };
         if header.cells.len() > MOST_COLUMNS {
             let what = format!("the header has {} columns", header.cells.len());
@@ -185,12 +186,6 @@ impl<'a> TableLines<'a> {
                 at.error(told, "give every column a value; check for a quotation mark that is never closed")
             }
         })
-    }
-}
-
-impl From<StringRecord> for TableLine {
-    fn from(cells: StringRecord) -> Self {
-        Self { number: 1, cells }
     }
 }
 

@@ -81,7 +81,7 @@ impl Target {
         muscles: Option<&[String]>,
     ) -> Result<Self, ReadError> {
         let Lengths { subject, vowel, muscles: table, .. } = measured;
-        let (of, refused) = (&baseline.vowel, |why: String| Err(ReadError::Refused(why)));
+        let of = &baseline.vowel;
         if vowel == of {
             return refused(format!(
                 "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or another baseline"

@@ -134,16 +134,13 @@ pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> 
     let mut body = Body { what: format!("the tongue of {origin}"), mesh, bones, ..Body::default() };
     let volumes: Vec<f64> = body.mesh.hexahedron_volumes().collect();
     for (number, (name, line)) in &regions.names {
-        let wrong = |problem: String| files.muscles.wrong(Some(*line), problem);
+        let lacks = |what: &str| files.muscles.wrong(Some(*line), format!("muscle {name} has no {what}"));
         let (group, side) = group_and_side(name);
-        let region = regions.of.get(name);
-        let region = region
-            .ok_or_else(|| wrong(format!("muscle {name} has no elements: no CM,{name},ELEM follows")))?;
-        let chains = fibres.get(number);
-        let chains = chains.ok_or_else(|| wrong(format!("muscle {name} has no fibres in Fibers.mac")))?;
-        let strength = strengths.get(group);
-        let strength =
-            strength.ok_or_else(|| wrong(format!("muscle {group} has no strength in MuscleMaxForce.txt")))?;
+        let region = regions.of.get(name).ok_or_else(|| lacks("elements: no CM,NAME,ELEM follows"))?;
+        let chains = fibres.get(number).ok_or_else(|| lacks("fibres in Fibers.mac"))?;
+        let strength = strengths
+            .get(group)
+            .ok_or_else(|| lacks(&format!("strength: no line {group} in MuscleMaxForce.txt")))?;
         let strength_n = if side == Side::Middle { *strength } else { 0.5 * strength };
         let muscle = MuscleRegion { body: &body, volumes: &volumes, in_tissue, region, strength_n };
         let (segments, stress_pa) = muscle.segments(chains.values());

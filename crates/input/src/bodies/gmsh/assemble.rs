@@ -155,8 +155,11 @@ fn embedded<const D: usize>(
     for (muscle, TaggedChain { name, group, .. }) in mesh.muscles.iter().zip(chains) {
         let outside: Vec<usize> = muscle.nodes.iter().copied().filter(|n| !in_tissue[*n]).collect();
         for &node in &outside {
-            let x = mesh.nodes[node];
-            let around = mesh.cells.iter().position(|cell| inside(&simplex::corners(&mesh.nodes, cell), &x));
+            let around = mesh.cells.iter().position(|cell| {
+                let corners = simplex::corners::<D>(&mesh.nodes, cell);
+                let parts = simplex::barycentric(&corners, &mesh.nodes[node]);
+                parts[..=D].iter().all(|part| *part > -INSIDE)
+            });
             if let Some(element) = around.and_then(|c| parts.cells.get(c)) {
                 return Err(wrong!(
                     group.at,
@@ -175,15 +178,4 @@ fn embedded<const D: usize>(
         }
     }
     Ok(())
-}
-
-/// Whether a point lies in a cell or on its side: the cell is not inverted if any one corner is moved to the
-/// point.
-fn inside<const D: usize>(corners: &[SVector<f64, D>; 4], x: &SVector<f64, D>) -> bool {
-    let least = -INSIDE * simplex::measure(corners);
-    (0..=D).all(|moved| {
-        let mut with = *corners;
-        with[moved] = *x;
-        simplex::measure(&with) > least
-    })
 }

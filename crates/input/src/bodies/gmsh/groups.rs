@@ -175,11 +175,8 @@ impl<'a> GroupParts<'a> {
             let mut nodes = BTreeSet::new();
             for node in group.elements.iter().flat_map(|e| &e.nodes) {
                 let nothing = "which belongs to no triangle, tetrahedron or muscle; take a point of them";
-                let number = numbers.get(node);
-                nodes.insert(
-                    *number
-                        .ok_or_else(|| wrong!(group.at, "bone \"{name}\" holds node {node}, {nothing}"))?,
-                );
+                let fault = || wrong!(group.at, "bone \"{name}\" holds node {node}, {nothing}");
+                nodes.insert(*numbers.get(node).ok_or_else(fault)?);
             }
             match bones.iter_mut().find(|(n, _)| n == name) {
                 Some((_, of)) => of.extend(nodes),

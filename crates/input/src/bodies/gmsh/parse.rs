@@ -1,6 +1,6 @@
 //! Parser of the sections of Gmsh files: formats 4.1 and 2.2, text and binary.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::cursor::{Cursor, Parsed, wrong};
 use super::fibres::{FibreView, view};
@@ -102,19 +102,21 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Parsed<Raw> {
         ));
     }
     let is_new = header(cursor)?;
-    let (mut names, mut views, mut entities) = (BTreeMap::new(), Vec::new(), None);
+    let (mut names, mut views, mut entities) = (BTreeMap::new(), Vec::new(), Entities::new());
     let (mut nodes, mut elements) = (None, None);
+    let mut once = BTreeSet::new();
     while let Some((section, at)) = cursor.section()? {
+        if ["Entities", "Nodes", "Elements"].contains(&section) && !once.insert(section) {
+            return Err(wrong!(at, "the section ${section} comes twice; keep one"));
+        }
         match section {
             "PhysicalNames" => physical_names(cursor, &mut names)?,
             "PartitionedEntities" => {
                 return Err(wrong!(at, "the mesh is partitioned; save it whole (Mesh.NbPartitions = 0)"));
             }
-            "Entities" if is_new => once(&mut entities, "Entities", at, entities_4(cursor)?)?,
-            "Nodes" if is_new => once(&mut nodes, "Nodes", at, nodes_4(cursor)?)?,
-            "Nodes" => once(&mut nodes, "Nodes", at, nodes_2(cursor)?)?,
-            "Elements" if is_new => once(&mut elements, "Elements", at, elements_4(cursor)?)?,
-            "Elements" => once(&mut elements, "Elements", at, elements_2(cursor)?)?,
+            "Entities" if is_new => entities = entities_4(cursor)?,
+            "Nodes" => nodes = Some(if is_new { nodes_4(cursor)? } else { nodes_2(cursor)? }),
+            "Elements" => elements = Some(if is_new { elements_4(cursor)? } else { elements_2(cursor)? }),
             "NodeData" => views.extend(view(cursor, "NodeData", at)?),
             "ElementData" => views.extend(view(cursor, "ElementData", at)?),
             other => cursor.skip(other)?,
@@ -129,7 +131,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Parsed<Raw> {
     let nodes: GmshNodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let mut elements = elements.ok_or_else(|| missing("Elements"))?;
     if is_new {
-        elements = in_groups(elements, &entities.unwrap_or_default());
+        elements = in_groups(elements, &entities);
     }
     for GmshElement { tag, nodes: corners, middles, at, .. } in &elements {
         if let Some(&node) = corners.iter().chain(middles).find(|n| !nodes.contains_key(n)) {
@@ -138,13 +140,6 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Parsed<Raw> {
         }
     }
     Ok(Raw { names, nodes, elements, views })
-}
-
-fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Parsed<()> {
-    match slot.replace(value) {
-        None => Ok(()),
-        Some(_) => Err(wrong!(at, "the section ${section} comes twice; keep one")),
-    }
 }
 
 /// Reads the header, and returns whether the format is 4.1 rather than 2.2.

@@ -127,8 +127,11 @@ pub(super) struct LengthNumbers<'a> {
 }
 
 impl LengthNumbers<'_> {
-    /// The number in `cell`, in mm, with the same bits as if it had been written in mm.
-    fn in_mm(self, cell: &str) -> Result<f64, CellFault> {
+    /// The number in `cell`, in mm, with the same bits as if it had been written in mm; `None` if nothing was measured.
+    fn in_mm(self, cell: &str) -> Result<Option<f64>, CellFault> {
+        if is_missing(cell) {
+            return Ok(None);
+        }
         let (_, unit, power, example) = self.unit.facts();
         let like = format!("{unit} like {}", self.mark.written(example));
         let number = number(self.column, cell, self.mark, &like)?;
@@ -136,15 +139,12 @@ impl LengthNumbers<'_> {
         let shifted = (power > 0 && number.is_finite() && !text.contains(['e', 'E']))
             .then(|| format!("{text}e{power}").parse().ok())
             .flatten();
-        Ok(shifted.unwrap_or(number * 10f64.powi(power)))
+        Ok(Some(shifted.unwrap_or(number * 10f64.powi(power))))
     }
 
     /// A plausible length, mm; `None` if it was not measured.
     pub fn length(self, cell: &str) -> Result<Option<f64>, CellFault> {
-        if is_missing(cell) {
-            return Ok(None);
-        }
-        let mm = self.in_mm(cell)?;
+        let Some(mm) = self.in_mm(cell)? else { return Ok(None) };
         let (_, unit, _, example) = self.unit.facts();
         let like = format!("write a measured length in {unit}, like {}", self.mark.written(example));
         let (why, help) = match mm {
@@ -176,10 +176,7 @@ impl LengthNumbers<'_> {
     }
 
     pub fn half_width(self, cell: &str) -> Result<Option<f64>, CellFault> {
-        if is_missing(cell) {
-            return Ok(None);
-        }
-        let mm = self.in_mm(cell)?;
+        let Some(mm) = self.in_mm(cell)? else { return Ok(None) };
         if (0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
             return Ok(Some(mm));
         }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{Dataset, Lengths, Vowel, position_of};
 use crate::measured::thesis::Thesis;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::{mean_and_variance, upper_median};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RestDistance {
@@ -71,18 +71,17 @@ pub fn doubt_of_proportions(data: &Dataset) -> Option<String> {
         Some((name, upper_median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
     }));
     let count = columns.len();
-    let standard_deviation = |of: &dyn Fn(usize) -> f64| {
-        let mean = (0..count).map(of).sum::<f64>() / count as f64;
-        ((0..count).map(|n| (of(n) - mean).powi(2)).sum::<f64>() / count as f64).sqrt()
-    };
-    if count >= FEWEST && standard_deviation(&|n| columns[n].1) < ALIKE {
+    if count >= FEWEST && mean_and_variance(columns.iter().map(|c| c.1)).1.sqrt() < ALIKE {
         return Some(
             "all muscles have nearly the same length, where the longest of a tongue is more than twice the shortest: give lengths in millimetres, not \
              percentages or other parts of a length"
                 .to_owned(),
         );
     }
-    let spread = |by: usize| standard_deviation(&|n| columns[n].1 - columns[(n + by) % count].2);
+    let spread = |by: usize| {
+        let shifted = columns.iter().cycle().skip(by);
+        mean_and_variance(columns.iter().zip(shifted).map(|(a, b)| a.1 - b.2)).1.sqrt()
+    };
     let best = (1..count).min_by(|a, b| spread(*a).total_cmp(&spread(*b)))?;
     let is_doubtful = count >= FEWEST && spread(0) > SPREAD && spread(best) < PART * spread(0);
     is_doubtful.then(|| {

@@ -34,7 +34,7 @@ pub(in crate::measured) struct Text<'a> {
 
 /// The text of `bytes`: UTF-8, or UTF-16 with a byte order mark.
 pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<Text<'a>, Malformed> {
-    let start = SourcePlace { origin, line: 1, column: 1 };
+    let start = SourcePlace::start(origin);
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
         return Err(start.error(
             "the file is a workbook of a spreadsheet program",

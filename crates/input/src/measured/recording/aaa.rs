@@ -7,10 +7,13 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Label, Recording, Sample, coordinate, limits};
+use super::numbers::{self, is_missing};
+use super::{Budget, Format, Label, Recording, Sample, limits};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
+
+const CUT: &str = "the file is cut off; export it anew";
 
 /// Beginnings of the columns that identify a recording: the speaker's, and two more.
 const OF_RECORDING: [&str; 3] = ["Client", "Date", "Prompt"];
@@ -23,7 +26,7 @@ struct PointColumns {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = SourcePlace { origin, line: 1, column: 1 };
+    let start = SourcePlace::start(origin);
     let csv = &mut csv::ReaderBuilder::new();
     let help = "export the table from AAA anew, separated by tabs";
     let (separator, title_lines) = limits::header(&text, |name| {
@@ -57,21 +60,24 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         if record.iter().all(str::is_empty) {
             continue;
         }
-        if record.len() <= last_column && record.len() > time && at.line != last_line {
+        let is_short = record.len() <= last_column;
+        let has_surplus = separator == b',' && record.iter().skip(header.len()).any(|cell| !cell.is_empty());
+        if is_short && record.len() > time && at.line != last_line {
             short.push(at.line);
-        } else if record.len() <= last_column {
+        } else if is_short || has_surplus {
             let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
-            return Err(at.at_column(record.len()).error(what, "the file is cut off; export it anew"));
-        } else if separator == b',' && record.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
-            let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
-            let help =
+            let comma =
                 "decimals with a comma cannot be told from separators; export the table separated by tabs";
-            return Err(at.at_column(header.len() + 1).error(what, help));
+            let (column, help) = if is_short { (record.len(), CUT) } else { (header.len() + 1, comma) };
+            return Err(at.at_column(column).error(what, help));
         }
         let cell = |field: usize| record.get(field).unwrap_or_default();
-        let time_s = seconds(cell(time), at.at_column(time + 1))?;
+        let time_s = numbers::seconds(cell(time), at.at_column(time + 1))?;
         let place = |p: &PointColumns| {
-            let [x, y] = [p.x, p.y].map(|field| value(cell(field), &p.name, at.at_column(field + 1)));
+            let [x, y] = [p.x, p.y].map(|field| {
+                let what = format_args!("a coordinate of {}", p.name);
+                numbers::value(cell(field), what, at.at_column(field + 1))
+            });
             Ok(x?.zip(y?).map(|(x, y)| [x, y, 0.0]))
         };
         let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
@@ -98,8 +104,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         }
     }
-    if let Some(fault) = cut_in_a_number(&text, title_lines, separator, start) {
-        return Err(fault);
+    if numbers::LastNumber::of(&text).is_some_and(|last| last.is_short()) {
+        let column = text.lines().next_back().map_or(1, |line| line.split(char::from(separator)).count());
+        let at = SourcePlace { line: last_line, column, ..start };
+        return Err(at.error("the last number is cut off", CUT));
     }
     let mut found = rows.recordings(Format::Aaa, start)?;
     if let (Some(line), Some(first)) = (short.first(), found.first_mut()) {
@@ -109,57 +117,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         ));
     }
     Ok(found)
-}
-
-/// The error for a last line without a line end whose last number has fewer decimals than all numbers above
-/// it.
-fn cut_in_a_number(
-    text: &str,
-    title_lines: usize,
-    separator: u8,
-    start: SourcePlace<'_>,
-) -> Option<Malformed> {
-    let separator = char::from(separator);
-    if text.ends_with('\n') {
-        return None;
-    }
-    let decimals = |line: &str| {
-        let (_, decimals) = line.rsplit(separator).next()?.trim().split_once(['.', ','])?;
-        Some(decimals.len())
-    };
-    let (above, last) = text.rsplit_once('\n')?;
-    let lines = above.lines().skip(title_lines + 1).filter(|l| !l.trim().is_empty());
-    let fewest = lines.map(|l| decimals(l).unwrap_or(0)).min().filter(|n| *n > 0)?;
-    if last.ends_with(['*', separator]) || decimals(last).unwrap_or(0) >= fewest {
-        return None;
-    }
-    let at =
-        SourcePlace { line: text.lines().count() as u64, column: last.split(separator).count(), ..start };
-    Some(at.error("the last number is cut off", "the file is cut off; export it anew"))
-}
-
-pub(super) fn seconds(text: &str, at: SourcePlace<'_>) -> Result<f64, Malformed> {
-    number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
-}
-
-/// A coordinate in AAA's format; `None` if the point was not seen.
-pub(super) fn value(text: &str, point: &str, at: SourcePlace<'_>) -> Result<Option<f64>, Malformed> {
-    if is_missing(text) {
-        return Ok(None);
-    }
-    number(text).map(Some).ok_or_else(|| {
-        let help = "give millimetres, or leave it empty where the point was not seen";
-        at.error(format!("a coordinate of {point} is {text:?}"), help)
-    })
-}
-
-pub(super) fn is_missing(text: &str) -> bool {
-    matches!(text, "" | "*" | "NA")
-}
-
-pub(super) fn number(text: &str) -> Option<f64> {
-    let comma = text.matches(',').count() == 1 && !text.contains('.');
-    coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
 }
 
 /// Rows in the order of the file, grouped by recording.

@@ -16,7 +16,7 @@ const FARTHEST_MM: f64 = 1e4;
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let start = SourcePlace { origin, line: 1, column: 1 };
+    let start = SourcePlace::start(origin);
     let head = &bytes[..bytes.len().min(LARGEST_HEADER)];
     let mut lines = head.split(|b| *b == b'\n').map(|l| String::from_utf8_lossy(l).trim().to_owned());
     let version = lines.next().unwrap_or_default();

@@ -89,16 +89,16 @@ impl SampleFrame {
         };
         let is_stated = stated == Some(ContourFrame::Hyoid);
         let free = first.guessed && !map.stated().axes;
-        let bone =
-            |wanted: &str| first.roles.iter().position(|r| matches!(r, Role::Bone(name) if name == wanted));
         // AAA's splines have two points on the mandible.
         let second = first.recording.channels.iter().position(|c| c == "mandible");
-        let ends = second.into_iter().chain(bone(MANDIBLE)).filter(|&m| first.roles[m] != Role::Contour);
+        let ends =
+            second.into_iter().chain(first.bone(MANDIBLE)).filter(|&m| first.roles[m] != Role::Contour);
         let ends: Vec<usize> = ends.collect();
-        let found: Vec<Self> = Vec::from_iter(bone(HYOID).filter(|_| free).into_iter().flat_map(|hyoid| {
-            let pairs = ends.iter().filter(move |m| **m != hyoid).flat_map(|m| [(*m, false), (*m, true)]);
-            pairs.map(move |(mandible, reflected)| Self { hyoid, mandible, reflected })
-        }));
+        let found: Vec<Self> =
+            Vec::from_iter(first.bone(HYOID).filter(|_| free).into_iter().flat_map(|hyoid| {
+                let pairs = ends.iter().filter(move |m| **m != hyoid).flat_map(|m| [(*m, false), (*m, true)]);
+                pairs.map(move |(mandible, reflected)| Self { hyoid, mandible, reflected })
+            }));
         if found.is_empty() && is_stated {
             let problem = if free {
                 "contour_frame = \"hyoid\" needs the hyoid, and the mandible or the mental spine; name them in the map"
@@ -108,7 +108,7 @@ impl SampleFrame {
             return Err(problem.to_owned());
         }
         // Recordings in which a bone slips say nothing about the frame.
-        let bones = bone(HYOID).into_iter().chain(ends.iter().copied());
+        let bones = first.bone(HYOID).into_iter().chain(ends.iter().copied());
         let steady: Vec<&Flat<'_>> = Vec::from_iter(
             group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c))),
         );

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, Times, coordinate, limits, names};
+use super::{Budget, Format, Recording, Sample, Times, limits, names, numbers};
 
 /// Likelihood below which a point counts as not seen.
 const LEAST_LIKELIHOOD: f64 = 0.05;
@@ -57,12 +57,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         budget.frame(samples.len() + 1, parts.len(), at)?;
         let mut sample = Sample::new(samples.len() as f64, Vec::with_capacity(parts.len()));
         for part in &parts {
-            let value = |field: usize| match record.get(field).unwrap_or_default() {
-                "" | "nan" | "NaN" | "NA" => Ok(None),
-                text => coordinate(text).map(Some).ok_or_else(|| {
-                    at.at_column(field + 1)
-                        .error(format!("{} is {text:?}", part.name), "give pixels, or nothing")
-                }),
+            let value = |field: usize| {
+                numbers::value(record.get(field).unwrap_or_default(), &part.name, at.at_column(field + 1))
             };
             let likelihood = part.likelihood.map(value).transpose()?.map(|l| l.unwrap_or(0.0));
             let sure = likelihood.is_none_or(|l| l >= LEAST_LIKELIHOOD);
@@ -73,7 +69,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         samples.push(sample);
     }
     if parts.is_empty() {
-        let start = SourcePlace { origin, line: 1, column: 1 };
+        let start = SourcePlace::start(origin);
         return Err(start.error("there is no line of titles that begins with coords", HELP));
     }
     let names = parts.into_iter().map(|p| p.name);

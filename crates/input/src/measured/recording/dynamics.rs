@@ -119,8 +119,8 @@ impl<'a> PointTrack<'a> {
         part.is_finite().then(|| (part * (OVER_S / over_s).min(1.0), over_s / part))
     }
 
-    /// The frame in which the point jumps farther than this acceleration allows, by so much, m, and stays there.
-    fn slip(&self, acceleration_m_s2: f64) -> Option<(usize, f64)> {
+    /// Its name, the time, s, at which it jumps farther than this acceleration allows and stays there, and by how much, mm.
+    fn slip(&self, acceleration_m_s2: f64) -> Option<(&'a str, f64, f64)> {
         const SLIP_M: f64 = 8e-3;
         const STAYS: usize = 4;
         let step = |f: usize| (self.marks[f].at - self.marks[f - 1].at).norm();
@@ -135,7 +135,7 @@ impl<'a> PointTrack<'a> {
                     .all(|k| (self.marks[f - 1 - k].at - self.marks[f - 1].at).norm() <= 0.5 * by);
             by > least && apart < 1.5 * self.apart_s && is_held
         })?;
-        Some((frame, step(frame)))
+        Some((self.name, self.times[frame], step(frame) * 1e3))
     }
 }
 
@@ -222,9 +222,9 @@ impl<'a> PointCourses<'a> {
     /// The part of the frames in which points stay while others move.
     pub fn stuck(&self) -> Option<NamedValue> {
         let courses = &self.courses;
-        let stuck: Vec<&PointTrack<'_>> = courses.iter().filter(|c| c.part_still() > 0.5).collect();
-        let names: Vec<&str> = stuck.iter().map(|c| c.name).collect();
-        let most = stuck.iter().map(|c| c.part_still()).fold(0.0, f64::max);
+        let stuck = courses.iter().map(|c| (c.name, c.part_still())).filter(|(_, part)| *part > 0.5);
+        let (names, parts): (Vec<&str>, Vec<f64>) = stuck.unzip();
+        let most = parts.into_iter().fold(0.0, f64::max);
         courses.iter().any(PointTrack::moves).then(|| (most, names.join("\" and \"")))
     }
 
@@ -236,13 +236,13 @@ impl<'a> PointCourses<'a> {
     /// Points and bones that jump and stay, while most points do not.
     pub fn slipped_points_mm(&self) -> Option<NamedValue> {
         let Self { courses, bones, .. } = self;
-        let mut slips = slips_of(courses, ACCELERATION_M_S2);
+        let mut slips: Vec<_> = courses.iter().filter_map(|c| c.slip(ACCELERATION_M_S2)).collect();
         if 2 * slips.len() > courses.len() {
             return None;
         }
-        slips.extend(slips_of(bones, ACCELERATION_OF_BONES_M_S2));
+        slips.extend(bones.iter().filter_map(|b| b.slip(ACCELERATION_OF_BONES_M_S2)));
         let ((first, time_s, by_mm), others) = slips.split_first()?;
-        let others: Vec<&str> = others.iter().map(|(name, ..)| name.as_str()).collect();
+        let others: Vec<&str> = others.iter().map(|(name, ..)| *name).collect();
         let more =
             if others.is_empty() { String::new() } else { format!(" (as does {})", others.join(", ")) };
         Some((*by_mm, format!("{first} jumps by {by_mm:.0} mm at {time_s:.3} s and stays there{more}")))
@@ -287,12 +287,4 @@ impl<'a> PointCourses<'a> {
             if others.is_empty() { String::new() } else { format!(" (and {} times more)", others.len()) };
         Some((*by_mm, format!("at {time_s:.3} s{more}")))
     }
-}
-
-fn slips_of(courses: &[PointTrack<'_>], acceleration_m_s2: f64) -> Vec<(String, f64, f64)> {
-    let slips = courses.iter().filter_map(|c| {
-        let (frame, by) = c.slip(acceleration_m_s2)?;
-        Some((c.name.to_owned(), c.times[frame], by * 1e3))
-    });
-    slips.collect()
 }

@@ -3,25 +3,20 @@
 //! 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are accepted too, and of other readers of `.con`
 //! files (Faytak, `ssanova-formatter.py`).
 
-use super::super::error::Malformed;
-use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
+use super::super::error::{Malformed, SourcePlace};
+use super::{Budget, Format, Recording, Sample, Times, limits, numbers};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
     let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();
-    for (at, line) in limits::lines(&text, origin) {
+    for (at, line) in limits::lines(&text, SourcePlace::start(origin)) {
         let cells = line.split([' ', '\t', ',']).filter(|c| !c.is_empty());
         if rows.is_empty() && cells.clone().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
             continue;
         }
-        let row = (1..).zip(cells).map(|(column, cell)| match cell {
-            "NaN" | "nan" | "*" | "NA" => Ok(None),
-            cell => coordinate(cell).map(Some).ok_or_else(|| {
-                let what = format!("{cell:?} is not a coordinate");
-                at.at_column(column).error(what, "write pixels, and NaN where there is none")
-            }),
-        });
+        let row =
+            (1..).zip(cells).map(|(column, cell)| numbers::value(cell, "a coordinate", at.at_column(column)));
         let row = row.collect::<Result<Vec<_>, _>>()?;
         let width = rows.first().map_or(row.len(), Vec::len);
         if row.len() != width || !width.is_multiple_of(2) {

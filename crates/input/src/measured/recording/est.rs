@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
+use super::numbers::NumberTable;
 use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha};
 
 const LARGEST_HEADER: usize = 1 << 20;
@@ -23,7 +24,7 @@ struct EstHeader {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let start = SourcePlace { origin, line: 1, column: 1 };
+    let start = SourcePlace::start(origin);
     let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
     if first.is_some_and(|b| b.is_ascii_digit() || b"-+.N".contains(b)) {
         return mocha::read(bytes, origin);
@@ -35,7 +36,23 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let axes = axes(&header.names);
     let body = &bytes[header.size..];
     let values: Vec<f64> = if header.ascii {
-        text_rows(body, header.frames, width, bytes, start)?
+        let first_line = 1 + bytes[..header.size].iter().filter(|b| **b == b'\n').count() as u64;
+        let at = SourcePlace { line: first_line, ..start };
+        let cut = "the file is cut off; copy it anew";
+        let content = body.trim_ascii_end();
+        if !content.is_empty() && !body[content.len()..].contains(&b'\n') {
+            return Err(at.error("the last line does not end in a line end", cut));
+        }
+        let values = NumberTable::read(body, at, &[width], "write numbers, separated by blanks")?.values;
+        let frames = values.len() / width;
+        if frames < header.frames {
+            return Err(at.error(format!("{frames} of {} frames follow the header", header.frames), cut));
+        }
+        if frames > header.frames {
+            let what = format!("more than {} frames follow the header", header.frames);
+            return Err(at.error(what, "correct NumFrames"));
+        }
+        values
     } else {
         let wanted = header.frames * width * 4;
         if body.len() < wanted {
@@ -120,42 +137,4 @@ fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
     }
     points.retain(|(_, axes)| axes.iter().flatten().count() >= 2);
     points
-}
-
-/// The values of a text body, line by line.
-fn text_rows(
-    body: &[u8],
-    frames: usize,
-    width: usize,
-    all: &[u8],
-    start: SourcePlace<'_>,
-) -> Result<Vec<f64>, Malformed> {
-    let text = String::from_utf8_lossy(body);
-    let before = all[..all.len() - body.len()].iter().filter(|b| **b == b'\n').count() as u64;
-    let mut values = Vec::with_capacity(frames.saturating_mul(width));
-    let lines = (before + 1..).map(|line| SourcePlace { line, ..start }).zip(text.split_inclusive('\n'));
-    let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
-    let cut = "the file is cut off; copy it anew";
-    for frame in 0..frames {
-        let Some((at, line)) = lines.next() else {
-            return Err(start.error(format!("{frame} of {frames} frames follow the header"), cut));
-        };
-        if !line.ends_with('\n') {
-            let what = "the last line does not end in a line end";
-            return Err(at.error(what, format!("{cut} (or end the line)")));
-        }
-        for (column, word) in (1..).zip(line.split_whitespace().take(width)) {
-            values.push(word.parse::<f64>().map_err(|_| {
-                let what = format!("{word:?} is not a number");
-                at.at_column(column).error(what, "write numbers, separated by blanks")
-            })?);
-        }
-        let found = values.len() - frame * width;
-        if found < width {
-            return Err(at.error(format!("the line has {found} values of {width}"), "give them all"));
-        }
-    }
-    lines.next().map_or(Ok(values), |(at, _)| {
-        Err(at.error(format!("more than {frames} frames follow the header"), "correct NumFrames"))
-    })
 }

@@ -4,8 +4,8 @@
 //! `read_aaa`).
 
 use super::super::error::{Malformed, SourcePlace};
-use super::aaa::{self, RecordingRows};
-use super::{Format, Recording, limits};
+use super::aaa::RecordingRows;
+use super::{Format, Recording, limits, numbers};
 
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;
@@ -14,7 +14,9 @@ const HELP: &str = "export the spline from AAA anew with x and y of 42 fan lines
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line);
     cells.len() > FIELDS
-        && cells[cells.len() - FIELDS..].iter().all(|c| aaa::is_missing(c) || aaa::number(c).is_some())
+        && cells[cells.len() - FIELDS..]
+            .iter()
+            .all(|c| numbers::is_missing(c) || numbers::number(c).is_some())
 }
 
 /// The fields of a line; a tab at its end adds no field.
@@ -25,8 +27,8 @@ fn cells(line: &str) -> Vec<&str> {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = SourcePlace { origin, line: 1, column: 1 };
-    let lines = limits::lines(&text, origin).map(|(at, line)| (at, cells(line)));
+    let start = SourcePlace::start(origin);
+    let lines = limits::lines(&text, start).map(|(at, line)| (at, cells(line)));
     let width = lines.clone().next().map_or(0, |(_, cells)| cells.len());
     if width <= FIELDS {
         return Err(start.error(format!("the line has {width} fields"), HELP));
@@ -43,12 +45,13 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             let what = format!("the line has {} fields where the first has {width}", cells.len());
             return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
         }
-        let time_s = aaa::seconds(cells[time], at.at_column(time + 1))?;
+        let time_s = numbers::seconds(cells[time], at.at_column(time + 1))?;
         let places = (0..FAN_LINES)
             .map(|nth| {
                 let x = before + 2 * nth;
                 let [x, y] = [x, x + 1].map(|field| {
-                    aaa::value(cells[field], &format!("fan line {}", nth + 1), at.at_column(field + 1))
+                    let what = format_args!("a coordinate of fan line {}", nth + 1);
+                    numbers::value(cells[field], what, at.at_column(field + 1))
                 });
                 Ok(x?.zip(y?).map(|(x, y)| [x, y, 0.0]))
             })
@@ -71,7 +74,7 @@ impl FanColumns {
         let mut rows: Vec<Vec<&str>> = rows.filter(|r| r.len() >= before).collect();
         rows.iter_mut().for_each(|r| r.truncate(before));
         let (numbers, words): (Vec<usize>, Vec<usize>) =
-            (0..before).partition(|c| rows.iter().all(|r| aaa::number(r[*c]).is_some()));
+            (0..before).partition(|c| rows.iter().all(|r| numbers::number(r[*c]).is_some()));
         let of_recording = match words.iter().find(|c| {
             rows.iter().all(|r| r[**c].contains([':', '/']) && r[**c].bytes().any(|b| b.is_ascii_digit()))
         }) {
@@ -84,7 +87,7 @@ impl FanColumns {
         };
         let alike = |w: &[Vec<&str>]| words.iter().all(|c| w[0][*c] == w[1][*c]);
         let time = numbers.into_iter().find(|c| {
-            let value = |r: &Vec<&str>| aaa::number(r[*c]).unwrap_or(f64::NAN);
+            let value = |r: &Vec<&str>| numbers::number(r[*c]).unwrap_or(f64::NAN);
             rows.windows(2).filter(|w| alike(w)).all(|w| value(&w[0]) < value(&w[1]))
         });
         Self { time, of_recording }

@@ -4,8 +4,8 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
 use super::super::error::ReadError;
-use super::channels::{hold_head, moves_as_a_tongue};
-use super::map::MappedAxis;
+use super::channels::{hold_head, median_point, moves_as_a_tongue};
+use super::map::{AXES, MappedAxis};
 use super::{Format, Map, Recording, Role, names};
 
 pub(super) type Places = Vec<Vec<Option<Point>>>;
@@ -26,6 +26,24 @@ pub(super) struct Flat<'a> {
 }
 
 impl<'a> Flat<'a> {
+    /// The first channel that shows a bone.
+    pub fn bone(&self, name: &str) -> Option<usize> {
+        self.roles.iter().position(|role| matches!(role, Role::Bone(bone) if bone == name))
+    }
+
+    pub fn of_role(&self, is_wanted: fn(&Role) -> bool) -> Vec<usize> {
+        (0..self.roles.len()).filter(|&channel| is_wanted(&self.roles[channel])).collect()
+    }
+
+    /// The median position of a channel, m.
+    pub fn place(&self, channel: usize) -> Option<Point> {
+        median_point(self.places.iter().filter_map(|frame| frame[channel]))
+    }
+
+    pub fn x(&self, channel: usize) -> Option<f64> {
+        self.place(channel).map(|place| place.x)
+    }
+
     pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, ReadError> {
         let wrong = |problem: String| recording.uninterpreted(problem);
         if let Some(problem) = map.unknown(&recording.channels) {
@@ -44,7 +62,7 @@ impl<'a> Flat<'a> {
         let (back, mut up) = map.axes(recording.format, one_plane);
         let told_up = match height(recording, &roles, back, metres) {
             Some((found, why)) if recording.format == Format::Sensors && !map.stated().axes => {
-                up = (found.ok_or_else(|| wrong(format!("{why}; {GIVE_UP}")))?, 1.0);
+                up = MappedAxis(found.ok_or_else(|| wrong(format!("{why}; {GIVE_UP}")))?, 1.0);
                 Some(format!(
                     "its header does not say which axis leads upwards: {} is taken, since {why}; if that is wrong, give up in a map",
                     AXES[up.0]
@@ -62,7 +80,7 @@ impl<'a> Flat<'a> {
         };
         let guessed = back.is_none();
         let usual = if recording.format == Format::Est && one_plane { 1 } else { 0 };
-        let back = back.unwrap_or_else(|| (axis_along(recording, &roles, up.0, usual), 1.0));
+        let back = back.unwrap_or_else(|| MappedAxis(axis_along(recording, &roles, up.0, usual), 1.0));
         let other_axis = (guessed && back.0 != usual && usual != up.0).then(|| {
             let [axis, usual] = [back.0, usual].map(|a| AXES[a]);
             format!(
@@ -105,7 +123,6 @@ impl<'a> Flat<'a> {
     }
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
 const GIVE_UP: &str = "give the axis that grows upwards in a map, such as up = \"z\"";
 
 /// The axis upwards of coils, with the reason: not the one from side to side, along which the coils of a tongue, which are glued to its

@@ -35,12 +35,12 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
     })
 }
 
-/// The lines of a text with content, each with its place.
+/// The lines with content of a text that begins at `start`, each with its place.
 pub(super) fn lines<'a>(
     text: &'a str,
-    origin: &'a str,
+    start: SourcePlace<'a>,
 ) -> impl Iterator<Item = (SourcePlace<'a>, &'a str)> + Clone {
-    let places = (1..).map(move |line| SourcePlace { origin, line, column: 1 });
+    let places = (start.line..).map(move |line| SourcePlace { line, ..start });
     places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }
 

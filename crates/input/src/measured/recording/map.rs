@@ -38,7 +38,6 @@ pub struct Stated {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Map {
     file: MapFile,
-    entries: BTreeMap<String, MapEntry>,
     origin: String,
 }
 
@@ -47,15 +46,15 @@ pub struct Map {
 struct MapFile {
     unit_mm: Option<f64>,
     rate_hz: Option<f64>,
-    back: Option<String>,
-    up: Option<String>,
+    back: Option<MappedAxis>,
+    up: Option<MappedAxis>,
     contour_frame: Option<ContourFrame>,
     noise_mm: Option<f64>,
     scale: Option<f64>,
     turn_deg: Option<f64>,
     shift_mm: Option<[f64; 2]>,
     #[serde(default)]
-    points: BTreeMap<String, toml::Value>,
+    points: BTreeMap<String, MapEntry>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -77,7 +76,8 @@ struct TablePoint {
     noise_mm: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "toml::Value")]
 struct MapEntry {
     role: Role,
     noise_mm: Option<f64>,
@@ -89,7 +89,23 @@ const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { c
 /// millimetres, their hundredths and thousandths).
 const USUAL_GAP_MM: f64 = 15.0;
 
-pub(super) type MappedAxis = (usize, f64);
+/// An axis of the file, and the sign with which it is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
+pub(super) struct MappedAxis(pub usize, pub f64);
+
+impl TryFrom<String> for MappedAxis {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let letter = text.strip_prefix(['-', '+']).unwrap_or(&text);
+        let axis = AXES.iter().position(|axis| *axis == letter);
+        let axis = axis.ok_or_else(|| format!("{text:?} is not one of the axes x, y, z, -x, -y, -z"))?;
+        Ok(Self(axis, if text.starts_with('-') { -1.0 } else { 1.0 }))
+    }
+}
+
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Map {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ReadError> {
@@ -118,24 +134,10 @@ impl Map {
                 return at(limit.name, beyond.to_string());
             }
         }
-        let given = [("back", &file.back), ("up", &file.up)];
-        let axes = given.map(|(_, text)| text.as_deref().map(axis));
-        if let Some(((name, _), _)) = given.iter().zip(axes).find(|(_, axis)| *axis == Some(None)) {
-            return at(name, format!("{name} must be one of x, y, z, -x, -y, -z"));
-        }
-        if let [Some(Some(back)), Some(Some(up))] = axes
-            && back.0 == up.0
-        {
+        if file.back.zip(file.up).is_some_and(|(back, up)| back.0 == up.0) {
             return at("up", "back and up are the same axis; give two".to_owned());
         }
-        let mut entries = BTreeMap::new();
-        for (name, value) in &file.points {
-            match entry(value) {
-                Ok(entry) => entries.insert(name.clone(), entry),
-                Err(problem) => return at(name, format!("{name}: {problem}")),
-            };
-        }
-        Ok(Self { file, entries, origin: origin.to_owned() })
+        Ok(Self { file, origin: origin.to_owned() })
     }
 
     /// The transformation of the recording (m, in the axes of the body), to the body's frame if it has a shift;
@@ -159,7 +161,7 @@ impl Map {
     }
 
     pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
-        let mut names = self.entries.keys().filter(|name| !channels.contains(name));
+        let mut names = self.file.points.keys().filter(|name| !channels.contains(name));
         let name = names.find(|n| ![HYOID, MANDIBLE].contains(&n.as_str()) || !self.ignores(n))?;
         Some(format!(
             "the map {} names the point {name:?}; {}",
@@ -169,7 +171,7 @@ impl Map {
     }
 
     pub(super) fn names(&self, channel: &str) -> bool {
-        self.entries.contains_key(channel)
+        self.file.points.contains_key(channel)
     }
 
     pub(super) fn contour_frame(&self) -> Option<ContourFrame> {
@@ -198,16 +200,16 @@ impl Map {
     }
 
     fn role(&self, channel: &str) -> Role {
-        self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
+        self.file.points.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
     }
 
     fn ignores(&self, name: &str) -> bool {
-        self.entries.get(name).is_some_and(|e| e.role == Role::Ignored)
+        self.file.points.get(name).is_some_and(|e| e.role == Role::Ignored)
     }
 
     /// Standard deviation of a channel, m: from the map's point, the map, the file, or the usual value.
     pub(super) fn sd(&self, channel: &str, role: &Role, in_file: Option<f64>) -> f64 {
-        let own = self.entries.get(channel).and_then(|e| e.noise_mm);
+        let own = self.file.points.get(channel).and_then(|e| e.noise_mm);
         own.map(|mm| mm * 1e-3).or(in_file).or(self.file.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(match role {
             Role::Surface(_) | Role::Coil(_) => SENSOR_SD_M,
             _ => CONTOUR_SD_M,
@@ -255,64 +257,64 @@ impl Map {
     /// as in a track with only y and z.
     pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<MappedAxis>, MappedAxis) {
         let (back, up) = match format {
-            Format::Ag50x | Format::Mview => (None, (2, 1.0)),
-            Format::Edgetrak | Format::DeepLabCut => (None, (1, -1.0)),
+            Format::Ag50x | Format::Mview => (None, MappedAxis(2, 1.0)),
+            Format::Edgetrak | Format::DeepLabCut => (None, MappedAxis(1, -1.0)),
             // Its x axis points to the front.
-            Format::Microbeam => (Some((0, -1.0)), (1, 1.0)),
-            Format::Est if flat => (None, (2, 1.0)),
-            _ => (None, (1, 1.0)),
+            Format::Microbeam => (Some(MappedAxis(0, -1.0)), MappedAxis(1, 1.0)),
+            Format::Est if flat => (None, MappedAxis(2, 1.0)),
+            _ => (None, MappedAxis(1, 1.0)),
         };
-        let given = [&self.file.back, &self.file.up].map(|text| text.as_deref().and_then(axis));
-        (given[0].or(back), given[1].unwrap_or(up))
+        (self.file.back.or(back), self.file.up.unwrap_or(up))
     }
 }
 
-fn entry(value: &toml::Value) -> Result<MapEntry, String> {
-    if let toml::Value::String(word) = value {
-        let role = match word.as_str() {
-            "contour" => Role::Contour,
-            "coil" => Role::Coil(None),
-            "reference" => Role::Reference,
-            "ignore" => Role::Ignored,
-            _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", choice::hint(word, WORDS))),
-        };
-        return Ok(MapEntry { role, noise_mm: None });
-    }
-    let given: Result<TablePoint, toml::de::Error> = value.clone().try_into();
-    let given = given.map_err(|e| {
-        let key = e.to_string().replace(e.message(), "");
-        let told = format!("{} {}", toml_text::with_nearest(&reworded(e.message())), key.trim());
-        format!("{}; {ROLES}", told.trim_end())
-    })?;
-    let mut roles: Vec<Role> = Vec::new();
-    if let Some(mm) = given.surface_mm {
-        limits::SURFACE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
-        roles.push(Role::Surface(mm * 1e-3));
-    }
-    if let Some(nth) = given.coil {
-        if !(1.0..=99.0).contains(&nth) || nth.fract() != 0.0 {
-            return Err(format!("coil is {nth}; count the coils from the tip backwards: 1, 2, 3"));
-        }
-        roles.push(Role::Coil(Some(nth as u32)));
-    }
-    roles.extend(given.bone.map(Role::Bone));
-    roles.extend(given.contour.map(|_| Role::Contour));
-    given.noise_mm.map_or(Ok(()), |mm| limits::NOISE_MM.check(mm)).map_err(|beyond| beyond.to_string())?;
-    match &roles[..] {
-        [Role::Bone(name)] if name.is_empty() => {
-            Err("bone is \"\"; give its name, like \"hyoid\"".to_owned())
-        }
-        [role] if given.contour != Some(false) => {
-            Ok(MapEntry { role: role.clone(), noise_mm: given.noise_mm })
-        }
-        _ => Err("give one of surface_mm, coil, bone and contour = true".to_owned()),
-    }
-}
+impl TryFrom<toml::Value> for MapEntry {
+    type Error = String;
 
-fn axis(text: &str) -> Option<MappedAxis> {
-    let letter = text.strip_prefix(['-', '+']).unwrap_or(text);
-    let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
-    Some((["x", "y", "z"].iter().position(|a| *a == letter)?, sign))
+    fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
+        if let toml::Value::String(word) = &value {
+            let role = match word.as_str() {
+                "contour" => Role::Contour,
+                "coil" => Role::Coil(None),
+                "reference" => Role::Reference,
+                "ignore" => Role::Ignored,
+                _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", choice::hint(word, WORDS))),
+            };
+            return Ok(Self { role, noise_mm: None });
+        }
+        let given: Result<TablePoint, toml::de::Error> = value.try_into();
+        let given = given.map_err(|e| {
+            let key = e.to_string().replace(e.message(), "");
+            let told = format!("{} {}", reworded(e.message()), key.trim());
+            format!("{}; {ROLES}", told.trim_end())
+        })?;
+        let mut roles: Vec<Role> = Vec::new();
+        if let Some(mm) = given.surface_mm {
+            limits::SURFACE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
+            roles.push(Role::Surface(mm * 1e-3));
+        }
+        if let Some(nth) = given.coil {
+            if !(1.0..=99.0).contains(&nth) || nth.fract() != 0.0 {
+                return Err(format!("coil is {nth}; count the coils from the tip backwards: 1, 2, 3"));
+            }
+            roles.push(Role::Coil(Some(nth as u32)));
+        }
+        roles.extend(given.bone.map(Role::Bone));
+        roles.extend(given.contour.map(|_| Role::Contour));
+        given
+            .noise_mm
+            .map_or(Ok(()), |mm| limits::NOISE_MM.check(mm))
+            .map_err(|beyond| beyond.to_string())?;
+        match &roles[..] {
+            [Role::Bone(name)] if name.is_empty() => {
+                Err("bone is \"\"; give its name, like \"hyoid\"".to_owned())
+            }
+            [role] if given.contour != Some(false) => {
+                Ok(Self { role: role.clone(), noise_mm: given.noise_mm })
+            }
+            _ => Err("give one of surface_mm, coil, bone and contour = true".to_owned()),
+        }
+    }
 }
 
 impl Map {
@@ -340,7 +342,7 @@ impl Map {
              # Lines that begin with # are not read: remove the # of a line that is needed.\n\n{unit}\n{rate}\n\
              # back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n\
              # up = \"{}\"  # the axis that grows upwards\n",
-            ["x", "y", "z"][up.0]
+            AXES[up.0]
         );
         text += "# contour_frame = \"bones\"  # the frame of the contour; \"hyoid\": origin at the hyoid of each sample, x towards the mandible\n";
         text += "# noise_mm = 0.5  # standard deviation of a point\n\

@@ -49,18 +49,13 @@ impl MatValue<'_> {
         if *big_endian {
             little[..width].reverse();
         }
-        let [a, b, c, d, ..] = little;
+        let (bits, unused) = (u64::from_le_bytes(little), 64 - 8 * width);
         Some(match kind {
-            1 => f64::from(i8::from_le_bytes([a])),
-            2 => f64::from(a),
-            3 => f64::from(i16::from_le_bytes([a, b])),
-            4 => f64::from(u16::from_le_bytes([a, b])),
-            5 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            6 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            7 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            9 => f64::from_le_bytes(little),
-            12 => i64::from_le_bytes(little) as f64,
-            _ => u64::from_le_bytes(little) as f64,
+            7 => f64::from(f32::from_bits(bits as u32)),
+            9 => f64::from_bits(bits),
+            // Shifted up and down, so that the sign fills the bits that are not used.
+            1 | 3 | 5 | 12 => ((bits << unused) as i64 >> unused) as f64,
+            _ => bits as f64,
         })
     }
 }
@@ -161,7 +156,7 @@ impl<'a> MatFile<'a> {
     }
 
     pub fn variables(&self) -> Result<Vec<(String, MatValue<'_>)>, Malformed> {
-        let start = SourcePlace { origin: self.origin, line: 1, column: 1 };
+        let start = SourcePlace::start(self.origin);
         let mut left = MOST_ELEMENTS;
         let read = self.variables.iter().enumerate().map(|(n, bytes)| {
             let piece = Piece { bytes, big_endian: self.big_endian };

@@ -3,7 +3,7 @@
 //! twenty channels alone. The order is that of MOCHA's EST files, as in some corpora (Wrench 1999; Qin and
 //! Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
 
-use super::super::error::Malformed;
+use super::super::error::{Malformed, SourcePlace};
 use super::numbers::NumberTable;
 use super::{Format, Recording, Sample, Times, is_coordinate};
 
@@ -25,9 +25,10 @@ const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a f
                     sensors go into a table recording,time_s,point,x_mm,y_mm";
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let table = NumberTable::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP)?;
+    let start = SourcePlace::start(origin);
+    let table = NumberTable::read(bytes, start, &[CHANNELS + 2, CHANNELS], HELP)?;
     let timed = table.width == CHANNELS + 2;
-    let samples = table.samples(origin, HELP, |n, row| {
+    let samples = table.samples(start, HELP, |n, row| {
         let (time_s, seen, values) =
             if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / RATE_HZ, true, row) };
         let places = SENSORS.iter().map(|&(_, x, y)| {

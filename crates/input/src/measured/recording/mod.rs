@@ -242,7 +242,7 @@ impl Recording {
             found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::cut(bytes)));
         }
         if found.iter().all(|r| r.samples.is_empty()) {
-            let start = SourcePlace { origin, line: 1, column: 1 };
+            let start = SourcePlace::start(origin);
             return Err(start.error("the file has no frame", "give a recording with at least one"));
         }
         Ok(found)

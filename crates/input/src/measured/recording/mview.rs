@@ -21,7 +21,7 @@ struct Channel<'a> {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
-    let start = SourcePlace { origin, line: 1, column: 1 };
+    let start = SourcePlace::start(origin);
     let file = MatFile::read(bytes, origin)?;
     let variables = file.variables()?;
     let mut budget = Budget::default();

@@ -1,8 +1,64 @@
-//! Reader of tables of numbers without a header, separated by spaces, tabs or commas.
+//! Numbers in the cells of tables, and the reader of tables of numbers without a header, separated by spaces, tabs or commas.
+
+use std::fmt::Display;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::{self, Budget};
-use super::{Sample, is_coordinate};
+use super::{Sample, coordinate, is_coordinate};
+
+pub(super) fn is_missing(text: &str) -> bool {
+    matches!(text, "" | "*" | "NA" | "NaN" | "nan")
+}
+
+/// A finite number, with a decimal point or comma.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let comma = text.matches(',').count() == 1 && !text.contains('.');
+    coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
+}
+
+/// The number in the cell of `what`; `None` where the cell says that nothing was measured.
+pub(super) fn value(text: &str, what: impl Display, at: SourcePlace<'_>) -> Result<Option<f64>, Malformed> {
+    if is_missing(text) {
+        return Ok(None);
+    }
+    number(text).map(Some).ok_or_else(|| {
+        let help = "give a finite number, or leave the cell empty where the point was not seen";
+        at.error(format!("{what} is {text:?}"), help)
+    })
+}
+
+pub(super) fn seconds(text: &str, at: SourcePlace<'_>) -> Result<f64, Malformed> {
+    number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
+}
+
+/// The last number of a text without a line end at its end, and those at the ends of the lines above, each with its number of decimals.
+pub(super) struct LastNumber<'a> {
+    cell: &'a str,
+    value: (f64, usize),
+    above: Vec<(f64, usize)>,
+}
+
+impl<'a> LastNumber<'a> {
+    pub fn of(text: &'a str) -> Option<Self> {
+        let (above, last) = text.rsplit_once('\n')?;
+        let between = ['\t', ';', ','].into_iter().find(|c| last.contains(*c)).unwrap_or(' ');
+        let cell = |line: &'a str| line.rsplit(between).next().unwrap_or_default().trim();
+        let number = |line: &'a str| -> Option<(f64, usize)> {
+            let cell = cell(line).replace(',', ".");
+            Some((cell.parse().ok()?, cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())))
+        };
+        Some(Self {
+            cell: cell(last),
+            value: number(last)?,
+            above: above.lines().filter_map(number).collect(),
+        })
+    }
+
+    /// Whether it has fewer decimals than all above it.
+    pub fn is_short(&self) -> bool {
+        self.above.iter().map(|(_, decimals)| *decimals).min() > Some(self.value.1)
+    }
+}
 
 /// A doubt if a text file seems to be cut off: it ends without a line end, and its last number has fewer digits
 /// than those above it in the same column.
@@ -13,29 +69,16 @@ pub(super) fn cut(bytes: &[u8]) -> Option<String> {
     let tail: Vec<u8> =
         bytes[bytes.len().saturating_sub(TAIL)..].iter().copied().filter(|b| *b != 0).collect();
     let text = String::from_utf8_lossy(&tail);
-    let (above, last) = text.rsplit_once('\n')?;
-    let between = ['\t', ';', ','].into_iter().find(|c| last.contains(*c)).unwrap_or(' ');
-    let number = |line: &str| -> Option<(f64, usize)> {
-        let cell = line.rsplit(between).next()?.trim().replace(',', ".");
-        Some((cell.parse().ok()?, cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())))
-    };
-    let (value, decimals) = number(last)?;
-    let count = |line: &str| line.matches(between).count();
-    let others: Vec<(f64, usize)> =
-        above.lines().filter(|l| count(l) == count(last)).filter_map(number).collect();
-    if others.len() < FEWEST_LINES {
-        return None;
-    }
-    let most = others.iter().map(|o| o.1).max()?;
-    let usual = (0..=most).max_by_key(|n| others.iter().filter(|o| o.1 == *n).count())?;
-    let fewest = others.iter().map(|o| o.1).min()?;
+    let last = LastNumber::of(&text).filter(|last| last.above.len() >= FEWEST_LINES)?;
+    let LastNumber { cell, value: (value, decimals), above } = &last;
+    let most = above.iter().map(|o| o.1).max()?;
+    let usual = (0..=most).max_by_key(|n| above.iter().filter(|o| o.1 == *n).count())?;
     let is_cut = match usual {
-        0 => value != 0.0 && others.iter().all(|o| o.0.abs() > 5.0 * value.abs()),
-        _ => decimals < fewest || decimals + 2 <= usual,
+        0 => *value != 0.0 && above.iter().all(|o| o.0.abs() > 5.0 * value.abs()),
+        _ => last.is_short() || decimals + 2 <= usual,
     };
     is_cut.then(|| {
-        let last = last.rsplit(between).next().unwrap_or_default().trim();
-        format!("the file ends without a line end in a number, {last}, that is shorter than those above it: it may be cut off; export it anew")
+        format!("the file ends without a line end in a number, {cell}, that is shorter than those above it: it may be cut off; export it anew")
     })
 }
 
@@ -43,22 +86,27 @@ pub(super) fn cut(bytes: &[u8]) -> Option<String> {
 pub(super) struct NumberTable {
     pub width: usize,
     /// All values, line by line; NaN for those that the file marks as missing.
-    values: Vec<f64>,
+    pub values: Vec<f64>,
     lines: Vec<u64>,
 }
 
 impl NumberTable {
-    /// Reads the table; `widths` are the allowed numbers of values in a line, and `help` is the advice for
+    /// Reads a table that begins at `start`; `widths` are the allowed numbers of values in a line, and `help` is the advice for
     /// other lines.
     ///
     /// A first line of words alone is a header and is skipped.
-    pub fn read(bytes: &[u8], origin: &str, widths: &[usize], help: &str) -> Result<Self, Malformed> {
+    pub fn read(
+        bytes: &[u8],
+        start: SourcePlace<'_>,
+        widths: &[usize],
+        help: &str,
+    ) -> Result<Self, Malformed> {
         let mut budget = Budget::default();
-        let text = limits::text(bytes, origin)?;
+        let text = limits::text(bytes, start.origin)?;
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
-        for (at, line) in limits::lines(&text, origin) {
+        for (at, line) in limits::lines(&text, start) {
             let cells = line.split([' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
-            if at.line == 1 && cells.clone().all(|c| c.parse::<f64>().is_err()) {
+            if at.line == start.line && cells.clone().all(|c| c.parse::<f64>().is_err()) {
                 continue;
             }
             let before = out.values.len();
@@ -87,7 +135,7 @@ impl NumberTable {
     /// The places of every row, of which `read` takes the time in seconds and the rest. Times must ascend.
     pub fn samples(
         &self,
-        origin: &str,
+        start: SourcePlace<'_>,
         help: &str,
         read: impl Fn(usize, &[f64]) -> Sample,
     ) -> Result<Vec<Sample>, Malformed> {
@@ -97,7 +145,7 @@ impl NumberTable {
             let time_s = sample.time_s;
             if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
                 let what = format!("the time {time_s} s does not come after that of the line before");
-                return Err(SourcePlace { origin, line, column: 1 }.error(what, help));
+                return Err(SourcePlace { line, ..start }.error(what, help));
             }
             samples.push(sample);
         }

@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 
 use tongue_core::body::{HYOID, MANDIBLE};
-use tongue_core::geometry::Point;
+use tongue_core::geometry::{Point, Similarity};
+use tongue_core::statistics::upper_median;
 
 use super::super::error::ReadError;
-use super::channels::{carry_by_coils, median_place, median_x, places_of_coils, rise_of_contour};
+use super::channels::{FIRST_COIL_M, LONGER_THAN_CHORD, median_point};
 use super::contour_frame::{self, SampleFrame};
 use super::dynamics::FEW;
 use super::flat::Flat;
@@ -28,6 +29,10 @@ const BEHIND_M: f64 = 3e-3;
 /// When the tongue is low, its first coil lies at about the height of the lower incisors, 2 to 8 mm above the coil below them; farther
 /// above or below it than this, m, the two are not in one frame.
 const APART_IN_HEIGHT_M: f64 = 15e-3;
+
+/// The incisors and the mental spine of the built-in body: from the coil below the lower incisors to the mental spine, m, in a head whose
+/// axes are those of the recording.
+const INCISORS_TO_SPINE_M: Point = Point::new(14e-3, -20e-3);
 
 impl AlignedRecording {
     /// Interprets a recording with its map, as [`AlignedRecording::all`] does.
@@ -61,228 +66,257 @@ impl AlignedRecording {
         }))
     }
 
-    fn of(flat: Flat<'_>, frame: Result<Option<SampleFrame>, String>, map: &Map) -> Result<Self, ReadError> {
-        let Flat { recording, roles, mut contour, mut places, times, metres, back, guessed, mut notes } =
-            flat;
+    fn of(
+        mut flat: Flat<'_>,
+        frame: Result<Option<SampleFrame>, String>,
+        map: &Map,
+    ) -> Result<Self, ReadError> {
+        let recording = flat.recording;
         let wrong = |problem: String| recording.uninterpreted(problem);
-        let of = |wanted: fn(&Role) -> bool| -> Vec<usize> {
-            (0..roles.len()).filter(|&c| wanted(&roles[c])).collect()
-        };
-        let mut sensors = of(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
-        let mut bones = of(|r| matches!(r, Role::Bone(_)));
+        let mut sensors = flat.of_role(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
+        let mut bones = flat.of_role(|r| matches!(r, Role::Bone(_)));
         if let Some(frame) = frame.map_err(wrong)? {
-            frame.bring_back(&mut places, &contour);
-            notes.push(contour_frame::TOLD.to_owned());
+            frame.bring_back(&mut flat.places, &flat.contour);
+            flat.notes.push(contour_frame::TOLD.to_owned());
         }
-        let bone = |wanted: &str| {
-            bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
-        };
         // The front end must have the smaller x: of the bones, or of the contour if these were not seen.
-        let of_bones = bone(MANDIBLE)
-            .zip(bone(HYOID))
-            .and_then(|(front, rear): (usize, usize)| median_x(&places, front).zip(median_x(&places, rear)));
+        let [spine, hyoid] = [MANDIBLE, HYOID].map(|name| flat.place(flat.bone(name)?));
+        let of_bones = spine.zip(hyoid).map(|(front, rear)| (front.x, rear.x));
         // The lower end of a contour is the root, and the one nearer to the hyoid.
-        let rise = rise_of_contour(&places, &contour);
+        let rise = flat.rise_of_contour();
         let nearer_to_spine = |c: &usize| {
-            let [at, spine, hyoid] =
-                [Some(*c), bone(MANDIBLE), bone(HYOID)].map(|c| median_place(&places, c?));
-            Some((at? - spine?).norm() - (at? - hyoid?).norm())
+            let at = flat.place(*c)?;
+            Some((at - spine?).norm() - (at - hyoid?).norm())
         };
         let by_bones =
-            contour.first().and_then(nearer_to_spine).zip(contour.last().and_then(nearer_to_spine));
-        let is_reversed = contour.len() >= FEWEST_OF_ARCH
+            flat.contour.first().and_then(nearer_to_spine).zip(flat.contour.last().and_then(nearer_to_spine));
+        let is_reversed = flat.contour.len() >= FEWEST_OF_ARCH
             && rise.is_some_and(|rise| rise.y < -LEVEL_M)
             && by_bones.is_none_or(|(first, last)| first < last);
         if is_reversed {
-            contour.reverse();
-            notes.push(REVERSED.to_owned());
+            flat.contour.reverse();
+            flat.notes.push(REVERSED.to_owned());
         }
         let by_contour = rise.filter(|_| of_bones.is_none());
         let by_contour = by_contour.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
-        let apart =
-            of_bones.or(by_contour).or_else(|| ends_of_coils(&sensors, &roles, &recording.channels, &places));
-        if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
+        let apart = of_bones.or(by_contour).or_else(|| flat.ends_of_coils(&sensors));
+        if flat.guessed && apart.is_none() && sensors.len() > 1 && flat.contour.is_empty() {
             return Err(wrong(
                 "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
                  \"x\" or \"-x\" in a map, or { coil = 1 } for the coil at the tip"
                     .to_owned(),
             ));
         }
-        let mirrored = guessed && apart.is_some_and(|(front, rear)| front > rear);
-        if by_contour.is_some() && guessed {
-            notes.push(format!(
+        let mirrored = flat.guessed && apart.is_some_and(|(front, rear)| front > rear);
+        if by_contour.is_some() && flat.guessed {
+            flat.notes.push(format!(
                 "no two bones were seen: the lower end of the contour is taken for the root, so the back of the head is at {0}x; if that \
                  is wrong, give back = \"{1}x\" in a map",
                 if mirrored { "-" } else { "" },
                 if mirrored { "" } else { "-" }
             ));
         }
-        if mirrored {
-            places.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
+        let side = if mirrored { -1.0 } else { 1.0 };
+        let placement = map.placement();
+        for place in flat.places.iter_mut().flatten().flatten() {
+            place.x *= side;
+            *place = placement.as_ref().map_or(*place, |to| to.place(*place));
         }
-        if let Some(placement) = map.placement() {
-            places.iter_mut().flatten().flatten().for_each(|p| *p = placement.place(*p));
-        }
-        let behind = places_of_coils(&mut sensors, &roles, &places);
-        if of_bones.is_none() && contour.is_empty() {
-            let front = Front { channels: &recording.channels, places: &places, map };
-            front.check(&sensors, &bones, &mut notes).map_err(wrong)?;
+        let behind = flat.places_of_coils(&mut sensors);
+        if of_bones.is_none() && flat.contour.is_empty() {
+            let doubt = flat.check_front(map, &sensors, &bones).map_err(wrong)?;
+            flat.notes.extend(doubt);
             let shows_front = recording.channels.iter().any(|c| names::is_in_front(c));
             if mirrored
                 && !shows_front
                 && recording.format == Format::Tidy
                 && let Some(&tip) = sensors.first()
             {
-                notes.push(format!(
+                flat.notes.push(format!(
                     "{} is taken for the coil at the tip and lies at larger x than the others, so the face looks to the right; if it looks \
                      to the left, the coils are exchanged: correct their names, or number them in a map",
                     recording.channels[tip]
                 ));
             }
         }
-        carry_by_coils(&mut places, &mut bones, &roles);
+        flat.carry_by_coils(&mut bones);
         let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
             let marks = of.iter().map(|&c| {
-                let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
+                let in_file = recording.sigma[c].map(|sigma| sigma * flat.metres);
                 // The variance is divided by the likelihood.
-                let sd = sd / likelihood.get(c).map_or(1.0, |l| f64::from(*l)).sqrt();
+                let sd = map.sd(&recording.channels[c], &flat.roles[c], in_file)
+                    / likelihood.get(c).map_or(1.0, |l| f64::from(*l)).sqrt();
                 places[c].map(|at| Mark { at, sd })
             });
             marks.collect()
         };
         let names =
             |of: &[usize]| -> Vec<String> { of.iter().map(|&c| recording.channels[c].clone()).collect() };
-        let bone_names = bones.iter().filter_map(|&c| match &roles[c] {
+        let bone_names = bones.iter().filter_map(|&c| match &flat.roles[c] {
             Role::Bone(name) => Some(name.clone()),
             _ => None,
         });
-        let frames = recording.samples.iter().zip(times).zip(&places);
+        let frames = recording.samples.iter().zip(&flat.times).zip(&flat.places);
         let frames = frames.map(|((sample, time_s), places)| AlignedFrame {
-            time_s,
-            contour: marks(places, &sample.likelihood, &contour),
+            time_s: *time_s,
+            contour: marks(places, &sample.likelihood, &flat.contour),
             sensors: marks(places, &sample.likelihood, &sensors),
             bones: bones.iter().map(|&c| places[c]).collect(),
         });
         Ok(Self {
             name: recording.name.clone(),
             speaker: recording.speaker.clone(),
-            contour: names(&contour),
+            contour: names(&flat.contour),
             sensors: sensors.iter().zip(behind).map(|(&c, m)| (recording.channels[c].clone(), m)).collect(),
-            measured: sensors.iter().map(|&c| matches!(roles[c], Role::Surface(_))).collect(),
+            measured: sensors.iter().map(|&c| matches!(flat.roles[c], Role::Surface(_))).collect(),
             bones: bone_names.collect(),
-            ignored: names(&of(|r| *r == Role::Ignored)),
-            mirrored: mirrored != (back.1 < 0.0),
-            notes,
+            ignored: names(&flat.of_role(|r| *r == Role::Ignored)),
+            mirrored: mirrored != (flat.back.1 < 0.0),
             stated: map.stated(),
             labels: recording.labels.clone(),
             frames: frames.collect(),
+            notes: flat.notes,
         })
     }
 }
 
-/// The median x of the coil at the tip and of the coil farthest from it.
-fn ends_of_coils(
-    sensors: &[usize],
-    roles: &[Role],
-    channels: &[String],
-    frames: &[Vec<Option<Point>>],
-) -> Option<(f64, f64)> {
-    let known = sensors.iter().filter_map(|c| match roles[*c] {
-        Role::Surface(at) => Some((at, *c)),
-        Role::Coil(Some(nth)) => Some((f64::from(nth), *c)),
-        _ => None,
-    });
-    let front = known.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c);
-    let is_tip = |c: &usize| names::is_tip(&channels[*c]) && matches!(roles[*c], Role::Coil(None));
-    let front = front.or_else(|| sensors.iter().copied().find(is_tip))?;
-    let x = median_x(frames, front)?;
-    let others = sensors.iter().filter(|c| **c != front).filter_map(|c| median_x(frames, *c));
-    let rear = others.max_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))?;
-    Some((x, rear))
-}
-
-/// A recording of coils without a contour, x to the back of the head.
-struct Front<'a> {
-    pub channels: &'a [String],
-    pub places: &'a [Vec<Option<Point>>],
-    pub map: &'a Map,
-}
-
-impl Front<'_> {
-    /// Adds what is doubtful to `notes`. `sensors`: the coils on the tongue from the tip backwards; `bones`: those on the jaw.
-    pub fn check(&self, sensors: &[usize], bones: &[usize], notes: &mut Vec<String>) -> Result<(), String> {
-        if let Some(problem) = self.lips(sensors) {
-            return Err(problem);
-        }
-        if let Some(&first) = sensors.first() {
-            notes
-                .extend(self.behind(first).or_else(|| bones.iter().find_map(|&jaw| self.height(first, jaw))));
-        }
-        Ok(())
+impl Flat<'_> {
+    /// From the first to the last seen point of the contour, m: the median of all frames.
+    fn rise_of_contour(&self) -> Option<Point> {
+        median_point(self.places.iter().filter_map(|frame| {
+            let mut seen = self.contour.iter().filter_map(|&c| frame[c]);
+            let first = seen.next()?;
+            Some(seen.next_back()? - first)
+        }))
     }
 
-    /// The channels whose meaning is taken from their names alone: those that the map does not name.
-    fn judged(&self) -> impl Iterator<Item = usize> {
-        (0..self.channels.len()).filter(|&c| !self.map.names(&self.channels[c]))
-    }
-
-    /// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down.
-    fn lips(&self, sensors: &[usize]) -> Option<String> {
-        let [upper, lower] = [true, false].map(|upper| {
-            let found = self.judged().find(|&c| names::lip(&self.channels[c]) == Some(upper));
-            found.and_then(|c| Some((&self.channels[c], median_place(self.places, c)?)))
+    /// The median x of the coil at the tip and of the coil farthest from it.
+    fn ends_of_coils(&self, sensors: &[usize]) -> Option<(f64, f64)> {
+        let known = sensors.iter().filter_map(|c| match self.roles[*c] {
+            Role::Surface(at) => Some((at, *c)),
+            Role::Coil(Some(nth)) => Some((f64::from(nth), *c)),
+            _ => None,
         });
-        if let Some(((upper, a), (lower, b))) = upper.zip(lower)
+        let front = known.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c);
+        let is_tip = |c: &usize| {
+            names::is_tip(&self.recording.channels[*c]) && matches!(self.roles[*c], Role::Coil(None))
+        };
+        let front = front.or_else(|| sensors.iter().copied().find(is_tip))?;
+        let x = self.x(front)?;
+        let others = sensors.iter().filter(|c| **c != front).filter_map(|c| self.x(*c));
+        let rear = others.max_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))?;
+        Some((x, rear))
+    }
+
+    /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
+    /// usual value.
+    fn places_of_coils(&self, sensors: &mut [usize]) -> Vec<f64> {
+        let nth = |c: usize| match self.roles[c] {
+            Role::Coil(Some(nth)) => f64::from(nth),
+            _ => f64::INFINITY,
+        };
+        let x = |c: usize| self.x(c).unwrap_or(f64::INFINITY);
+        if sensors.iter().any(|&c| matches!(self.roles[c], Role::Coil(_))) {
+            sensors.sort_by(|&a, &b| nth(a).total_cmp(&nth(b)).then(x(a).total_cmp(&x(b))));
+        }
+        let mut out: Vec<f64> = Vec::with_capacity(sensors.len());
+        for (n, &c) in sensors.iter().enumerate() {
+            out.push(match (&self.roles[c], n.checked_sub(1)) {
+                (Role::Surface(at), _) => *at,
+                (_, None) => FIRST_COIL_M,
+                (_, Some(before)) => {
+                    let gaps = self.places.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
+                    out[before] + LONGER_THAN_CHORD * upper_median(gaps).unwrap_or(FIRST_COIL_M)
+                }
+            });
+        }
+        out
+    }
+
+    /// Where several coils move with one bone, they give its rotation, too: the first of them is moved to the place that they carry along, and
+    /// the others are taken out of `bones`. It is the mental spine for coils on the jaw, which lies below and behind the incisors. A frame in
+    /// which one of them was not seen shows no bone.
+    fn carry_by_coils(&mut self, bones: &mut Vec<usize>) {
+        let all = std::mem::take(bones);
+        for &coil in &all {
+            if bones.iter().any(|&b| self.roles[b] == self.roles[coil]) {
+                continue;
+            }
+            bones.push(coil);
+            let alike = all.iter().copied().filter(|&b| self.roles[b] == self.roles[coil]);
+            let (coils, base): (Vec<usize>, Vec<Point>) =
+                alike.filter_map(|c| Some((c, self.place(c)?))).unzip();
+            let Some(front) = base.iter().min_by(|a, b| a.x.total_cmp(&b.x)) else { continue };
+            if base.len() < 2 {
+                continue;
+            }
+            let carried = front + INCISORS_TO_SPINE_M;
+            for frame in &mut self.places {
+                let here: Option<Vec<Point>> = coils.iter().map(|&c| frame[c]).collect();
+                let motion = here.and_then(|here| Similarity::rigid(&base, &here));
+                frame[coil] = motion.map(|motion| motion.place(carried));
+            }
+        }
+    }
+
+    /// What is doubtful in a recording of coils without a contour, x to the back of the head. `sensors`: the coils on the tongue from the tip
+    /// backwards; `jaw`: those on the jaw. Channels that the map names are not judged.
+    ///
+    /// # Errors
+    /// In words if lips are upside down, or lips, incisors or jaw lie behind the tongue.
+    fn check_front(&self, map: &Map, sensors: &[usize], jaw: &[usize]) -> Result<Option<String>, String> {
+        let channels = &self.recording.channels;
+        let judged = || (0..channels.len()).filter(|&c| !map.names(&channels[c]));
+        let placed = |c: usize| Some((channels[c].as_str(), self.place(c)?));
+        let lip = |is_upper| judged().find(|&c| names::lip(&channels[c]) == Some(is_upper)).and_then(placed);
+        if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
             && a.y < b.y - APART_M
         {
-            let what = format!("{upper} lies below {lower}: the recording is upside down");
-            return Some(format!("{what}; give the axis that grows upwards in a map, such as up = \"-y\""));
+            return Err(format!(
+                "{upper} lies below {lower}: the recording is upside down; give the axis that grows upwards in a map, such as up = \"-y\""
+            ));
         }
-        let (tip, rear) =
-            (median_x(self.places, *sensors.first()?)?, median_x(self.places, *sensors.last()?)?);
-        let front = self.judged().filter(|&c| names::is_in_front(&self.channels[c]));
-        let (name, at) =
-            front.filter_map(|c| Some((&self.channels[c], median_place(self.places, c)?))).next()?;
-        (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
-            format!(
-                "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their \
-                 names, or back in a map"
-            )
-        })
-    }
-
-    /// A note where coils of lips, incisors or jaw lie behind the first coil on the tongue.
-    fn behind(&self, first: usize) -> Option<String> {
-        let x = |c: usize| median_x(self.places, c);
-        let front = self.judged().filter(|&c| names::is_in_front(&self.channels[c]));
-        let all = front.filter_map(|c| Some((self.channels[c].as_str(), x(c)? - x(first)?)));
-        let (names, behind): (Vec<&str>, Vec<f64>) = all.filter(|(_, behind)| *behind > BEHIND_M).unzip();
-        (!names.is_empty()).then(|| {
-            format!(
-                "{} seen {:.0} mm behind {}, the first coil on the tongue, which seems to be exchanged with {}; correct their names, or say \
-                 in a map what they are",
+        let ends =
+            sensors.first().zip(sensors.last()).and_then(|(&tip, &rear)| placed(tip).zip(placed(rear)));
+        let Some(((first, tip), (_, rear))) = ends else { return Ok(None) };
+        let front = judged().filter(|&c| names::is_in_front(&channels[c])).filter_map(placed);
+        let front: Vec<(&str, f64)> = front.map(|(name, at)| (name, at.x)).collect();
+        if let Some((name, x)) = front.first()
+            && sensors.len() > 1
+            && (x - tip.x).abs() > (x - rear.x).abs() + APART_M
+        {
+            return Err(format!(
+                "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their names, \
+             or back in a map"
+            ));
+        }
+        let behind =
+            front.into_iter().map(|(name, x)| (name, x - tip.x)).filter(|(_, behind)| *behind > BEHIND_M);
+        let (names, behind): (Vec<&str>, Vec<f64>) = behind.unzip();
+        if !names.is_empty() {
+            return Ok(Some(format!(
+                "{} seen {:.0} mm behind {first}, the first coil on the tongue, which seems to be exchanged with {}; correct their names, or say \
+             in a map what they are",
                 names.join(" and ") + if names.len() > 1 { " are" } else { " is" },
                 behind.iter().fold(0.0, |a: f64, b| a.max(*b)) * 1e3,
-                self.channels[first],
                 if names.len() > 1 { "one of them" } else { "it" }
-            )
-        })
-    }
-
-    /// A note where the first coil on the tongue always lies far above or below a coil on the jaw.
-    fn height(&self, first: usize, jaw: usize) -> Option<String> {
-        let (tongue, name) = (&self.channels[first], &self.channels[jaw]);
-        let mut above: Vec<f64> = self.places.iter().filter_map(|f| Some(f[first]?.y - f[jaw]?.y)).collect();
+            )));
+        }
+        Ok(jaw.iter().find_map(|&jaw| {
+        let name = &channels[jaw];
+        let mut above: Vec<f64> =
+            self.places.iter().filter_map(|f| Some(f[sensors[0]]?.y - f[jaw]?.y)).collect();
         above.sort_unstable_by(f64::total_cmp);
         let (low, high) = (*above.get(above.len() / 10)?, *above.get(above.len() * 9 / 10)?);
         let (off, side, even) =
             if low > APART_IN_HEIGHT_M { (low, "above", "lowest") } else { (-high, "below", "highest") };
         (above.len() >= FEW && off > APART_IN_HEIGHT_M).then(|| {
             format!(
-                "{tongue} lies {:.0} mm {side} {name}, a coil on the jaw, even where it is {even}: the coils of tongue and jaw do not seem to \
+                "{first} lies {:.0} mm {side} {name}, a coil on the jaw, even where it is {even}: the coils of tongue and jaw do not seem to \
                  be in one frame; compare both with a picture, or write \"{name}\" = \"ignore\" into a map",
                 off * 1e3
             )
         })
+    }))
     }
 }

@@ -59,37 +59,34 @@ const MOST_SD: f64 = 4.0;
 /// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
 const MOST_ORDERED: usize = 40;
 
-/// Points that have a fault, by their numbers among the names of a recording.
-type FaultyPoints = (FaultKind, Vec<usize>);
-
-type Detector<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<FaultyPoints>;
-
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
 /// to back, m.
 pub fn remove_outliers(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> RecordingFaults {
     let names: Vec<String> = seen.names().cloned().collect();
     let mut faults: RecordingFaults = vec![Vec::new(); seen.frames.len()];
-    let exchanged =
-        |seen: &AlignedRecording, f: usize| vec![(FaultKind::OutOfOrder, exchanged(&seen.frames[f]))];
-    let misplaced = |seen: &AlignedRecording, f: usize| {
-        let spikes = spikes(seen, f);
-        let moved = (0..names.len()).filter(|p| has_jumped(seen, f, *p) || spikes.contains(p));
-        let beyond = seen.frames[f].points().enumerate().filter_map(|(p, mark)| {
-            let mark = mark?;
-            (above(palate?, mark.at)? > 2.0 * mark.sd).then_some(p)
-        });
-        let beyond = beyond.collect();
-        vec![(FaultKind::Jumped, moved.collect()), (FaultKind::BeyondPalate, beyond)]
-    };
-    for stage in [&exchanged as Detector<'_>, &misplaced] {
-        let found: Vec<Vec<FaultyPoints>> = (0..faults.len()).map(|f| stage(seen, f)).collect();
-        for ((frame, faults), found) in seen.frames.iter_mut().zip(&mut faults).zip(found) {
-            for (kind, points) in found.into_iter().filter(|(_, points)| !points.is_empty()) {
-                points.iter().for_each(|p| frame.forget(*p));
-                faults.push(Fault { kind, points: points.iter().map(|p| names[*p].clone()).collect() });
-            }
+    // Of each frame the numbers of points that have a fault, which are taken out when all frames have been looked at.
+    let mut remove = |seen: &mut AlignedRecording, kind: FaultKind, found: Vec<Vec<usize>>| {
+        for ((frame, faults), points) in seen.frames.iter_mut().zip(&mut faults).zip(found) {
+            points.iter().for_each(|p| frame.forget(*p));
+            let points: Vec<String> = points.into_iter().map(|p| names[p].clone()).collect();
+            faults.extend((!points.is_empty()).then_some(Fault { kind, points }));
         }
-    }
+    };
+    let out_of_order = seen.frames.iter().map(exchanged).collect();
+    remove(seen, FaultKind::OutOfOrder, out_of_order);
+    let jumped = (0..seen.frames.len()).map(|f| {
+        let spikes = spikes(seen, f);
+        (0..names.len()).filter(|p| has_jumped(seen, f, *p) || spikes.contains(p)).collect()
+    });
+    let jumped = jumped.collect();
+    let beyond = seen.frames.iter().map(|frame| {
+        let marks = frame.points().enumerate().filter_map(|(p, mark)| Some((p, mark?)));
+        let over = marks.filter_map(|(p, mark)| (above(palate?, mark.at)? > 2.0 * mark.sd).then_some(p));
+        over.collect()
+    });
+    let beyond = beyond.collect();
+    remove(seen, FaultKind::Jumped, jumped);
+    remove(seen, FaultKind::BeyondPalate, beyond);
     for (frame, faults) in seen.frames.iter().zip(&mut faults) {
         let unseen = seen.bones.iter().zip(&frame.bones).filter(|(_, at)| at.is_none()).map(|(name, _)| name);
         let points: Vec<String> =
@@ -99,10 +96,6 @@ pub fn remove_outliers(seen: &mut AlignedRecording, palate: Option<&[Point]>) ->
         }
     }
     faults
-}
-
-fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<Mark> {
-    seen.frames[frame].all().nth(point).flatten()
 }
 
 /// How far a position in a frame is from its median over the frames around, m, and the time to the nearest of
@@ -155,9 +148,8 @@ fn spikes(seen: &AlignedRecording, frame: usize) -> Vec<usize> {
 }
 
 fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
-    let Some((here, (away, nearest))) =
-        mark(seen, frame, point).zip(departure(seen, frame, |f: usize| Some(mark(seen, f, point)?.at)))
-    else {
+    let mark = |f: usize| seen.frames[f].all().nth(point).flatten();
+    let Some((here, (away, nearest))) = mark(frame).zip(departure(seen, frame, |f| Some(mark(f)?.at))) else {
         return false;
     };
     let (jump_m, fastest_m_s) = if point < seen.contour.len() + seen.sensors.len() {

@@ -4,7 +4,7 @@
 //! Tz before or behind the sensor's name, mm.
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, aaa, limits};
+use super::{Budget, Format, Recording, Sample, limits, numbers};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
                     Ch1_z), separated by tabs, semicolons or commas";
@@ -108,7 +108,7 @@ pub(super) fn is_head(line: &str) -> bool {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = SourcePlace { origin, line: 1, column: 1 };
+    let start = SourcePlace::start(origin);
     let title = text.lines().next().unwrap_or_default();
     let separator = separator(title);
     let SensorHeader { time, mut sensors, format } = SensorHeader::of(title);
@@ -121,7 +121,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for (at, line) in limits::lines(&text, origin).filter(|(at, _)| at.line > 1) {
+    for (at, line) in limits::lines(&text, start).filter(|(at, _)| at.line > 1) {
         let cells: Vec<&str> = line.split(separator).map(str::trim).collect();
         if cells.len() < last_field && at.line == last_line {
             let what =
@@ -130,7 +130,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         }
         let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
         let time_at = at.at_column(time + 1);
-        let time_s = aaa::seconds(cell(time), time_at)? * unit_s;
+        let time_s = numbers::seconds(cell(time), time_at)? * unit_s;
         if let Some(last) = samples.last().map(|s| s.time_s).filter(|last| *last >= time_s) {
             let what = format!("the time {time_s} s comes after {last} s");
             return Err(time_at.error(what, "times must ascend from row to row; export the table anew"));
@@ -146,7 +146,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                 if is_bad || text.parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
                     return Ok(None);
                 }
-                match aaa::value(text, &sensor.name, at.at_column(column + 1))? {
+                let what = format_args!("a coordinate of {}", sensor.name);
+                match numbers::value(text, what, at.at_column(column + 1))? {
                     Some(number) => *value = number,
                     None => return Ok(None),
                 }

@@ -4,8 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::aaa::number;
-use super::{Budget, Format, Recording, Sample, limits};
+use super::{Budget, Format, Recording, Sample, limits, numbers};
 
 const COLUMNS: [&str; 6] = ["recording", "time_s", "point", "x_mm", "y_mm", "sigma_mm"];
 const LEAST_SIGMA_MM: f64 = 1e-3;
@@ -22,7 +21,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
     let needed = |name: &str| {
         let help = "begin with recording,time_s,point,x_mm,y_mm (and sigma_mm, where it is known)";
-        let start = SourcePlace { origin, line: 1, column: 1 };
+        let start = SourcePlace::start(origin);
         column(name).ok_or_else(|| start.error(format!("there is no column {name}"), help))
     };
     let (point, x, y) = (needed("point")?, needed("x_mm")?, needed("y_mm")?);
@@ -37,11 +36,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let (at, record) = record?;
         let field = |f: usize| record.get(f).unwrap_or_default();
         let wrong = |f: usize, what: String, help: &str| at.at_column(f + 1).error(what, help);
-        let value = |f: usize, what: &str| match (field(f), number(field(f))) {
-            ("" | "*" | "NA", _) => Ok(None),
-            (text, None) => Err(wrong(f, format!("{what} is {text:?}"), "give a finite number, or nothing")),
-            (_, value) => Ok(value),
-        };
+        let value = |f: usize, what: &str| numbers::value(field(f), what, at.at_column(f + 1));
         let named = recording.map(field).filter(|n| !n.is_empty());
         let named = named.map_or_else(|| Recording::stem(origin), str::to_owned);
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
@@ -72,13 +67,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         };
         // A table without times has one posture.
-        let time_s = match time.map(|f| (f, value(f, "the time"))) {
-            None => 0.0,
-            Some((f, given)) => match given? {
-                Some(time_s) => time_s,
-                None => return Err(wrong(f, "the time is missing".to_owned(), "give it in seconds")),
-            },
-        };
+        let time_s = time.map_or(Ok(0.0), |f| numbers::seconds(field(f), at.at_column(f + 1)))?;
         match this.samples.last().map(|s| s.time_s) {
             Some(last) if last == time_s => {}
             Some(last) if last > time_s => {

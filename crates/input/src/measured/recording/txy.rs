@@ -4,7 +4,7 @@
 //! upper incisors (Westbury 1994, *X-ray microbeam speech production database user's handbook*, chapters 6
 //! and 8).
 
-use super::super::error::Malformed;
+use super::super::error::{Malformed, SourcePlace};
 use super::numbers::NumberTable;
 use super::{Format, Recording, Sample, is_coordinate};
 
@@ -14,8 +14,9 @@ const MISSING: f64 = 1e6;
 const HELP: &str = "a .txy has 17 numbers in a line: the time in microseconds, then x and y of UL, LL, T1, T2, T3, T4, MANi, MANm";
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let table = NumberTable::read(bytes, origin, &[1 + 2 * PELLETS.len()], HELP)?;
-    let samples = table.samples(origin, HELP, |_, row| {
+    let start = SourcePlace::start(origin);
+    let table = NumberTable::read(bytes, start, &[1 + 2 * PELLETS.len()], HELP)?;
+    let samples = table.samples(start, HELP, |_, row| {
         let places = row[1..].chunks_exact(2).map(|pair| {
             let seen = pair.iter().all(|v| *v != MISSING && is_coordinate(*v));
             seen.then_some([pair[0], pair[1], 0.0])
