@@ -268,8 +268,8 @@ pub mod report {
         pub use tongue_files::report::batch::Shard;
         #[cfg(feature = "cli")]
         pub(crate) use tongue_files::report::batch::{
-            Batch, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast, columns, digests, over_subjects,
-            sha256, subject_contrasts, write_files, write_json,
+            Batch, FinishedFits, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast, columns, digests,
+            over_subjects, sha256, subject_contrasts, write_files, write_json,
         };
 
         #[cfg(feature = "cli")]

@@ -106,13 +106,6 @@ impl Arguments {
         Ok(Some(data.row(&self.subject, &vowel).map_or(vowel, |row| row.vowel.clone())))
     }
 
-    fn read_tract(&self, source: Option<&SpaceSource>) -> miette::Result<Tract> {
-        let Some(path) = &self.tract else {
-            return source.map_or_else(|| VocalTract::drawn().into_diagnostic(), drawn_in_space);
-        };
-        inputs::tract(path)
-    }
-
     /// Jaw, hyoid and lips: those of the tract's file for the vowel, where they are not given.
     fn posture(&self, tract: &Tract, vowel: Option<&Vowel>) -> Articulation {
         let drawn = vowel.and_then(|v| tract.posture.get(v.label())).copied().unwrap_or_default();
@@ -192,7 +185,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let vowel = arguments.vowel()?;
     let source = arguments.space.body.as_ref();
     let means = mean_vowels().into_diagnostic()?;
-    let tract = arguments.read_tract(source)?;
+    let tract = match &arguments.tract {
+        Some(path) => inputs::tract(path)?,
+        None => source.map_or_else(|| VocalTract::drawn().into_diagnostic(), drawn_in_space)?,
+    };
     let (out, sound) = match source {
         Some(source) => {
             let tract_and_means = (&tract, arguments.posture(&tract, None), means.as_slice());

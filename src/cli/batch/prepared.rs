@@ -7,7 +7,7 @@ use tongue_fit::inverse::batch;
 use tongue_fit::measured::Dataset;
 use tongue_fit::report::batch::journal::{Journal, JournalEntry};
 use tongue_fit::report::batch::{
-    self as outputs, Batch, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
+    self as outputs, Batch, FinishedFits, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
 };
 use tongue_fit::report::{OutputDir, Provenance, ReportError};
 use tongue_fit::run::{BatchRun, RowPosteriors};
@@ -97,11 +97,10 @@ impl PreparedBatch {
         let (digests, not_begun) = outputs::digests(&plan.jobs, journal).into_diagnostic()?;
         let summary = self.run.summary(&self.data, self.unreadable.len(), &digests);
         let contrasts = outputs::subject_contrasts(&plan.jobs, &digests);
-        let batch = Batch {
+        let mut batch = Batch {
             provenance: &self.provenance,
             jobs: &plan.jobs,
-            journal,
-            digests: &digests,
+            fits: FinishedFits { journal, digests: &digests, with_times: false },
             baselines: &plan.baselines,
             refusals: &[plan.refusals.clone(), not_begun].concat(),
             unreadable: &self.unreadable,
@@ -112,7 +111,8 @@ impl PreparedBatch {
         };
         let written = outputs::write_files(out, &batch).into_diagnostic()?;
         if global.json {
-            output::stream(|stdout| outputs::write_json(stdout, &batch, true))?;
+            batch.fits.with_times = true;
+            output::stream(|stdout| outputs::write_json(stdout, &batch))?;
         } else {
             let text = text(&batch, wall_s)?;
             output::summary(&(text + &table::files(&written)), &written)?;
@@ -222,7 +222,7 @@ fn contrast_name(s: &SubjectContrast) -> String {
 fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     let (mut verdicts, mut lines) = (String::new(), Vec::new());
     for number in 0..batch.jobs.len() {
-        if let Some((_, fit)) = batch.fit(number).into_diagnostic()? {
+        if let Some((_, fit)) = batch.fits.read(number).into_diagnostic()? {
             verdicts.extend(fit.verdict.iter().map(|verdict| wrapped(verdict)));
             lines.push(fit.line);
         }

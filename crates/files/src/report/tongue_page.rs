@@ -108,6 +108,11 @@ pub fn of<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
     table(headings, &html! { @for row in rows { tr { @for c in &shown { td { (c.shown(row)) } } } } })
 }
 
+/// The cells of a row of a table that its reader can sort.
+pub fn cells<'a, R: 'a>(columns: &[Column<'a, R>], row: &R) -> Markup {
+    html! { @for c in headed(columns).1 { td data-v=[c.number(row)] { (c.shown(row)) } } }
+}
+
 /// The same of a table that its reader can sort.
 pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {
     html! {
@@ -118,15 +123,6 @@ pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows:
             }
         }
     }
-}
-
-/// The same of those of the columns that have a heading; numbers are sorted by their values.
-pub fn sortable_of<'a, R: 'a>(id: &str, columns: &[Column<'a, R>], rows: &[R]) -> Markup {
-    let (headings, shown) = headed(columns);
-    let rows = html! {
-        @for row in rows { tr { @for c in &shown { td data-v=[c.number(row)] { (c.shown(row)) } } } }
-    };
-    sortable(id, headings, &rows)
 }
 
 pub fn document(title: &str, body: &Markup) -> String {

@@ -17,11 +17,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use tongue_core::body::Body;
 use tongue_core::parallel;
 use tongue_core::system::Model;
-use tongue_infer::inverse::FitError;
 use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::{Dataset, Vowel};
 
 use crate::report::ByMuscle;
+use crate::simulation::SimulationError;
 use cases::{Case, subjects};
 use statistics::{bootstraps, constant, correlation, middle, root_mean};
 
@@ -29,21 +29,6 @@ pub use columns::{Prediction, ScoredOpponent, ValidationStudy, opponents, scores
 pub use page::{files, page};
 pub use posterior::{PosteriorStudy, ScoredBaseline};
 pub use scored::{Scored, ScoredPrediction};
-
-#[derive(Debug, thiserror::Error)]
-pub enum ValidationError {
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    #[error(transparent)]
-    Posterior(#[from] PosteriorError),
-    #[error(
-        "{subjects} subject{} of {origin} {} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to \
-         predict one from the others (--baseline names another vowel)",
-        if *subjects == 1 { "" } else { "s" },
-        if *subjects == 1 { "has" } else { "have" }
-    )]
-    Subjects { subjects: usize, origin: String, baseline: Vowel },
-}
 
 const DRAWS: usize = 2000;
 
@@ -84,13 +69,17 @@ pub fn run(
     model: &Model,
     plan: &ValidationPlan,
     tell: &(dyn Fn(usize, usize, &str) + Sync),
-) -> Result<ValidationStudy, ValidationError> {
+) -> Result<ValidationStudy, SimulationError> {
     let (mesh, baseline) = (&body.mesh, &plan.baseline);
     let all = cases::cases(data, mesh, baseline);
     let names: Vec<String> = subjects(&all).into_iter().map(str::to_owned).collect();
     if names.len() < 2 {
-        let (subjects, origin) = (names.len(), data.origin().to_owned());
-        return Err(ValidationError::Subjects { subjects, origin, baseline: baseline.clone() });
+        let [subjects, have] = if names.len() == 1 { ["1 subject", "has"] } else { ["0 subjects", "have"] };
+        return Err(SimulationError::Refused(format!(
+            "{subjects} of {} {have} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to predict one from \
+             the others (--baseline names another vowel)",
+            data.origin()
+        )));
     }
     // Units of about equal work: a case, a case predicted.
     let total = all.len() + data.rows().len() * 8;
@@ -119,7 +108,7 @@ pub fn run(
     let posterior = match posterior {
         Some(Ok(study)) => Some(study),
         // A continuum has no posterior.
-        None | Some(Err(ValidationError::Posterior(PosteriorError::Body(_)))) => None,
+        None | Some(Err(SimulationError::Posterior(PosteriorError::Body(_)))) => None,
         Some(Err(error)) => return Err(error),
     };
     progress.add(total, "done");

@@ -24,7 +24,8 @@ use super::scored::{
 };
 use super::statistics::{best_shrunk, expected};
 
-use super::{Progress, ValidationError};
+use super::Progress;
+use crate::simulation::SimulationError;
 
 /// Most permutations of names: each takes as long as the table itself.
 const MOST_PERMUTATIONS: u64 = 10;
@@ -171,7 +172,7 @@ pub fn study(
     baseline: &Vowel,
     [permutations, seed]: [u64; 2],
     progress: &Progress<'_>,
-) -> Result<PosteriorStudy, ValidationError> {
+) -> Result<PosteriorStudy, SimulationError> {
     let priors = Priors::default();
     let mut without_tilt = priors.clone();
     without_tilt.hyoid_tilt.off = true;

@@ -29,29 +29,60 @@ pub use self::summary::{
 };
 pub use record::Shard;
 
-#[derive(Debug)]
+/// A finished batch, as its JSON document has it.
+#[derive(Debug, Serialize)]
 pub struct Batch<'a> {
+    #[serde(flatten)]
     pub provenance: &'a Provenance,
-    pub jobs: &'a [Job],
-    /// The finished jobs, and what of them stays in memory.
-    pub journal: &'a Journal,
-    pub digests: &'a [(usize, Digest)],
+    pub summary: &'a BatchSummary,
+    pub fits: FinishedFits<'a>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    pub contrasts: &'a [SubjectContrast],
     pub baselines: &'a [BaselineRow],
     /// The rows that could not be fitted, of the plan and of jobs that could not begin.
+    #[serde(rename = "not_fitted")]
     pub refusals: &'a [Refusal],
+    #[serde(rename = "unreadable_rows")]
     pub unreadable: &'a [String],
-    pub summary: &'a BatchSummary,
+    #[serde(skip)]
+    pub jobs: &'a [Job],
+    #[serde(skip)]
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
+    #[serde(skip)]
     pub muscles: &'a [String],
-    pub contrasts: &'a [SubjectContrast],
 }
 
-impl Batch<'_> {
+/// The finished jobs, each read from the journal when it is written, and what of them stays in memory.
+#[derive(Debug)]
+pub struct FinishedFits<'a> {
+    pub journal: &'a Journal,
+    pub digests: &'a [(usize, Digest)],
+    /// Whether JSON has their durations, which differ from run to run.
+    pub with_times: bool,
+}
+
+impl FinishedFits<'_> {
     /// The duration of a finished fit, s, and its parts of the outputs.
-    pub fn fit(&self, number: usize) -> Result<Option<(f64, Fitted)>, ReportError> {
+    pub fn read(&self, number: usize) -> Result<Option<(f64, Fitted)>, ReportError> {
         let entry: Option<JournalEntry<Fitted>> = self.journal.read(number)?;
         Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
+    }
+}
+
+impl Serialize for FinishedFits<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut all = serializer.serialize_seq(None)?;
+        for (number, _) in self.digests {
+            let Some((wall_s, fit)) = self.read(*number).map_err(S::Error::custom)? else { continue };
+            all.serialize_element(&match fit.record {
+                Value::Object(fields) if self.with_times => {
+                    std::iter::once(("wall_s".to_owned(), wall_s.into())).chain(fields).collect()
+                }
+                record => record,
+            })?;
+        }
+        all.end()
     }
 }
 
@@ -188,12 +219,12 @@ fn line(r: &AssessedRecord) -> [String; 6] {
 pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::PathBuf>, ReportError> {
     let mut shown = Vec::new();
     for number in 0..batch.jobs.len().min(page::MOST_FITS) {
-        shown.extend(batch.fit(number)?.and_then(|(_, fit)| fit.shown));
+        shown.extend(batch.fits.read(number)?.and_then(|(_, fit)| fit.shown));
     }
-    let has_posterior = batch.digests.iter().any(|(_, digest)| digest.has_posterior);
+    let has_posterior = batch.fits.digests.iter().any(|(_, digest)| digest.has_posterior);
     let over_subjects = over_subjects(batch.contrasts);
     let files: [(&str, &Writes<'_>); 8] = [
-        ("batch.json", &|w| write_json(w, batch, false)),
+        ("batch.json", &|w| write_json(w, batch)),
         ("fits.csv", &|w| write_fits(w, batch)),
         ("muscles.csv", &|w| write_rows(w, batch, 1).map(drop)),
         ("batch.html", &|w| page::write(w, batch, &shown)),
@@ -207,53 +238,10 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
     out.write_streams(files[..count].iter().copied())
 }
 
-/// Writes the JSON document; `with_times` adds the durations, which differ from run to run.
-pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>, with_times: bool) -> io::Result<()> {
-    #[derive(Serialize)]
-    struct Document<'a> {
-        #[serde(flatten)]
-        provenance: &'a Provenance,
-        summary: &'a BatchSummary,
-        fits: Fits<'a>,
-        #[serde(skip_serializing_if = "<[_]>::is_empty")]
-        contrasts: &'a [SubjectContrast],
-        baselines: &'a [BaselineRow],
-        not_fitted: &'a [Refusal],
-        unreadable_rows: &'a [String],
-    }
-    let document = Document {
-        provenance: batch.provenance,
-        summary: batch.summary,
-        fits: Fits { batch, with_times },
-        contrasts: batch.contrasts,
-        baselines: batch.baselines,
-        not_fitted: batch.refusals,
-        unreadable_rows: batch.unreadable,
-    };
-    serde_json::to_writer_pretty(&mut *w, &document)?;
+/// Writes the JSON document.
+pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *w, batch)?;
     writeln!(w)
-}
-
-/// The records of all fits, each read from the journal when it is written.
-struct Fits<'a> {
-    batch: &'a Batch<'a>,
-    with_times: bool,
-}
-
-impl Serialize for Fits<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut all = serializer.serialize_seq(None)?;
-        for (number, _) in self.batch.digests {
-            let Some((wall_s, fit)) = self.batch.fit(*number).map_err(S::Error::custom)? else { continue };
-            all.serialize_element(&match fit.record {
-                Value::Object(fields) if self.with_times => {
-                    std::iter::once(("wall_s".to_owned(), wall_s.into())).chain(fields).collect()
-                }
-                record => record,
-            })?;
-        }
-        all.end()
-    }
 }
 
 fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result<()> {
@@ -266,8 +254,8 @@ fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result
 /// Writes one of the tables of all fits, and says whether its header is still to be written.
 fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<bool> {
     let mut header = true;
-    for (number, _) in batch.digests {
-        if let Some((_, mut fit)) = batch.fit(*number).map_err(io::Error::other)? {
+    for (number, _) in batch.fits.digests {
+        if let Some((_, mut fit)) = batch.fits.read(*number).map_err(io::Error::other)? {
             write_table(w, std::mem::take(&mut fit.tables[table]), &mut header)?;
         }
     }

@@ -122,18 +122,18 @@ impl PlotView {
         let mut seen = Vec::new();
         let mut leaves = None;
         for pair in points.windows(2) {
-            let inside = [self.bounds.contains(&pair[0]), self.bounds.contains(&pair[1])];
-            match inside {
-                [true, true] => seen.extend([self.place(&pair[0]), self.place(&pair[1])]),
+            let [first, second] = [&pair[0], &pair[1]];
+            let exit = |from, to| [self.place(from), self.place(&self.exit(from, to))];
+            match [first, second].map(|p| self.bounds.contains(p)) {
+                [true, true] => seen.extend([self.place(first), self.place(second)]),
                 [true, false] => {
-                    let (from, to) = (self.place(&pair[0]), self.place(&self.exit(&pair[0], &pair[1])));
-                    seen.extend([from, to]);
-                    leaves = Some([from, to]);
+                    leaves = Some(exit(first, second));
+                    seen.extend(exit(first, second));
                 }
                 [false, true] => {
-                    let (from, to) = (self.place(&pair[1]), self.place(&self.exit(&pair[1], &pair[0])));
-                    seen.extend([to, from]);
+                    let [from, to] = exit(second, first);
                     leaves = Some([from, to]);
+                    seen.extend([to, from]);
                 }
                 [false, false] => {}
             }

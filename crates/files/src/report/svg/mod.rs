@@ -179,10 +179,18 @@ impl Svg {
     }
 
     fn sized_text(&mut self, at: Px, anchor: Anchor, face: FontFace, size: f64, more: &str, text: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let weight = if face == FontFace::Bold { " font-weight=\"bold\"" } else { "" };
+        // The middle of a letter is about a third of the size above the baseline; viewers differ in
+        // `dominant-baseline`.
+        let (x, y) = (at[0], at[1] + 0.35 * size);
         let _ = writeln!(
             self.elements,
-            "<text {}{more}>{}</text>",
-            text_attributes(at, anchor, face, size),
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}{more}>{}</text>",
             escaped(&printable(text))
         );
     }
@@ -190,22 +198,6 @@ impl Svg {
 
 /// Attributes of the white edge of a text.
 const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
-
-fn text_attributes(at: Px, anchor: Anchor, face: FontFace, size: f64) -> String {
-    let anchor = match anchor {
-        Anchor::Start => "start",
-        Anchor::Middle => "middle",
-        Anchor::End => "end",
-    };
-    let weight = if face == FontFace::Bold { " font-weight=\"bold\"" } else { "" };
-    // The middle of a letter is about a third of the size above the baseline; viewers differ in
-    // `dominant-baseline`.
-    format!(
-        "x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}",
-        at[0],
-        at[1] + 0.35 * size
-    )
-}
 
 impl Svg {
     fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {

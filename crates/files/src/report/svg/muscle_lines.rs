@@ -72,14 +72,6 @@ pub(super) fn label_places(view: &PlotView, lines: &[DrawnMuscle<'_>], bones: &[
     places
 }
 
-pub(super) fn names(svg: &mut Svg, view: &PlotView, lines: &[DrawnMuscle<'_>], bones: &[Px]) {
-    for (line, place) in lines.iter().zip(label_places(view, lines, bones)) {
-        if let Some(at) = place {
-            svg.label(at, line.face(), &line.name);
-        }
-    }
-}
-
 /// A muscle over a slightly wider dark line, so that light colours have an edge on white paper.
 pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
     let [width, edge] = widths(contracting);

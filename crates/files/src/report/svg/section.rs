@@ -4,7 +4,7 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, PlotView};
-use super::muscle_lines::{arrow, bone, bones, lines, muscle, names};
+use super::muscle_lines::{arrow, bone, bones, label_places, lines, muscle};
 use super::{INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, WIDTH, closed, data, muscle_lines};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -233,7 +233,9 @@ fn muscles(
     }
     let bones: Vec<Px> = bones(view, mesh, positions);
     bones.iter().for_each(|at| bone(svg, *at));
-    names(svg, view, &lines, &bones);
+    for (line, place) in lines.iter().zip(label_places(view, &lines, &bones)) {
+        place.into_iter().for_each(|at| svg.label(at, line.face(), &line.name));
+    }
     lines.iter().any(|l| l.leaves.is_some())
 }
 

@@ -222,31 +222,24 @@ impl Journal {
     }
 
     pub fn append<T: Serialize>(&mut self, entry: &JournalEntry<T>) -> Result<(), ReportError> {
-        self.write(entry).map_err(|source| self.failed(0, source))
-    }
-
-    fn write<T: Serialize>(&mut self, entry: &JournalEntry<T>) -> io::Result<()> {
-        let json = serde_json::to_string(entry)?;
-        let line = format!("{} {json}\n", self.checksum(&json));
-        let place = JournalPlace { file: 0, offset: self.end, length: line.len() };
-        self.append_bytes(line.as_bytes())?;
-        self.done.insert(entry.job, place);
+        let place = serde_json::to_string(entry).map_err(io::Error::from).and_then(|json| {
+            let line = format!("{} {json}\n", self.checksum(&json));
+            let place = JournalPlace { file: 0, offset: self.end, length: line.len() };
+            self.append_bytes(line.as_bytes()).map(|()| place)
+        });
+        self.done.insert(entry.job, place.map_err(|source| self.failed(0, source))?);
         Ok(())
     }
 
     /// The entry of a job, or those fields of it that `T` has; `None` if it is not done.
     pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<JournalEntry<T>>, ReportError> {
-        let Some(place) = self.done.get(&job) else { return Ok(None) };
-        self.read_at(place).map(Some).map_err(|source| self.failed(place.file, source))
-    }
-
-    fn read_at<T: DeserializeOwned>(&self, place: &JournalPlace) -> io::Result<JournalEntry<T>> {
-        let mut bytes = vec![0; place.length];
-        let mut file = &self.files[place.file].1;
-        file.seek(SeekFrom::Start(place.offset))?;
-        file.read_exact(&mut bytes)?;
-        let entry = self.read_line(&bytes);
-        entry.ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
+        let Some(JournalPlace { file, offset, length }) = self.done.get(&job) else { return Ok(None) };
+        let mut bytes = vec![0; *length];
+        let mut reader = &self.files[*file].1;
+        let read = reader.seek(SeekFrom::Start(*offset)).and_then(|_| reader.read_exact(&mut bytes));
+        let changed = || io::Error::other("it was changed while a batch was using it");
+        let entry = read.and_then(|()| self.read_line(&bytes).ok_or_else(changed));
+        entry.map(Some).map_err(|source| self.failed(*file, source))
     }
 
     pub fn remove(self) -> Result<(), ReportError> {

@@ -4,8 +4,9 @@ use maud::{Markup, PreEscaped, html};
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use super::number;
 use crate::report::batch::record::AssessedRecord;
+use crate::report::column::Column;
+use crate::report::tongue_page::cells;
 use crate::report::{ByMuscle, ReportError, status_name};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Certainty;
@@ -52,7 +53,7 @@ impl PageFit {
         Ok(Self {
             number,
             heat_row: heat_row(number, r, muscles).into_string(),
-            table_row: table_row(number, r, muscles).into_string(),
+            table_row: html! { tr { (first_cells(number, r)) (cells(&columns(muscles), r)) } }.into_string(),
             detail: detail(number, r, &figure(r)?, ridges).into_string(),
             posterior_row: posterior
                 .map_or_else(String::new, |_| posterior_row(number, r, muscles).into_string()),
@@ -103,30 +104,26 @@ fn status(r: &AssessedRecord) -> String {
     status_name(&r.fit().answer.status).replace('_', " ")
 }
 
-fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
-    html! {
-        tr {
-            (first_cells(id, r))
-            td { "/" (r.fit().matched.target.baseline) "/" }
-            td { (r.fit().matched.target.kind) }
-            td { (status(r)) }
-            td data-v=(r.fit().answer.misfit) { (format!("{:.1e}", r.fit().answer.misfit)) }
-            (optional(r.passive.rms_stretch))
-            (optional(r.passive.no_change_rms_stretch))
-            (number(r.record.alarms.len() as f64, 0))
-            @for m in muscles {
-                @let tension = r.fit().value(m, &r.fit().tensions()).unwrap_or(0.0);
-                td data-v=(tension) { @if r.fit().active_names().contains(m) { (format!("{tension:.1}")) } }
-            }
-        }
-    }
-}
-
-fn optional(value: Option<f64>) -> Markup {
-    match value {
-        Some(v) => number(v, 3),
-        None => html! { td { "–" } },
-    }
+/// The columns of the table of fits behind subject and vowel.
+pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
+    type Of<'a> = Column<'a, AssessedRecord>;
+    let mut columns: Vec<Of<'_>> = vec![
+        Of::of_page("baseline", |r| format!("/{}/", r.fit().matched.target.baseline).into()),
+        Of::of_page("target", |r| r.fit().matched.target.kind.name().into()),
+        Of::of_page("status", |r| status(r).into()),
+        Of::of_page("misfit", |r| r.fit().answer.misfit.into())
+            .shown_as(|r| format!("{:.1e}", r.fit().answer.misfit)),
+        Of::of_page("passive stretches", |r| r.passive.rms_stretch.into()).decimals(3),
+        Of::of_page("no change", |r| r.passive.no_change_rms_stretch.into()).decimals(3),
+        Of::of_page("alarms", |r| r.record.alarms.len().into()),
+    ];
+    columns.extend(muscles.iter().map(|m| {
+        let tension = move |r: &AssessedRecord| r.fit().value(m, &r.fit().tensions()).unwrap_or(0.0);
+        Of::of_page(m.clone(), move |r| tension(r).into()).shown_as(move |r| {
+            if r.fit().active_names().contains(m) { format!("{:.1}", tension(r)) } else { String::new() }
+        })
+    }));
+    columns
 }
 
 /// Row of the posterior: the change of every muscle's tension from the baseline, in deeper colour the surer

@@ -11,6 +11,7 @@ use maud::{Markup, PreEscaped, html};
 
 use super::Batch;
 use super::summary::PassiveGroup;
+use crate::report::column::headed;
 use crate::report::svg::{self, Svg, colours, frame};
 use crate::report::tongue_page;
 use tongue_core::body::Mesh;
@@ -70,11 +71,14 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
 }
 
 fn passive(groups: &[PassiveGroup]) -> Markup {
+    let columns = PassiveGroup::columns();
     html! {
         section {
             h2 { "Muscles that do not contract" }
             p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
-            (tongue_page::sortable_of("passive", &PassiveGroup::columns(), groups))
+            (tongue_page::sortable("passive", headed(&columns).0, &html! {
+                @for g in groups { tr { (tongue_page::cells(&columns, g)) } }
+            }))
         }
     }
 }
@@ -124,22 +128,13 @@ fn viewer(fits: &[PageFit]) -> Markup {
 }
 
 fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
-    let columns = [
-        "subject",
-        "vowel",
-        "baseline",
-        "target",
-        "status",
-        "misfit",
-        "passive stretches",
-        "no change",
-        "alarms",
-    ];
+    let columns = fit::columns(muscles);
+    let headings = ["subject", "vowel"].into_iter().chain(headed(&columns).0);
     html! {
         section {
             h2 { "Tensions" }
             div.figure.wide { (PreEscaped(tensions(muscles, fits).to_string())) }
-            (tongue_page::sortable("fits", with(&columns, muscles), &html! { @for f in fits { (PreEscaped(&f.table_row)) } }))
+            (tongue_page::sortable("fits", headings, &html! { @for f in fits { (PreEscaped(&f.table_row)) } }))
         }
     }
 }
@@ -169,11 +164,6 @@ pub fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
 /// Headings before those of the muscles.
 fn with<'a>(first: &'a [&str], muscles: &'a [String]) -> impl Iterator<Item = &'a str> {
     first.iter().copied().chain(muscles.iter().map(String::as_str))
-}
-
-/// A table cell that sorts by its number.
-fn number(value: f64, digits: usize) -> Markup {
-    html! { td data-v=(value) { (format!("{value:.digits$}")) } }
 }
 
 /// The mesh once, and for every fit the displacements as integers in µm.
