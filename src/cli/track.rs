@@ -222,7 +222,7 @@ fn one(
     let mut record = run.record(&speaker, &seen, &met, results);
     (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
     record.formants =
-        sound.as_ref().map(|(airway, lips)| FormantsRecord::new(airway.tract(), lips, &record.results));
+        sound.as_ref().map(|(airway, lips)| FormantsRecord::new(&airway.tract, lips, &record.results));
     record.notes.iter().for_each(|n| output::note(n));
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();

@@ -174,7 +174,7 @@ fn every_point_meets_the_target(mesh: &Mesh<2>, target: &Target, curve: &Solutio
         let names = target.active.iter().map(|&m| target.muscles[m].as_str());
         let tensions: Vec<(&str, f64)> = names.zip(point.x.iter().copied()).collect();
         let (rest, lengths) = simulated(mesh, &tensions);
-        let values = target.simulated(&lengths, &rest);
+        let values = target.kind.values(&lengths, &rest, target.reference);
         let squares: f64 = target.fitted.iter().map(|&m| (values[m] - target.values[m]).powi(2)).sum();
         let misfit = (squares / target.fitted.len() as f64).sqrt();
         assert!(misfit < 1e-5, "{misfit:e} at {tensions:?}");
@@ -213,7 +213,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
         // Other points beyond the jump may fit as well; the reported end does not deny it.
         if let Some(beyond) = beyond {
             let (rest, lengths) = simulated(&mesh, &beyond);
-            let values = target.simulated(&lengths, &rest);
+            let values = target.kind.values(&lengths, &rest, target.reference);
             assert!(target.fitted.iter().all(|&m| (values[m] - target.values[m]).abs() < 1e-4));
         }
     }

@@ -13,7 +13,9 @@ use tongue_fit::statics::{self, Connection, FromRest, SolveSettings, SolveStatus
 use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{FitSettings, Forward, LeastSquaresProblem, Unknown};
-use tongue_infer::posterior::{Density, ParameterValues, PosteriorModel, Posture, Priors, lead_from_rest};
+use tongue_infer::posterior::{
+    Density, ParameterValues, PosteriorModel, Posture, Priors, reached_with_jumps,
+};
 use tongue_infer::track::{Frame, FrameSolver, Softplus, TrackingContext};
 
 use crate::posterior::seen;
@@ -46,23 +48,22 @@ impl Tongue<'_> {
         leads_from_rest(self.system, &mut w, load, &SolveSettings::default(), positions)
     }
 
-    /// The posterior's question: with or without a jump.
+    /// The question of posterior and `track`: with or without a jump.
     fn posterior(&self, load: &[f64], positions: &Positions) -> bool {
         let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
         let at = ParameterValues { postures: vec![posture], tones: vec![0.0; load.len()], tilt: 0.0 };
         let lengths = self.system.lengths(positions);
-        lead_from_rest(self.density, &mut self.density.lanes().group(), &[(&at, &lengths)], 0)[0]
+        reached_with_jumps(self.density, &mut self.density.lanes().group(), &[(&at, &lengths)], 0)[0]
     }
 
     fn track(&self, load: &[f64], positions: &Positions) -> bool {
         let link = Softplus::default();
         let x = load.iter().map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln());
         let x = DVector::from_iterator(load.len(), x);
-        FrameSolver::new(TrackingContext::fixed(self.system), link).leads_from_rest_to(
+        FrameSolver::new(TrackingContext::fixed(self.system), link).reached_with_jumps(
             &Frame::default(),
             &x,
             positions,
-            &mut None,
         )
     }
 
@@ -144,7 +145,7 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
         let (there, how, same) = tongue.ask(&load);
         assert_eq!((tongue.core(&load, &there), how, same), (FromRest::Branch, FromRest::Branch, true));
     }
-    // Behind a fall all find one shape (the few steps of posterior and track do not notice it), and who follows the branch says where it ends.
+    // Behind a fall, which posterior and track allow, all find one shape, and who follows the branch says where it ends.
     let (there, how, _) = tongue.ask(&FALL);
     let (FromRest::Fell { load: exact }, FromRest::Fell { load }) = (how, tongue.core(&FALL, &there)) else {
         panic!("{how:?}");

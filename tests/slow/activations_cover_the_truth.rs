@@ -8,6 +8,7 @@ use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{SpaceModel, System};
 use tongue_infer::inverse::FitSettings;
 use tongue_infer::inverse::in_space::SpaceSearch;
+use tongue_infer::posterior::Priors;
 use tongue_input::measured::{Marked, SpaceMark};
 
 use crate::cases;
@@ -69,7 +70,7 @@ fn held(
 
 /// The logarithm of a stiffness from its prior.
 fn stiffness_ln(random: &mut Rng) -> f64 {
-    SpaceSearch::default().stiffness_sd_ln * normal(random)
+    Priors::default().young_modulus.sd_ln * normal(random)
 }
 
 fn share([held, all]: [usize; 2]) -> f64 {

@@ -45,8 +45,8 @@ pub(crate) struct TrialStep<S> {
     pub by: S,
     /// Largest change of an unknown.
     pub size: f64,
-    /// By how much a quadratic model of the cost decreases with this step, if that is known. A step is then refused that reduces the cost by
-    /// less than a thousandth of it, and the damping follows the ratio of the two (Nielsen 1999).
+    /// By how much a quadratic model of the cost decreases with this step, if that is known. A step is then refused that reduces the cost
+    /// by less than a thousandth of it, and the damping follows the ratio of the two (Nielsen 1999).
     pub promised: Option<f64>,
     /// Whether the search ends if the step is taken.
     pub is_last: bool,
@@ -131,9 +131,9 @@ pub(crate) struct Minimum {
     pub residuals: DVector<f64>,
 }
 
-/// The least sum of squares that is found from several starts, with unknowns of the order of 1 and derivatives by differences of size `step`.
-/// A search ends before the unknowns would move by less than `arrived`; `allowed` says which unknowns are permitted. `None` where the
-/// residuals are not finite at any start.
+/// The least sum of squares that is found from several starts, with unknowns of the order of 1 and derivatives by differences of size
+/// `step`. A search ends before the unknowns would move by less than `arrived`; `allowed` says which unknowns are permitted. `None` where
+/// the residuals are not finite at any start.
 pub(crate) fn minimise(
     starts: impl IntoIterator<Item = DVector<f64>>,
     residuals: &Residuals<'_>,

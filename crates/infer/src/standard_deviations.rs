@@ -1,5 +1,5 @@
-//! The one table of standard deviations (and lengths over which errors are alike) that are no priors of a posterior but numbers of the model.
-//! `tongue-fit priors` prints it below [`Priors`](crate::posterior::Priors).
+//! The one table of standard deviations (and lengths over which errors are alike) that are no priors of a posterior but numbers of the
+//! model. `tongue-fit priors` prints it below [`Priors`](crate::posterior::Priors).
 
 use tongue_input::measured::recording::{CONTOUR_SD_M, SENSOR_SD_M};
 

@@ -131,7 +131,7 @@ impl Engine {
 
     /// Jaw, hyoid and lips of a vowel, if the body has a tract whose file has it, in upper or lower case.
     pub fn posture(&self, vowel: &Vowel) -> Option<Articulation> {
-        let mut postures = self.airway.as_ref()?.tract().posture.iter();
+        let mut postures = self.airway.as_ref()?.tract.posture.iter();
         let found = postures.find(|(name, _)| name.parse::<Vowel>().is_ok_and(|v| v.is_like(vowel)))?;
         Some(*found.1)
     }
@@ -169,7 +169,7 @@ impl Engine {
             "palate_m": self.body.palate.as_deref().map(points),
             "joint_mm": JOINT_MM,
             "continuum": mesh.continuum.is_some(),
-            "tract": self.airway.as_ref().map(|a| a.tract()),
+            "tract": self.airway.as_ref().map(|a| &a.tract),
             "means": mean_vowels().unwrap_or_default(),
         })
     }

@@ -1,4 +1,5 @@
-//! Explicit methods: the longest stable step by the largest eigenvalues of the motion, detection of growing steps, and the duration of a run.
+//! Explicit methods: the longest stable step by the largest eigenvalues of the motion, detection of growing steps, and the duration of a
+//! run.
 
 use std::time::{Duration, Instant};
 

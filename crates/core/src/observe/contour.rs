@@ -80,6 +80,11 @@ impl Curve {
             .collect()
     }
 
+    /// The place at parameter `at`, m, where the nodes are at `positions`.
+    pub fn place(&self, at: f64, positions: &[SVector<f64, 2>]) -> SVector<f64, 2> {
+        self.weights(at).iter().map(|&(node, weight)| positions[node] * weight).sum()
+    }
+
     /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, in its
     /// first derivative by the part, and in the second.
     fn weights_on(&self, piece: usize, part: f64) -> [[f64; 4]; 3] {

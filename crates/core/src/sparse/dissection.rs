@@ -101,7 +101,8 @@ impl Graph<'_> {
         best.map_or_else(all, |(_, separated)| separated)
     }
 
-    /// Tries several splits of a part, sorted by the number `along` of each unknown, and returns the cost of the best one with its separator.
+    /// Tries several splits of a part, sorted by the number `along` of each unknown, and returns the cost of the best one with its
+    /// separator.
     fn cut(&self, part: &[usize], along: impl Fn(usize) -> f64) -> (f64, Separated) {
         let mut at: Vec<f64> = vec![0.0; self.neighbours.len()];
         part.iter().for_each(|&v| at[v] = along(v));

@@ -82,7 +82,8 @@ pub enum Stability {
 pub enum Connection {
     /// Newton's method went from its start to the solution at the whole load, and every step lowered the energy.
     Direct,
-    /// Reached in load steps from rest (where bones are displaced, from where the direct solve failed), each begun at the equilibrium before.
+    /// Reached in load steps from rest (where bones are displaced, from where the direct solve failed), each begun at the equilibrium
+    /// before.
     LoadSteps,
     /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch
     /// than rest.

@@ -138,7 +138,7 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
 }
 
 /// Solves a mass-spring body in the plane in a lane, and leaves the result in the workspace. An error holds the work
-/// done before it was clear that the body is another one or needs a safeguard; the workspace is then unchanged.
+/// done before it was clear that the body has effects of another kind or needs a safeguard; the workspace is then unchanged.
 fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,

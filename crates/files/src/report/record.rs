@@ -111,7 +111,7 @@ impl FitRecord {
         let Self { fit, alarms, posterior, verdict, .. } = &*self;
         let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
         let cause = cause.map_or_else(|| status_name(&fit.answer.status).replace('_', " "), Alarm::to_string);
-        let tensions_trusted = fit.is_trustworthy();
+        let tensions_trusted = fit.answer.is_trustworthy();
         let beside = |what: &str| {
             if tensions_trusted {
                 format!("Trust the {what} more than these tensions")
@@ -266,7 +266,7 @@ pub struct Conclusion {
     pub decided_by: DecidedBy,
     /// Whether that part can be trusted: the exit status is 0, otherwise 3.
     pub trusted: bool,
-    /// Whether the fit's tensions can be trusted too ([`Fit::is_trustworthy`]).
+    /// Whether the fit's tensions can be trusted too ([`Answer::is_trustworthy`](tongue_infer::inverse::Answer::is_trustworthy)).
     pub tensions_trusted: bool,
     pub text: String,
 }

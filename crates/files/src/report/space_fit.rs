@@ -6,7 +6,7 @@ use super::record::by_muscle;
 use tongue_core::body::Body;
 use tongue_infer::inverse::FitStatus;
 use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_infer::inverse::in_space::{Combination, EndedSearch, SpaceFit};
+use tongue_infer::inverse::in_space::{Combination, EndedSearch, OPEN_ABOVE, SpaceFit};
 use tongue_input::measured::ByMuscle;
 
 /// `tongue-fit track FILES --body space --json`.
@@ -49,19 +49,13 @@ pub struct SpaceFitRecord {
 const AS_GOOD: f64 = 0.05;
 
 impl SpaceFitRecord {
-    /// The record of a frame; its combinations count as open above a standard deviation.
-    pub fn new(
-        body: &Body<3>,
-        recording: Option<String>,
-        time_s: Option<f64>,
-        fit: &SpaceFit,
-        open_above: f64,
-    ) -> Self {
+    /// The record of a frame.
+    pub fn new(body: &Body<3>, recording: Option<String>, time_s: Option<f64>, fit: &SpaceFit) -> Self {
         let replay = &fit.answer.replay;
         let mut alarms = alarms::of_equilibrium(&replay.solution, replay.from_rest);
         let positions = &fit.answer.positions;
         alarms.extend(alarms::of_strain(&body.mesh, body.volume_ratios(positions), positions));
-        if !fit.combinations.is_empty() && fit.combinations.iter().all(|c| c.sd > open_above) {
+        if !fit.combinations.is_empty() && fit.combinations.iter().all(|c| c.sd > OPEN_ABOVE) {
             alarms.push(Alarm::NothingResolved);
         }
         Self {
@@ -72,7 +66,7 @@ impl SpaceFitRecord {
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
             activations: by_muscle(&fit.names, &fit.activations_found()),
             interval_95: ByMuscle::new(&fit.names, fit.intervals_95()),
-            open: fit.combinations.iter().filter(|c| c.sd > open_above).cloned().collect(),
+            open: fit.combinations.iter().filter(|c| c.sd > OPEN_ABOVE).cloned().collect(),
             starts: fit.starts.clone(),
             ended_here: fit.ended_here(),
             others_as_good: fit.others_as_good(AS_GOOD).map(|s| s.activations.clone()).collect(),

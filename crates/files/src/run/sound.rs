@@ -171,7 +171,7 @@ impl TongueSound {
         let airway = SpaceVocalTract::round(body, tract.clone())?;
         let solved = Solved::in_space(body, model, &activations, false, tell)?;
         let sound = airway.sound(&solved.positions, &posture)?;
-        let mut sound = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, posture);
+        let mut sound = SoundRecord::new(&airway.tract, &airway.acoustics, &sound, posture);
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
         let converged = solved.found.solution.status == SolveStatus::Converged;
         let names = body.muscles.iter().map(|m| m.name.clone());

@@ -344,7 +344,7 @@ impl SpaceTrackRun<'_> {
             }?;
             let (status, rms) = (status_name(&fit.answer.status).replace('_', " "), 1e3 * fit.rms_m);
             tell(&format!("{status}: {rms:.2} mm RMS in {} factorisations", fit.factorisations));
-            frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit, search.open_above));
+            frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit));
             if recorded.frames.len() > most_shapes {
                 shapes.clear();
             }

@@ -137,7 +137,7 @@ pub(super) fn hear<const D: usize>(
     let Some((prepared, workspace)) = plane else { return Ok(None) };
     let Some(airway) = &prepared.airway else { return Ok(None) };
     let sound = airway.sound(workspace.positions(), &posture)?;
-    let mut record = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, posture);
+    let mut record = SoundRecord::new(&airway.tract, &airway.acoustics, &sound, posture);
     let rates = airway.rates(&sound);
     // An equilibrium that is not stable has no derivatives.
     if let Ok(mut response) = Response::new(&prepared.system, workspace) {

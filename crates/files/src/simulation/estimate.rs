@@ -46,10 +46,9 @@ impl<const D: usize> Estimate<D> {
         }
     }
 
-    /// Whether the observations are met by the shape to which the tensions lead from rest, under the
-    /// published law.
+    /// [`Answer::is_trustworthy`].
     pub fn is_trustworthy(&self) -> bool {
-        self.status == FitStatus::Converged && self.shape.is_traced() && self.shape.guarded() == 0
+        self.answer.is_trustworthy()
     }
 
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {

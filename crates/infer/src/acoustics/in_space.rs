@@ -2,11 +2,10 @@
 
 use nalgebra::Vector3;
 use tongue_sound::Acoustics;
-use tongue_sound::formants;
 use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 use super::VocalTractError;
-use super::vocal_tract::{FORMANTS, Sound};
+use super::vocal_tract::Sound;
 use tongue_core::body::Body;
 use tongue_core::statistics::least_by;
 
@@ -16,7 +15,7 @@ const BEHIND_M: f64 = 0.02;
 /// A tract around a body in space. The tract lies in the midsagittal plane of the body: x to the back, y upwards.
 #[derive(Debug, Clone)]
 pub struct SpaceVocalTract {
-    tract: Tract,
+    pub tract: Tract,
     /// Constants of air and walls.
     pub acoustics: Acoustics,
     /// Nodes of the surface in the midsagittal plane from root to tip.
@@ -54,10 +53,6 @@ impl SpaceVocalTract {
         Ok(Self { tract, acoustics: Acoustics::default(), midline, surface: body.mesh.outward_faces() })
     }
 
-    pub fn tract(&self) -> &Tract {
-        &self.tract
-    }
-
     /// The sound of a shape (positions of all nodes, m) in a posture.
     ///
     /// # Errors
@@ -76,8 +71,7 @@ impl SpaceVocalTract {
             let crossings = triangles.iter().filter_map(|t| entered(t, &from, &along));
             crossings.filter(|at| *at > -BEHIND_M).min_by(f64::total_cmp)
         })?;
-        let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
-        Ok(Sound { profile, formants })
+        Ok(Sound::of(profile, &self.acoustics)?)
     }
 }
 

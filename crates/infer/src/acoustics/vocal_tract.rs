@@ -20,7 +20,7 @@ const DRAWN: &str = include_str!("../../../../targets/tract.toml");
 /// Distance of neighbouring points of the tongue's wall, m.
 const POINTS_M: f64 = 2e-3;
 /// Number of computed formants: those below 5 kHz, as in Praat's usual settings.
-pub(super) const FORMANTS: usize = 5;
+const FORMANTS: usize = 5;
 
 /// Why the sound of a body cannot be computed.
 #[derive(Debug, thiserror::Error)]
@@ -48,7 +48,7 @@ impl VocalTractError {
 /// A tract around a body.
 #[derive(Debug, Clone)]
 pub struct VocalTract {
-    tract: Tract,
+    pub tract: Tract,
     /// Constants of air and walls.
     pub acoustics: Acoustics,
     /// Every point of the tongue's wall as a weighted mean of nodes, from root to tip.
@@ -60,6 +60,12 @@ pub struct Sound {
     pub profile: Profile,
     /// The formants, in ascending order.
     pub formants: Vec<Formant>,
+}
+
+impl Sound {
+    pub(super) fn of(profile: Profile, acoustics: &Acoustics) -> Result<Self, TractError> {
+        Ok(Self { formants: formants::formants(&profile.sections, acoustics, FORMANTS)?, profile })
+    }
 }
 
 /// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each
@@ -119,10 +125,6 @@ impl VocalTract {
         Ok(Self { tract, acoustics: Acoustics::default(), wall })
     }
 
-    pub fn tract(&self) -> &Tract {
-        &self.tract
-    }
-
     /// The sound of a shape (positions of all nodes, m) in a posture.
     pub fn sound(
         &self,
@@ -131,8 +133,7 @@ impl VocalTract {
     ) -> Result<Sound, VocalTractError> {
         let tongue: Vec<ProfilePoint> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
         let profile = Profile::new(&self.tract, &tongue, posture)?;
-        let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
-        Ok(Sound { profile, formants })
+        Ok(Sound::of(profile, &self.acoustics)?)
     }
 
     /// Derivatives of the formants by the nodes.

@@ -14,11 +14,10 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
-use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::{TWO_SIDED_95, median};
+use tongue_core::statistics::TWO_SIDED_95;
 use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
-use super::RestError;
+use super::{RestError, centre_of, median_point, outline_of};
 use crate::least_squares::{by_differences, minimise};
 use crate::standard_deviations as sd;
 
@@ -83,12 +82,10 @@ pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
                 .filter_map(|s| Some((s, s.sensors.iter().position(|(other, _)| other == name)?)))
                 .flat_map(|(s, n)| s.frames.iter().filter_map(move |f| Some(f.sensors.get(n)?.as_ref()?.at)))
                 .collect();
-            if let Some((x, y)) = median(places.iter().map(|p| p[0])).zip(median(places.iter().map(|p| p[1])))
-            {
+            if let Some(at) = median_point(&places) {
                 let measured = one.measured.get(n).copied().unwrap_or(false);
-                let behind = (*behind, measured.then_some(*behind));
-                let (is_hidden, at) = (hide.contains(name), Point::new(x, y));
-                out.push((behind.0, Coil { name: name.clone(), at, behind: behind.1, is_hidden }));
+                let (name, is_hidden) = (name.clone(), hide.contains(name));
+                out.push((*behind, Coil { name, at, behind: measured.then_some(*behind), is_hidden }));
             }
         }
     }
@@ -196,9 +193,7 @@ impl Vault {
 
 /// Places a body by the observed coils and, if there is one, a palate trace.
 pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<Placement, RestError> {
-    let surface = TongueSurface::of(body).ok_or_else(|| failed("it has no outline"))?;
-    let outline = body.mesh.surface_nodes();
-    let centre = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64;
+    let (surface, centre) = (outline_of(body)?, centre_of(&body.mesh));
     let places: Vec<Point> = coils.iter().map(|c| c.at).collect();
     let coincide = || failed("coils lie in the same place");
     let shown: Vec<usize> = (0..coils.len()).filter(|&i| !coils[i].is_hidden).collect();
@@ -212,10 +207,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         let shift = centre + Point::new(x[0], x[1]) * SHIFT_UNIT_M - turned.place(centre);
         Similarity::new((sd::COILS_LN_SCALE * x[3]).exp(), TURN_SD * x[2], shift)
     };
-    let on_surface = |behind: f64| -> Point {
-        let weights = surface.curve.weights(surface.tip - behind);
-        weights.iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
-    };
+    let on_surface = |behind: f64| surface.curve.place(surface.tip - behind, &body.mesh.nodes);
     let of_coils = |x: &DVector<f64>| {
         let to = similarity(x);
         let away = |i: usize| places[i] - to.place(on_surface(x[4 + i] * COIL_UNIT_M));

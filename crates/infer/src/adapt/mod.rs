@@ -21,8 +21,10 @@ pub use speaker::{AdaptationInput, RestShapeMethod, Speaker};
 use serde::{Deserialize, Serialize};
 
 use crate::track::Followed;
-use tongue_core::body::{Body, HYOID, MANDIBLE};
+use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::{Point, Similarity};
+use tongue_core::observe::TongueSurface;
+use tongue_core::statistics::median;
 use tongue_core::toml_text::reworded;
 use tongue_input::measured::recording::AlignedRecording;
 
@@ -30,6 +32,23 @@ use tongue_input::measured::recording::AlignedRecording;
 pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
     let nodes = body.bone(bone).iter().map(|&n| body.mesh.nodes[n]);
     nodes.min_by(|a, b| a.x.total_cmp(&b.x))
+}
+
+/// The surface of a body's tongue.
+pub(crate) fn outline_of(body: &Body<2>) -> Result<TongueSurface, RestError> {
+    TongueSurface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
+}
+
+/// The mean of the nodes of the outline, m, about which a body is turned and scaled.
+pub(crate) fn centre_of(mesh: &Mesh<2>) -> Point {
+    let outline = mesh.surface_nodes();
+    outline.iter().map(|&n| mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64
+}
+
+/// The point of both medians.
+fn median_point(points: &[Point]) -> Option<Point> {
+    let [x, y] = [0, 1].map(|axis| median(points.iter().map(|p| p[axis])));
+    Some(Point::new(x?, y?))
 }
 
 /// The bones of a body that follow their observed places in a recording, with marks where the bones are.

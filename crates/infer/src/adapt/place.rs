@@ -12,11 +12,10 @@ use nalgebra::DVector;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::median;
 use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
 use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, resample};
-use super::{RestError, mark_of};
+use super::{RestError, mark_of, median_point, outline_of};
 use crate::least_squares::minimise;
 use crate::standard_deviations as sd;
 
@@ -27,8 +26,8 @@ const TURN_SD: f64 = sd::TURN_DEG.to_radians();
 /// Sum of the squares above which the observations do not belong to one tongue: 29 of a real speaker, whose hyoid and spine are 7 and 5 mm
 /// off, and less than 20 of most.
 const MOST_COST: f64 = 45.0;
-/// Largest distance of a bone from its place in a body that was placed, m: no real recording whose contour and bones are in one frame has one
-/// that is farther off.
+/// Largest distance of a bone from its place in a body that was placed, m: no real recording whose contour and bones are in one frame has
+/// one that is farther off.
 const FARTHEST_BONE_M: f64 = 10e-3;
 /// With fewer frames than these it may be farther, up to twice as far in a single one: the hyoid moves by millimetres in speech and the
 /// contour is of few postures. In parts of a real recording it lies up to 12 mm from its place in 1 frame, 11 in 10, 10 in 20 and 7 in 40.
@@ -177,7 +176,8 @@ impl Registration {
 }
 
 impl RegistrationData {
-    /// The observations from recordings of one speaker; `hide` are points that are not used. Of a coil only its distance from its neighbours is used then, if three others are left.
+    /// The observations from recordings of one speaker; `hide` are points that are not used. Of a coil only its distance from its
+    /// neighbours is used then, if three others are left.
     pub fn of(seen: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in seen {
@@ -233,7 +233,7 @@ impl RegistrationData {
                     .to_owned(),
             ));
         }
-        let surface = outline(body)?;
+        let surface = outline_of(body)?;
         let bones: Vec<(&'static str, Point, Point, f64)> =
             [(MANDIBLE, self.spine, sd::SPINE_MM), (HYOID, self.hyoid, sd::HYOID_MM)]
                 .into_iter()
@@ -319,16 +319,10 @@ fn exact(found: Similarity, bones: &[(&str, Point, Point, f64)], rms_m: f64) -> 
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
 }
 
-fn outline(body: &Body<2>) -> Result<TongueSurface, RestError> {
-    TongueSurface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
-}
-
 fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
     let places =
         (0..POINTS).map(|i| SEEN_FROM_M + (surface.tip - SEEN_FROM_M) * i as f64 / (POINTS - 1) as f64);
-    let points = places
-        .map(|at| surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>());
-    points.sum::<Point>() / POINTS as f64
+    places.map(|at| surface.curve.place(at, &body.mesh.nodes)).sum::<Point>() / POINTS as f64
 }
 
 fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
@@ -343,6 +337,5 @@ pub(super) fn median_place(seen: &[&AlignedRecording], bone: &str) -> Option<Poi
         .filter_map(|s| Some((s, s.bone(bone)?)))
         .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
         .collect();
-    let [x, y] = [0, 1].map(|axis| median(all.iter().map(|p| p[axis])));
-    Some(Point::new(x?, y?))
+    median_point(&all)
 }

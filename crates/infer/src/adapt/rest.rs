@@ -57,6 +57,8 @@ pub struct ControlPoints {
     pub points: Vec<Point>,
     /// The inverse of the covariance of their displacements along an axis, 1/m².
     pub precision: DMatrix<f64>,
+    /// For every node of the body, the weights of their displacements in its own.
+    pub weights: Vec<Vec<f64>>,
 }
 
 impl ControlPoints {
@@ -82,7 +84,10 @@ impl ControlPoints {
         });
         let precision =
             covariance.try_inverse().ok_or_else(|| RestError::Body("control points coincide".to_owned()))?;
-        Ok(Self { points, precision })
+        let plate = ThinPlate::new(&points)
+            .ok_or_else(|| RestError::Body("its control points lie in one line".to_owned()))?;
+        let weights = body.mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
+        Ok(Self { points, precision, weights })
     }
 }
 
@@ -91,8 +96,6 @@ impl ControlPoints {
 pub struct Rest<'a> {
     body: &'a Body<2>,
     controls: ControlPoints,
-    /// For every node, the weights of the control points' displacements.
-    weights: Vec<Vec<f64>>,
     /// The similarity that places the changed body.
     pub similarity: Similarity,
     /// Bones far from the tissue, such as the styloid, and the places of their marks after the similarity, m.
@@ -102,11 +105,7 @@ pub struct Rest<'a> {
 impl<'a> Rest<'a> {
     /// Prepares a body, which is first changed and then placed.
     pub fn new(body: &'a Body<2>, similarity: Similarity) -> Result<Self, RestError> {
-        let controls = ControlPoints::of(body)?;
-        let plate = ThinPlate::new(&controls.points)
-            .ok_or_else(|| RestError::Body("its control points lie in one line".to_owned()))?;
-        let weights = body.mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
-        Ok(Self { body, controls, weights, similarity, far: Vec::new() })
+        Ok(Self { body, controls: ControlPoints::of(body)?, similarity, far: Vec::new() })
     }
 
     /// Number of unknowns: two for each control point, x and y in turn.
@@ -116,7 +115,8 @@ impl<'a> Rest<'a> {
 
     /// The nodes after the displacements and before the similarity, m.
     fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
-        self.body.mesh.nodes.iter().zip(&self.weights).map(|(p, w)| moved(*p, w, displacements)).collect()
+        let nodes = self.body.mesh.nodes.iter().zip(&self.controls.weights);
+        nodes.map(|(p, w)| moved(*p, w, displacements)).collect()
     }
 
     /// The changed and placed body; displacements in m.
@@ -150,11 +150,6 @@ impl<'a> Rest<'a> {
     /// Smallest ratio of a cell's area after the change to that before.
     pub fn least_area_ratio(&self, displacements: &DVector<f64>) -> f64 {
         area_ratios(&self.body.mesh, &self.changed(displacements)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The displacements, with negligible ones set to zero.
-    pub fn cleaned(displacements: &DVector<f64>) -> DVector<f64> {
-        displacements.map(|d| if d.abs() < NOTHING_M { 0.0 } else { d })
     }
 }
 
@@ -206,7 +201,8 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Res
         .ok_or_else(|| RestError::Body("it has no outline".to_owned()))?
         .x;
     let ratio = rest.least_area_ratio(&d);
-    if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(Rest::cleaned(&d)) }
+    let cleaned = d.map(|d| if d.abs() < NOTHING_M { 0.0 } else { d });
+    if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(cleaned) }
 }
 
 /// The weight of all cells together.

@@ -14,7 +14,7 @@ use super::place::median_place;
 use super::rest::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
     Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones, followed,
-    mark_of, resting,
+    mark_of, outline_of, resting,
 };
 
 /// Method by which the rest shape is found.
@@ -112,8 +112,8 @@ pub struct AdaptationInput<'a> {
 }
 
 impl AdaptationInput<'_> {
-    /// Places the body where the contour, the spine and the hyoid of recordings fit best ([`RegistrationData`]); `hide` are points that are not
-    /// used.
+    /// Places the body where the contour, the spine and the hyoid of recordings fit best ([`RegistrationData`]); `hide` are points that are
+    /// not used.
     ///
     /// # Errors
     /// [`RestError::Body`] for recordings that contain too little, [`RestError::NotOneFrame`] for bones that belong to no such contour.
@@ -159,8 +159,7 @@ impl AdaptationInput<'_> {
         let shape = RestShape::of(&body, &self.model, &self.contracting, |bone: &str| {
             if bone == HYOID { sight.hyoid } else { sight.spine }
         })?;
-        let surface =
-            TongueSurface::of(&body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))?;
+        let surface = outline_of(&body)?;
         let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
         let stage = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
         let found = track::rest_shape(&stage, &shape, frames, &self.settings, progress)

@@ -115,7 +115,8 @@ impl Serialize for Alarm {
 }
 
 impl Alarm {
-    /// Whether it is a reason why a fit is not trustworthy ([`Fit::is_trustworthy`]); other alarms say how to read its tensions.
+    /// Whether it is a reason why a fit is not trustworthy ([`Answer::is_trustworthy`](super::Answer::is_trustworthy)); other alarms say
+    /// how to read its tensions.
     pub fn forbids_trust(&self) -> bool {
         matches!(
             self,

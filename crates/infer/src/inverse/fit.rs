@@ -3,14 +3,13 @@
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
-use tongue_core::statics::FromRest;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::{ByMuscle, Target, TargetKind};
 
 use super::solution_curve::SolutionCurve;
 use super::solve::{Answer, solve};
 use super::target_on_body::TargetOnBody;
-use super::{AT_BOUND, FitError, FitSettings, FitStatus};
+use super::{AT_BOUND, FitError, FitSettings};
 
 /// A fit of a target: lists over muscles are parallel to [`TargetOnBody::muscles`], those of the answer are in the body's order.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,15 +78,6 @@ impl<const D: usize> Fit<D> {
         names
     }
 
-    /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the
-    /// published law.
-    pub fn is_trustworthy(&self) -> bool {
-        let replay = &self.answer.replay;
-        self.answer.status == FitStatus::Converged
-            && replay.solution.guarded == 0
-            && replay.from_rest == FromRest::Branch
-    }
-
     /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
     pub fn solution_curve(&self) -> Option<&SolutionCurve> {
         match self.answer.identifiability.as_ref()?.null_directions.as_slice() {
@@ -119,7 +109,7 @@ impl<const D: usize> Fit<D> {
 /// Fits the tensions of the target's active muscles. The result is bitwise the same for any number of threads.
 ///
 /// # Errors
-/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
+/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`](super::FitStatus).
 ///
 /// # Example
 /// ```

@@ -8,7 +8,7 @@ use tongue_core::statics::{self, FromRest, SolveSettings, SolveStatus, Trace, Wo
 use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
-use super::problem::{LeastSquaresProblem, Quantity, Unknown};
+use super::problem::{LeastSquaresProblem, Quantity};
 use super::start::{SearchCounts, SolvedCandidate, WarmStarts, distance_squared, starting_point};
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
@@ -234,10 +234,6 @@ impl<'a, const D: usize> Forward<'a, D> {
         Some(())
     }
 
-    pub(super) fn unknowns(&self) -> &[Unknown] {
-        &self.inverse.unknowns
-    }
-
     /// Where search number `number` begins.
     pub(super) fn start(&mut self, number: usize) -> Vec<f64> {
         match self.inverse.begin {
@@ -348,7 +344,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// The objective of a candidate with these residuals: their squares and the effort. It is always finite.
     pub(super) fn cost(&self, x: &[f64], residuals: Option<&DVector<f64>>) -> f64 {
         let Some(r) = residuals else { return FAILED };
-        let tensions = self.unknowns().iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);
+        let tensions = self.inverse.unknowns.iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);
         let cost = r.iter().map(|r| r.powi(2)).sum::<f64>() + self.effort * tensions.sum::<f64>();
         if cost.is_finite() { cost } else { FAILED }
     }

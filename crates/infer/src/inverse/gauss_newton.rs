@@ -38,7 +38,7 @@ impl EvaluatedPoint {
         let effort = problem.effort;
         let mut gradient = linear.jacobian.tr_mul(&linear.residuals) * 2.0;
         let mut tensions = 0.0;
-        for (i, _) in problem.unknowns().iter().enumerate().filter(|(_, u)| u.is_tension()) {
+        for (i, _) in problem.inverse.unknowns.iter().enumerate().filter(|(_, u)| u.is_tension()) {
             gradient[i] += effort;
             tensions += x[i];
         }
@@ -68,7 +68,7 @@ pub(super) fn run<const D: usize>(
 ) -> Start {
     let first = problem.start(number);
     // A start without an equilibrium is replaced by the rest shape, which always has one.
-    let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
+    let rest = problem.inverse.unknowns.iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
     let mut start = Start::at(first, FAILED);
     let point = EvaluatedPoint::new(problem, DVector::from_column_slice(&start.x))
         .or_else(|| EvaluatedPoint::new(problem, DVector::from_vec(rest)));
@@ -116,7 +116,7 @@ fn descend<const D: usize>(
     here: &mut EvaluatedPoint,
     iterations: &mut u64,
 ) -> bool {
-    let unknowns = problem.unknowns().to_vec();
+    let unknowns = &problem.inverse.unknowns;
     let first = FIRST_DAMPING * here.diagonal();
     let rule = Rule {
         steps: settings.max_iterations.saturating_sub(*iterations) as usize,
@@ -130,7 +130,7 @@ fn descend<const D: usize>(
     let stepped = if settings.best_steps { best_step } else { bounded_step };
     let step = |here: &EvaluatedPoint, damping: f64| {
         let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &here.secant) * 2.0;
-        let by = stepped(here, &curvature, damping, &unknowns)?;
+        let by = stepped(here, &curvature, damping, unknowns)?;
         let promised = -(here.gradient.dot(&by) + 0.5 * by.dot(&(&curvature * &by)));
         let size = by.amax();
         let undamped = damping <= FIRST_DAMPING * here.diagonal();

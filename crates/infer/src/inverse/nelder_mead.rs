@@ -28,7 +28,7 @@ type SharedForward<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
 /// The objective for argmin: unbounded parameters, folded into the bounds.
 struct Folded<'a, 'b, 'i, const D: usize> {
     problem: &'b SharedForward<'a, 'i, D>,
-    unknowns: Vec<Unknown>,
+    unknowns: &'b [Unknown],
     /// Corners of the first simplex, solved in parallel in advance, with their costs.
     solved: Vec<(Vec<f64>, f64)>,
 }
@@ -41,7 +41,7 @@ impl<const D: usize> CostFunction for Folded<'_, '_, '_, D> {
         if let Some((_, cost)) = self.solved.iter().find(|(corner, _)| corner == parameters) {
             return Ok(*cost);
         }
-        let x = fold(parameters, &self.unknowns);
+        let x = fold(parameters, self.unknowns);
         let mut problem = self.problem.borrow_mut();
         let residuals = problem.residuals(&x);
         Ok(problem.cost(&x, residuals.as_ref()))
@@ -101,16 +101,16 @@ pub(super) fn run<const D: usize>(
     settings: &FitSettings,
     number: usize,
 ) -> Result<Start, FitError> {
-    let unknowns = problem.unknowns().to_vec();
+    let unknowns = &problem.inverse.unknowns;
     let mut corner = problem.start(number);
     let shared = RefCell::new(problem);
     let mut side = FIRST_SIDE;
     let mut start = Start::at(corner.clone(), f64::INFINITY);
     for restarts in 0..=MOST_RESTARTS {
-        let (found, cost, iterations, stopped) = one_simplex(&shared, settings, &unknowns, &corner, side)?;
+        let (found, cost, iterations, stopped) = one_simplex(&shared, settings, unknowns, &corner, side)?;
         start.iterations += iterations;
-        // A candidate solved from a neighbour may have another shape than Newton's method finds from rest. The search then begins again with
-        // all candidates from rest.
+        // A candidate solved from a neighbour may have another shape than Newton's method finds from rest. The search then begins again
+        // with all candidates from rest.
         let (is_solved, by_newton) = shared.borrow_mut().solved_by_newton(&found);
         if !same_cost_by_newton(cost, by_newton) {
             shared.borrow_mut().forget_neighbours();
@@ -161,7 +161,7 @@ fn one_simplex<const D: usize>(
     let costs = simplex.iter().zip(&residuals).map(|(x, r)| problem.borrow().cost(x, r.as_ref()));
     let solved = simplex.iter().cloned().zip(costs.collect::<Vec<_>>()).collect();
     let inner = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
-    let folded = Folded { problem, unknowns: unknowns.to_vec(), solved };
+    let folded = Folded { problem, unknowns, solved };
     let solver = Search { inner, problem, tolerance: settings.tension_tolerance };
     let result = Executor::new(folded, solver)
         .configure(|state| state.max_iters(settings.max_iterations))

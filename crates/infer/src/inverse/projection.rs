@@ -22,8 +22,8 @@ pub(super) const ON_BOUND: f64 = 1e-9;
 pub(super) fn correct<const D: usize>(
     problem: &mut Forward<'_, D>,
     x: &mut DVector<f64>,
-    unknowns: &[Unknown],
 ) -> Option<DMatrix<f64>> {
+    let unknowns = &problem.inverse.unknowns;
     let Linearised { jacobian, residuals, .. } = problem.linearise(x.as_slice())?;
     let start = x.clone();
     let mut free = jacobian.clone();
@@ -49,7 +49,6 @@ pub(super) fn correct<const D: usize>(
 /// Moves an answer that the effort term keeps at a small distance from the target onto it: the nearest values
 /// that meet the targets. Returns the unchanged answer if there is no improvement.
 pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
-    let unknowns = problem.unknowns().to_vec();
     let residuals = problem.residuals(answer);
     let mut best = (problem.misfit(residuals.as_ref()), answer.to_vec());
     let mut here = DVector::from_column_slice(answer);
@@ -58,7 +57,7 @@ pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: 
             break;
         }
         let mut target = here.clone();
-        if correct(problem, &mut target, &unknowns).is_none() {
+        if correct(problem, &mut target).is_none() {
             break;
         }
         // A full step, or a shorter one if that does not improve the misfit.
@@ -92,16 +91,16 @@ pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknow
 /// Moves values that meet the target along it to the least-squares fit of the other measurements, within the
 /// bounds: Gauss-Newton in the undetermined directions, with each step corrected onto the target.
 pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
-    let unknowns = problem.unknowns().to_vec();
+    let unknowns = &problem.inverse.unknowns;
     let mut here = DVector::from_column_slice(answer);
     for _ in 0..MOST_STEPS {
         let Some(linear) = problem.linearise(here.as_slice()) else { break };
         if linear.other_residuals.is_empty() {
             break;
         }
-        let Some(step) = step_along(&linear, &here, &unknowns) else { break };
+        let Some(step) = step_along(&linear, &here, unknowns) else { break };
         let before = linear.other_residuals.norm_squared();
-        let whole = room(&here, &step, &unknowns).min(1.0);
+        let whole = room(&here, &step, unknowns).min(1.0);
         let better = (0..12).find_map(|halvings| {
             let part = whole * 0.5f64.powi(halvings);
             let next = onto_target(problem, (&here + &step * part).as_slice());

@@ -191,18 +191,18 @@ impl CurveTracer {
 
     /// Follows the curve until it ends or cannot be followed; the first step has the length `stride`.
     fn go_on<const D: usize>(&mut self, problem: &mut Forward<'_, D>, mut stride: f64) -> Termination {
-        let unknowns = problem.unknowns().to_vec();
+        let unknowns = &problem.inverse.unknowns;
         let mut why = Termination::TargetLost;
         while self.points.len() <= MOST_STRIDES {
             let here = unknowns_at(self.last());
-            let left = room(&here, &self.along, &unknowns);
+            let left = room(&here, &self.along, unknowns);
             if left <= ON_BOUND {
-                return at_bound(&here, &self.along, &unknowns);
+                return at_bound(&here, &self.along, unknowns);
             }
             if stride < SHORTEST_STRIDE {
                 return why;
             }
-            match self.step(problem, &here, left.min(stride), &unknowns) {
+            match self.step(problem, &here, left.min(stride)) {
                 Ok(()) => stride = (1.5 * stride).min(STRIDE),
                 Err(end) => {
                     why = end;
@@ -219,12 +219,11 @@ impl CurveTracer {
         problem: &mut Forward<'_, D>,
         here: &DVector<f64>,
         length: f64,
-        unknowns: &[Unknown],
     ) -> Result<(), Termination> {
         let mut next = here + &self.along * length;
         let mut jacobian = None;
         for _ in 0..MOST_CORRECTIONS {
-            jacobian = Some(correct(problem, &mut next, unknowns).ok_or(Termination::Fold)?);
+            jacobian = Some(correct(problem, &mut next).ok_or(Termination::Fold)?);
             // A correction from beyond a jump could lead to any shape.
             if self.has_jumped(&problem.lengths(), length) {
                 return Err(Termination::Jump);

@@ -48,6 +48,14 @@ pub struct Answer<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
 }
 
+impl<const D: usize> Answer<D> {
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    pub fn is_trustworthy(&self) -> bool {
+        let Replay { solution, from_rest, .. } = &self.replay;
+        self.status == FitStatus::Converged && solution.guarded == 0 && *from_rest == FromRest::Branch
+    }
+}
+
 /// Searches for the best fit of the observations. The result is bitwise the same for any number of threads.
 ///
 /// # Errors
@@ -148,7 +156,7 @@ pub fn solve<const D: usize>(
 
 /// Moves values that the search left very near a lower bound onto it, unless that makes the fit worse.
 fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
-    let all = best.x.iter().zip(forward.unknowns());
+    let all = best.x.iter().zip(&forward.inverse.unknowns);
     let snapped: Vec<f64> = all.map(|(x, u)| if *x < u.lower + AT_BOUND { u.lower } else { *x }).collect();
     let residuals = forward.residuals(&snapped);
     if forward.cost(&snapped, residuals.as_ref()) <= best.cost + f64::EPSILON {

@@ -13,8 +13,8 @@ pub(super) const FIRST_SIDE: f64 = 5.0;
 /// Largest difference of the costs of one equilibrium, relative to the cost, or to this number where the cost is smaller.
 const SAME_COST: f64 = 1e-6;
 
-/// Whether a candidate whose cost is `cost` when solved from a neighbour has the same cost by Newton's method from rest, `by_newton`; shapes
-/// are not compared, because a search keeps only costs.
+/// Whether a candidate whose cost is `cost` when solved from a neighbour has the same cost by Newton's method from rest, `by_newton`;
+/// shapes are not compared, because a search keeps only costs.
 pub(super) fn same_cost_by_newton(cost: f64, by_newton: f64) -> bool {
     (by_newton - cost).abs() <= SAME_COST * cost.abs().max(SAME_COST)
 }

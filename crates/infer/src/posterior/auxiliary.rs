@@ -87,23 +87,14 @@ impl AuxiliaryData {
     /// Muscle activity. The logarithm of an activity is the logarithm of the mean tension of the muscles plus that of the electrode's own
     /// gain. An electrode with a single measurement therefore says nothing and is left out.
     pub fn emg(electrodes: &[Electrode]) -> Self {
-        let told: Vec<&Electrode> = electrodes.iter().filter(|(_, each)| each.len() > 1).collect();
-        let rows: Vec<(usize, &Electrode, Option<usize>, f64)> = told
-            .iter()
-            .enumerate()
-            .flat_map(|(e, &electrode)| {
-                electrode.1.iter().map(move |&(posture, a)| (e, electrode, posture, a))
-            })
-            .collect();
+        let told = electrodes.iter().filter(|(_, each)| each.len() > 1).enumerate();
+        let rows = told.flat_map(|(e, (muscles, each))| {
+            each.iter()
+                .map(move |&(posture, activity)| (e, Active { posture, muscles: muscles.clone() }, activity))
+        });
+        let rows: Vec<(usize, Active, f64)> = rows.collect();
         Self {
-            of: DataSource::Activity(
-                rows.iter()
-                    .map(|(_, (muscles, _), posture, _)| Active {
-                        posture: *posture,
-                        muscles: muscles.clone(),
-                    })
-                    .collect(),
-            ),
+            of: DataSource::Activity(rows.iter().map(|(_, active, _)| active.clone()).collect()),
             measured: rows.iter().map(|(.., activity)| (activity / LEAST_ACTIVITY).ln_1p()).collect(),
             errors: DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
                 let of_gain = if rows[i].0 == rows[j].0 { EMG_GAIN * EMG_GAIN } else { 0.0 };
@@ -138,8 +129,8 @@ impl AuxiliaryData {
         self.views().find(|(own, _)| own.contains(&number)).map(|(_, view)| view.posture)
     }
 
-    /// The numbers that follow from shapes, given by posture (`None`: the baseline) as positions of all nodes, m; zero for those that follow
-    /// from tensions.
+    /// The numbers that follow from shapes, given by posture (`None`: the baseline) as positions of all nodes, m; zero for those that
+    /// follow from tensions.
     pub fn of_shapes<'p>(&self, shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>]) -> Vec<f64> {
         match &self.of {
             DataSource::Shapes(views) => views.iter().flat_map(|v| v.values(shape(v.posture))).collect(),

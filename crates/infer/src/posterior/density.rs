@@ -50,38 +50,29 @@ const SOLVE: SolveSettings = SolveSettings {
 
 /// The values that the priors fix, and the unknowns to sample.
 fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterValues, Vec<Parameter>) {
-    let (priors, count) = (&posterior_model.priors, posterior_model.muscles.len());
+    let (priors, muscles) = (&posterior_model.priors, &posterior_model.muscles);
     let mut parameters = Vec::new();
-    let mut own = Posture { tensions: vec![0.0; count], hyoid: SVector::zeros() };
-    let mut tones = vec![0.0; count];
-    let fixed_place = priors.hyoid.fixed_mm.filter(|_| !priors.hyoid.off);
-    own.hyoid = fixed_place.map_or(SVector::zeros(), |mm| SVector::from(mm) * 1e-3);
-    let moves = !priors.hyoid.off && fixed_place.is_none();
-    for posture in 0..postures {
-        for (m, name) in posterior_model.muscles.iter().enumerate() {
-            match priors.fixed_tension(name) {
-                Some(value) => own.tensions[m] = value,
-                None => parameters.push(Parameter::Tension(posture, m)),
-            }
-        }
-        if moves {
-            parameters.extend([Parameter::Hyoid(posture, 0), Parameter::Hyoid(posture, 1)]);
-        }
-    }
-    for (m, name) in posterior_model.muscles.iter().enumerate() {
-        match priors.fixed_tone(name) {
-            Some(value) => tones[m] = value,
-            None => parameters.push(Parameter::Tone(m)),
-        }
-    }
-    let tilt = &priors.hyoid_tilt;
-    let tilts = !priors.hyoid.off && !tilt.off && posterior_model.hyoid.len() > 1;
-    match tilt.fixed_rad_per_m {
-        None if tilts => parameters.push(Parameter::Tilt),
-        _ => {}
-    }
-    let tilt = tilt.fixed_rad_per_m.filter(|_| tilts).unwrap_or(0.0);
-    (ParameterValues { postures: vec![own; postures], tones, tilt }, parameters)
+    let mut known = |fixed: Option<f64>, parameter: Parameter| {
+        fixed.unwrap_or_else(|| {
+            parameters.push(parameter);
+            0.0
+        })
+    };
+    let place = if priors.hyoid.off { Some([0.0; 2]) } else { priors.hyoid.fixed_mm };
+    let postures = Vec::from_iter((0..postures).map(|posture| {
+        let tensions = muscles.iter().enumerate();
+        let tensions =
+            tensions.map(|(m, name)| known(priors.fixed_tension(name), Parameter::Tension(posture, m)));
+        let tensions = tensions.collect();
+        let hyoid =
+            [0, 1].map(|axis| known(place.map(|mm| mm[axis] * 1e-3), Parameter::Hyoid(posture, axis)));
+        Posture { tensions, hyoid: SVector::from(hyoid) }
+    }));
+    let tones = muscles.iter().enumerate();
+    let tones = tones.map(|(m, name)| known(priors.fixed_tone(name), Parameter::Tone(m))).collect();
+    let tilts = !priors.hyoid.off && !priors.hyoid_tilt.off && posterior_model.hyoid.len() > 1;
+    let tilt = known(if tilts { priors.hyoid_tilt.fixed_rad_per_m } else { Some(0.0) }, Parameter::Tilt);
+    (ParameterValues { postures, tones, tilt }, parameters)
 }
 
 impl<'a> Density<'a> {
@@ -268,6 +259,14 @@ impl<'a> Density<'a> {
 }
 
 impl WarmStart {
+    /// `unit` times the rate of the stretch in a row of the list of all muscles in all postures, `d(L/L0) = dL/L0 - s dL0/L0`, from the
+    /// rates of the lengths by shape and muscle.
+    pub(super) fn stretch_rate(&self, row: usize, unit: f64, rate: impl Fn(usize, usize) -> f64) -> f64 {
+        let (posture, m) = (row / self.baseline_lengths.len(), row % self.baseline_lengths.len());
+        let over = self.baseline_lengths[m];
+        unit * (rate(posture, m) - self.lengths[row] / over * rate(self.postures.len(), m)) / over
+    }
+
     /// Positions and lengths of posture `shape`, numbered as in [`PosteriorModel::load`].
     pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
         let count = self.baseline_lengths.len();

@@ -37,8 +37,8 @@ pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
 
 /// The largest R-hat of `quantities` of `chains` that have mixed, with so many draws each: 1.01 (Vehtari and others 2021), or for fewer
 /// draws what independent ones exceed in one run of a hundred. The variance of the means of half chains of `n` independent draws is
-/// `chi²/(f n)` times that within, with `f` degrees of freedom (quantile of chi² by Wilson and Hilferty 1931), for each quantity and for its
-/// distances from the median.
+/// `chi²/(f n)` times that within, with `f` degrees of freedom (quantile of chi² by Wilson and Hilferty 1931), for each quantity and for
+/// its distances from the median.
 pub(crate) fn most_r_hat(chains: usize, draws: usize, quantities: usize) -> f64 {
     let z = normal_quantile(1.0 - 0.01 / (2.0 * quantities as f64));
     let part = 2.0 / (9.0 * (2 * chains - 1) as f64);

@@ -9,7 +9,7 @@ use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup, length_gr
 
 use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
-use super::from_rest::lead_from_rest;
+use super::from_rest::reached_with_jumps;
 use super::hmc::{DensityPoint, SampledDensity};
 use super::parameters::{Draw, Parameter, ParameterValues, WarmStart};
 use super::shape;
@@ -52,7 +52,7 @@ pub struct Evaluator<'a> {
 type SolvedPoints = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<WarmStart>>);
 
 /// The number of the shape that a measurement follows from and its adjoint at each point; `None` where it follows from tensions.
-type Sighted = Option<(usize, Vec<Option<Adjoint<2>>>)>;
+type DataAdjoint = Option<(usize, Vec<Option<Adjoint<2>>>)>;
 
 /// The adjoints of all lengths of one shape at each point.
 type LengthRates = Vec<Option<Vec<Adjoint<2>>>>;
@@ -117,20 +117,20 @@ impl<'a> Evaluator<'a> {
     ) -> Vec<Option<(LinearisationPoint, WarmStart)>> {
         let (meanings, places) = self.solve(points);
         let mut rates: Vec<LengthRates> = self.shapes.iter_mut().map(LaneGroup::length_rates).collect();
-        let mut sights = self.sights(&places);
+        let mut data = self.data_adjoints(&places);
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
             let lengths: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
             // `None` where the adjoint of a measurement that follows from a shape was not found.
-            let sights: Option<Vec<_>> = sights
+            let data: Option<Vec<_>> = data
                 .iter_mut()
-                .map(|sight| match sight {
+                .map(|own| match own {
                     Some((shape, all)) => Some(Some((*shape, all[i].take()?))),
                     None => Some(None),
                 })
                 .collect();
-            out.push(place.zip(lengths).zip(sights).and_then(|((place, lengths), sights)| {
-                let linear = self.linear(&meanings[i], &place, &Adjoints { lengths, sights }, geometry)?;
+            out.push(place.zip(lengths).zip(data).and_then(|((place, lengths), data)| {
+                let linear = self.linear(&meanings[i], &place, &Adjoints { lengths, data }, geometry)?;
                 Some((linear, place))
             }));
         }
@@ -138,7 +138,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// For every other measurement that follows from a shape, the number of the shape and its adjoint at every point.
-    fn sights(&mut self, places: &[Option<WarmStart>]) -> Vec<Sighted> {
+    fn data_adjoints(&mut self, places: &[Option<WarmStart>]) -> Vec<DataAdjoint> {
         let nodes = self.density.posterior_model.system.rest().len();
         Vec::from_iter(self.density.seen.numbers().map(|(beside, number)| {
             let posture = beside.posture(number)?;
@@ -175,22 +175,20 @@ impl<'a> Evaluator<'a> {
             of_muscles + place.beside.len(),
             values.chain(place.beside.iter().copied()),
         );
-        // d(L/L0) = dL/L0 - s dL0/L0.
         let mut jacobian = DMatrix::from_fn(values.len(), slopes.len(), |row, p| {
             if row >= of_muscles {
                 return 0.0;
             }
-            let (posture, m, parameter) = (row / count, row % count, self.density.parameters[p]);
-            let [own, base] = [posture, postures].map(|shape| {
-                by_parameter(posterior_model, meaning, (shape, postures), &rates.lengths[shape][m], parameter)
-            });
-            slopes[p] * (own - values[row] * base) / over[m]
+            place.stretch_rate(row, slopes[p], |shape, m| {
+                let (adjoint, parameter) = (&rates.lengths[shape][m], self.density.parameters[p]);
+                by_parameter(posterior_model, meaning, (shape, postures), adjoint, parameter)
+            })
         });
-        let numbers = self.density.seen.numbers().zip(&rates.sights);
-        for (row, ((beside, number), sight)) in numbers.enumerate() {
+        let numbers = self.density.seen.numbers().zip(&rates.data);
+        for (row, ((beside, number), own)) in numbers.enumerate() {
             let weights = beside.only(number);
             for (p, &parameter) in self.density.parameters.iter().enumerate() {
-                let by_shape = sight.as_ref().map_or(0.0, |(shape, adjoint)| {
+                let by_shape = own.as_ref().map_or(0.0, |(shape, adjoint)| {
                     by_parameter(posterior_model, meaning, (*shape, postures), adjoint, parameter)
                 });
                 let by = by_shape + beside.slope(meaning, &weights, parameter);
@@ -314,7 +312,7 @@ impl SampledDensity for Evaluator<'_> {
         let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
             let with: Vec<(&ParameterValues, &[f64])> =
                 meanings.iter().zip(points).map(|(m, (_, p))| (m, p.place.shape(shape).1)).collect();
-            lead_from_rest(density, group, &with, shape)
+            reached_with_jumps(density, group, &with, shape)
         });
         let found: Vec<Vec<bool>> = found.collect();
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()

@@ -18,8 +18,8 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::System;
 
 impl PerturbedBody {
-    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, if these are displaced as the unknowns of `posterior_model` are at
-    /// `positions`, and the hyoid by this displacement and angle.
+    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, if these are displaced as the unknowns of `posterior_model`
+    /// are at `positions`, and the hyoid by this displacement and angle.
     fn at(
         &self,
         posterior_model: &PosteriorModel,
@@ -93,7 +93,7 @@ pub struct Adjoints {
     /// Of all lengths, shape by shape.
     pub lengths: Vec<Vec<Adjoint<2>>>,
     /// For every other measurement that follows from a shape, the number of the shape and its adjoint; `None` for the rest of them.
-    pub sights: Vec<Option<(usize, Adjoint<2>)>>,
+    pub data: Vec<Option<(usize, Adjoint<2>)>>,
 }
 
 /// A solved point with its adjoints.
@@ -117,14 +117,11 @@ pub fn answers(
     // For every shape, by how much each length is larger in the second body than in the first, m.
     let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
         let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
-        let stretches = (0..of_muscles).map(|row| {
-            let over = place.baseline_lengths[row % count];
-            (slopes[row / count][row % count] - place.lengths[row] / over * slopes[base][row % count]) / over
-        });
+        let stretches = (0..of_muscles).map(|row| place.stretch_rate(row, 1.0, |shape, m| slopes[shape][m]));
         // The other measurements of a shape follow its lengths.
         let mut next = vec![count; base + 1];
-        let others = rates.sights.iter().map(|sight| {
-            sight.as_ref().map_or(0.0, |&(shape, _)| {
+        let others = rates.data.iter().map(|own| {
+            own.as_ref().map_or(0.0, |&(shape, _)| {
                 next[shape] += 1;
                 slopes[shape][next[shape] - 1]
             })
@@ -142,7 +139,7 @@ pub fn answers(
                 tensions: meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions),
                 hyoid: hyoid(shape),
                 lengths: &rates.lengths[shape],
-                sights: rates.sights.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
+                data: rates.data.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
                 values: &|x| {
                     let posture = (shape < base).then_some(shape);
                     point.beside.iter().flat_map(|b| b.of_shape(posture, x)).collect()
@@ -170,7 +167,7 @@ struct SolvedShape<'a> {
     hyoid: (SVector<f64, 2>, f64),
     lengths: &'a [Adjoint<2>],
     /// Adjoints of the other measurements that follow from this shape, and their values at positions of all nodes.
-    sights: Vec<&'a Adjoint<2>>,
+    data: Vec<&'a Adjoint<2>>,
     values: &'a dyn Fn(&[SVector<f64, 2>]) -> Vec<f64>,
 }
 
@@ -193,7 +190,7 @@ fn slopes_of(
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
         side.system.lengths(x).into_iter().chain((shape.values)(x)).collect()
     });
-    let adjoints = shape.lengths.iter().chain(shape.sights.iter().copied());
+    let adjoints = shape.lengths.iter().chain(shape.data.iter().copied());
     let slopes: Vec<f64> = Vec::from_iter(adjoints.enumerate().map(|(i, adjoint)| {
         let by_force: f64 =
             unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();

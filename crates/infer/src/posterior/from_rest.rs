@@ -19,7 +19,7 @@ const ON_THE_WAY_N: f64 = 1e-4;
 
 /// Whether the loads of each point lead from rest to its shape, given by its lengths (m); `shape` is as in
 /// [`super::PosteriorModel::load`].
-pub fn lead_from_rest(
+pub fn reached_with_jumps(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
     shapes: &[(&ParameterValues, &[f64])],
@@ -65,8 +65,8 @@ fn follow(
         let tolerance = if step < steps { ON_THE_WAY_N } else { last.tolerance };
         let answers = group.solve(&loads, &SolveSettings { tolerance, ..*last });
         for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
-            // In a body of springs a descent from a ridge of the energy is allowed, as a jump is. In other bodies it counts as a failure, so
-            // that the loads grow again in more steps.
+            // In a body of springs a descent from a ridge of the energy is allowed, as a jump is. In other bodies it counts as a failure,
+            // so that the loads grow again in more steps.
             let strayed = answer.solution.connection == Connection::Downhill;
             *good &= is_found(answer) && (density.posterior_model.is_of_springs() || !strayed);
             shape.clone_from(&answer.positions);

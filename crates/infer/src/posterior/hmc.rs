@@ -143,18 +143,13 @@ fn in_groups<'w, T: SampledDensity, R: Send>(
     })
 }
 
+#[derive(Clone)]
 struct ChainState<P> {
     z: DVector<f64>,
     x: DVector<f64>,
     point: DensityPoint<P>,
     /// Derivatives by the whitened coordinates.
     slope: DVector<f64>,
-}
-
-impl<P: Clone> Clone for ChainState<P> {
-    fn clone(&self) -> Self {
-        Self { z: self.z.clone(), x: self.x.clone(), point: self.point.clone(), slope: self.slope.clone() }
-    }
 }
 
 /// Chains that run side by side, and their adapted settings.
@@ -214,10 +209,9 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         chains: usize,
     ) -> Self {
         let n = whitened.centre.len();
-        let mut random: Vec<fastrand::Rng> = (first..first + chains)
-            .map(|chain| fastrand::Rng::with_seed(seed_of(settings.seed, chain)))
-            .collect();
-        let common = fastrand::Rng::with_seed(seed_of(settings.seed, (1 << 20) + first));
+        let generator = |number: usize| fastrand::Rng::with_seed(seed_of(settings.seed, number));
+        let mut random: Vec<fastrand::Rng> = (first..first + chains).map(generator).collect();
+        let common = generator((1 << 20) + first);
         let mut states: Vec<Option<ChainState<T::WarmStart>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
         // Draws are moved towards the centre until all chains have a start with a density above zero. Where it is zero at the centre too,
@@ -349,31 +343,24 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
                 *p += &s.slope * (0.5 * size);
             }
             // A chain that has reached zero density stays where it was.
-            let z: Vec<DVector<f64>> = (0..count)
-                .map(|i| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() })
-                .collect();
+            let next =
+                |i: usize| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() };
+            let z: Vec<DVector<f64>> = (0..count).map(next).collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
-            let starts: Vec<T::WarmStart> = moved
-                .iter()
-                .zip(&before_last)
-                .map(|(s, before)| match before {
-                    Some(before) => T::ahead(&s.point.place, before),
-                    None => s.point.place.clone(),
-                })
-                .collect();
+            let starts = moved.iter().zip(&before_last).map(|(s, before)| match before {
+                Some(before) => T::ahead(&s.point.place, before),
+                None => s.point.place.clone(),
+            });
+            let starts: Vec<T::WarmStart> = starts.collect();
             let points: Vec<_> = x.iter().zip(&starts).collect();
             let found = self.target.evaluate(&points);
             self.evaluations += count;
             for (i, (point, (z, x))) in found.into_iter().zip(z.into_iter().zip(&x)).enumerate() {
                 match point {
                     Some(point) if alive[i] => {
-                        let last = std::mem::replace(
-                            &mut moved[i],
-                            ChainState::new(self.whitened, z, x.clone(), point),
-                        );
-                        before_last[i] = Some(last.point.place);
-                        let push = &moved[i].slope * (0.5 * size);
-                        momenta[i] += push;
+                        let here = ChainState::new(self.whitened, z, x.clone(), point);
+                        before_last[i] = Some(std::mem::replace(&mut moved[i], here).point.place);
+                        momenta[i] += &moved[i].slope * (0.5 * size);
                     }
                     _ => alive[i] = false,
                 }
@@ -388,8 +375,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
             let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
             // The number is drawn in any case, so that a chain does not depend on the other chains.
-            let taken = self.random[i].f64() < probability;
-            if taken {
+            if self.random[i].f64() < probability {
                 self.states[i] = after.clone();
             }
             ends.push(TrajectoryEnd { probability, diverged, zero: !alive[i] });

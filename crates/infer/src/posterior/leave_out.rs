@@ -22,7 +22,7 @@ use super::evaluator::ResidualLikelihood;
 use super::hmc::Whitened;
 use super::map::MapEstimate;
 use super::parameters::Draw;
-use super::quantiles::Quantiles;
+use super::quantiles::{Quantiles, shares};
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 
@@ -64,13 +64,6 @@ impl Mixture<'_> {
             (log + without.weight, pulls.insert_row(*position, 0.0))
         }))
     }
-}
-
-/// Shares that add up to one, from logarithms, and the logarithm of their sum before that.
-fn shares(logs: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, f64) {
-    let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = logs.clone().map(|l| (l - most).exp()).sum();
-    (logs.map(|l| (l - most).exp() / sum).collect(), most + sum.ln())
 }
 
 impl ResidualLikelihood for Mixture<'_> {

@@ -4,9 +4,9 @@
 //! covariance due to geometry is therefore the mean over draws of the posterior's normal approximation at the mode. At the mode alone it
 //! would be too small, because tensions that the data do not resolve are small there.
 //!
-//! The mean of the precisions would weigh draws near a fold less, where a linear response is far too large. It brings P(SGm rises) of S1 /i/
-//! from .12 to .05, near to the .02 of a posterior that samples geometry, but its intervals are too narrow: those of changes held 92.6 ± .6 %
-//! of the truths of 200 speakers of three vowels, where those of the mean of the covariances hold 94.3 %.
+//! The mean of the precisions would weigh draws near a fold less, where a linear response is far too large. It brings P(SGm rises) of S1
+//! /i/ from .12 to .05, near to the .02 of a posterior that samples geometry, but its intervals are too narrow: those of changes held 92.6
+//! ± .6 % of the truths of 200 speakers of three vowels, where those of the mean of the covariances hold 94.3 %.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -52,7 +52,6 @@ pub struct MapEstimate {
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
     pub log: f64,
-    pub evaluations: usize,
 }
 
 /// The search from one point, in scores: the linear response of the tensions holds for 2 of them.
@@ -80,28 +79,24 @@ impl MapEstimate {
         let (start, linear, place) = begin.ok_or(PosteriorError::NoMode)?;
         let geometry = geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
         density.set_geometry(geometry.clone())?;
-        let mut mode = Self::at(density, start, linear, geometry, place, 1);
+        let mut mode = Self::at(density, start, linear, geometry, place);
         for _ in 0..ROUNDS {
             mode.climb(density);
             mode.average(density)?;
         }
-        Ok(mode.settled(density))
+        mode.climb(density);
+        Ok(mode)
     }
 
     /// As [`MapEstimate::find`], started at the mode for nearly the same stretches.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         density.set_geometry(near.geometry.clone())?;
         let Self { scores, linear, geometry, place, .. } = near.clone();
-        let mut mode = Self::at(density, scores, linear, geometry, place, 0);
+        let mut mode = Self::at(density, scores, linear, geometry, place);
         mode.climb(density);
         mode.average(density)?;
-        Ok(mode.settled(density))
-    }
-
-    /// At the most probable point for the present covariance.
-    fn settled(mut self, density: &Density<'_>) -> Self {
-        self.climb(density);
-        self
+        mode.climb(density);
+        Ok(mode)
     }
 
     /// Sets the covariance due to geometry about this point.
@@ -137,21 +132,20 @@ impl MapEstimate {
         linear: LinearisationPoint,
         geometry: DMatrix<f64>,
         place: WarmStart,
-        evaluations: usize,
     ) -> Self {
         let jacobian = linear.jacobian.select_rows(density.rows());
         let n = scores.len();
         let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
         let residuals = density.residuals(&place.lengths, &place.baseline_lengths, &place.beside);
         let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
-        Self { scores, place, linear, geometry, precision, log, evaluations }
+        Self { scores, place, linear, geometry, precision, log }
     }
 
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
-        let Self { scores, linear, geometry, place, mut evaluations, .. } = self.clone();
+        let Self { scores, linear, geometry, place, .. } = self.clone();
         // The density there with the present covariance.
-        let begin = Self::at(density, scores, linear, geometry, place, evaluations);
+        let begin = Self::at(density, scores, linear, geometry, place);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
@@ -164,12 +158,10 @@ impl MapEstimate {
         };
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;
-            evaluations += 1;
             let (linear, place) = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten()?;
-            Some(Self::at(density, next, linear, here.geometry.clone(), place, evaluations))
+            Some(Self::at(density, next, linear, here.geometry.clone(), place))
         };
         *self = descend(begin, &CLIMB, |mode| -mode.log, step, moved).here;
-        self.evaluations = evaluations;
     }
 
     /// Coordinates in which the posterior is nearly a standard normal distribution.

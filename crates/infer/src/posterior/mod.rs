@@ -49,7 +49,7 @@ pub use contrast::Contrast;
 pub use density::Density;
 pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
 pub use finite_differences::FiniteDifferences;
-pub use from_rest::lead_from_rest;
+pub use from_rest::reached_with_jumps;
 pub use leave_out::without_each;
 pub use map::MapEstimate;
 pub use measurements::Measurements;

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::SVector;
+use nalgebra::{DMatrix, SVector};
 
 use super::PosteriorError;
 use super::parameters::ParameterValues;
@@ -27,10 +27,7 @@ const STEP: f64 = 1e-3;
 const WIDE_STEP: f64 = 0.5;
 
 /// A direction in which the body at rest may differ: displacements of all nodes, m, for one standard deviation.
-#[derive(Debug, Clone)]
-pub struct Field {
-    pub displacement: Vec<SVector<f64, 2>>,
-}
+pub type Field = Vec<SVector<f64, 2>>;
 
 /// A body prepared for posteriors; threads share it.
 #[derive(Debug)]
@@ -101,7 +98,7 @@ impl PosteriorModel {
         let mut body = self.body.clone();
         let fields = self.ends.iter().zip(ends).chain(self.outline.iter().zip(outline));
         for (field, by) in fields {
-            body.mesh.nodes.iter_mut().zip(&field.displacement).for_each(|(x, d)| *x += d * *by);
+            body.mesh.nodes.iter_mut().zip(field).for_each(|(x, d)| *x += d * *by);
         }
         for path in self.system.paths() {
             let [a, b] = path.ends();
@@ -160,11 +157,9 @@ fn attachment_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
         }
     }
     let (sd, reach) = (1e-3 * priors.muscle_ends.sd_mm, 1e-3 * priors.muscle_ends.reach_mm);
-    let n = places.len();
-    let kernel = nalgebra::DMatrix::from_fn(n, n, |i, j| bell((places[i] - places[j]).norm(), reach));
     // Weights that are one at an end and zero at all others.
-    let Some(inverse) = kernel.try_inverse() else { return Vec::new() };
-    fields(nodes, &places, reach, |i| inverse.column(i) * sd)
+    let weights = kernel(&places, reach).try_inverse();
+    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * sd)))
 }
 
 /// Independent fields that add up to a smooth random displacement of the outline with the covariance of the priors.
@@ -180,32 +175,29 @@ fn outline_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
             places.push(nodes[node]);
         }
     }
-    let n = places.len();
-    let kernel = nalgebra::DMatrix::from_fn(n, n, |i, j| bell((places[i] - places[j]).norm(), reach));
     // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K): the columns of the inverse of the transposed Cholesky factor.
-    let Some(factor) = kernel.cholesky().map(|c| c.l()) else { return Vec::new() };
-    let Some(parts) = factor.transpose().solve_upper_triangular(&nalgebra::DMatrix::identity(n, n)) else {
-        return Vec::new();
-    };
-    fields(nodes, &places, reach, |i| parts.column(i) * sd)
+    let n = places.len();
+    let weights = kernel(&places, reach)
+        .cholesky()
+        .and_then(|factor| factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n)));
+    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * sd)))
 }
 
-/// Fields made of bell curves at `places`, one for each place and axis; `weights` are the amplitudes of the curves, m.
-fn fields(
-    nodes: &[Point],
-    places: &[Point],
-    reach: f64,
-    weights: impl Fn(usize) -> nalgebra::DVector<f64>,
-) -> Vec<Field> {
+/// The bell curve at every place, at every other one.
+fn kernel(places: &[Point], reach: f64) -> DMatrix<f64> {
+    DMatrix::from_fn(places.len(), places.len(), |i, j| bell((places[i] - places[j]).norm(), reach))
+}
+
+/// Fields made of bell curves at `places`, one for each place and axis; a column of `weights` are the amplitudes of the curves, m.
+fn fields(nodes: &[Point], places: &[Point], reach: f64, weights: &DMatrix<f64>) -> Vec<Field> {
     let mut out = Vec::with_capacity(2 * places.len());
-    for i in 0..places.len() {
-        let weights = weights(i);
+    for weights in weights.column_iter() {
         let way =
             |x: &Point| places.iter().zip(weights.iter()).map(|(p, w)| w * bell((x - p).norm(), reach)).sum();
         let ways: Vec<f64> = nodes.iter().map(way).collect();
-        for axis in [SVector::x(), SVector::y()] {
-            out.push(Field { displacement: ways.iter().map(|w| axis * *w).collect() });
-        }
+        out.extend(
+            [SVector::x(), SVector::y()].map(|axis| ways.iter().map(|w| axis * *w).collect::<Field>()),
+        );
     }
     out
 }
@@ -233,26 +225,11 @@ impl PosteriorModel {
         let system = Arc::new(System::new(&body.mesh, &model, &all)?);
         let hyoid = body.bone(HYOID).to_vec();
         let (ends, outline) = (attachment_fields(&body, priors), outline_fields(&body, priors));
-        let priors = priors.clone();
-        let turn = turn(system.rest(), &hyoid);
-        let mut posterior_model = Self {
-            priors,
-            body,
-            system,
-            model,
-            muscles,
-            hyoid,
-            ends,
-            outline,
-            turn,
-            kappa: None,
-            sides: None,
-        };
-        posterior_model.kappa = beside_in_kappa(&posterior_model)?;
-        if posterior_model.body.mesh.continuum.is_some() {
-            posterior_model.sides = Some(PerturbedBodies::new(&posterior_model)?);
-        }
-        Ok(posterior_model)
+        let (priors, turn) = (priors.clone(), turn(system.rest(), &hyoid));
+        let (kappa, sides) = (None, None);
+        let whole = Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, kappa, sides };
+        let sides = whole.body.mesh.continuum.as_ref().map(|_| PerturbedBodies::new(&whole)).transpose()?;
+        Ok(Self { kappa: beside_in_kappa(&whole)?, sides, ..whole })
     }
 }
 
@@ -278,9 +255,10 @@ pub struct PerturbedBodies {
 }
 
 impl PerturbedBody {
-    fn new(posterior_model: &PosteriorModel, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
+    fn new(posterior_model: &PosteriorModel, body: &Body<2>) -> Result<Self, PosteriorError> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
-        let (system, hyoid) = (System::new(&body.mesh, model, &all)?, body.bone(HYOID).to_vec());
+        let system = System::new(&body.mesh, &posterior_model.model, &all)?;
+        let hyoid = body.bone(HYOID).to_vec();
         let turn = if hyoid == posterior_model.hyoid {
             posterior_model.turn.clone()
         } else {
@@ -291,45 +269,44 @@ impl PerturbedBody {
 }
 
 impl PerturbedBodies {
-    pub fn new(posterior_model: &PosteriorModel) -> Result<Self, PosteriorError> {
-        type Make<'a> = &'a dyn Fn(f64) -> Result<PerturbedBody, PosteriorError>;
-        let (body, model, priors) = (&posterior_model.body, &posterior_model.model, &posterior_model.priors);
-        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<PerturbedPair>, PosteriorError> {
-            Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
+    fn new(posterior_model: &PosteriorModel) -> Result<Self, PosteriorError> {
+        let PosteriorModel { body, priors, .. } = posterior_model;
+        let pair = |by: f64, step: f64, changed: &dyn Fn(f64) -> Result<Body<2>, PosteriorError>| {
+            let side = |by: f64| PerturbedBody::new(posterior_model, &changed(by)?);
+            Ok::<PerturbedPair, PosteriorError>(([side(-by)?, side(by)?], step))
         };
-        let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
-        let laid = |change: &dyn Fn(&mut ContinuumSettings)| {
-            let mut settings = settings.unwrap_or_default();
-            change(&mut settings);
-            PerturbedBody::new(posterior_model, &laid_anew(body, &settings)?, model)
+        let displaced = |ends: &[f64], outline: &[f64]| {
+            posterior_model.displaced(ends, outline).ok_or_else(|| {
+                PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned())
+            })
         };
-        let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
-        let fields = |fields: &[Field], ends: bool| -> Result<Vec<PerturbedPair>, PosteriorError> {
-            let numbers: Vec<usize> = (0..fields.len()).collect();
-            let side = |f: usize, by: f64| {
-                let mut along = vec![0.0; fields.len()];
-                along[f] = by;
-                let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
-                PerturbedBody::new(
-                    posterior_model,
-                    &posterior_model.displaced(of_ends, of_outline).ok_or_else(|| {
-                        PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned())
-                    })?,
-                    model,
-                )
+        let along = |count: usize, f: usize, by: f64| -> Vec<f64> {
+            (0..count).map(|i| if i == f { by } else { 0.0 }).collect()
+        };
+        let fields =
+            |count: usize, displaced: &(dyn Fn(&[f64]) -> Result<Body<2>, PosteriorError> + Sync)| {
+                let numbers: Vec<usize> = (0..count).collect();
+                let pairs =
+                    parallel::map(&numbers, |&f| pair(STEP, STEP, &|by| displaced(&along(count, f, by))));
+                pairs.into_iter().collect::<Result<Vec<_>, _>>()
             };
-            let pairs = parallel::map(&numbers, |&f| Ok(([side(f, -STEP)?, side(f, STEP)?], STEP)));
-            pairs.into_iter().collect()
+        let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
+        let laid = |sd: f64, change: fn(&mut ContinuumSettings, f64)| {
+            let settings = settings.filter(|_| sd != 0.0);
+            let pair = settings.map(|settings| {
+                pair(WIDE_STEP * sd, WIDE_STEP, &|by| {
+                    let mut settings = settings;
+                    change(&mut settings, by.exp());
+                    laid_anew(body, &settings)
+                })
+            });
+            pair.transpose()
         };
         Ok(Self {
-            ends: fields(&posterior_model.ends, true)?,
-            outline: fields(&posterior_model.outline, false)?,
-            width: pair(of_continuum(priors.sd_ln_width()), WIDE_STEP, &|by| {
-                laid(&|s| s.bundle_width_m *= by.exp())
-            })?,
-            patch: pair(of_continuum(priors.sd_ln_patch()), WIDE_STEP, &|by| {
-                laid(&|s| s.patch_radius_m *= by.exp())
-            })?,
+            ends: fields(posterior_model.ends.len(), &|along| displaced(along, &[]))?,
+            outline: fields(posterior_model.outline.len(), &|along| displaced(&[], along))?,
+            width: laid(priors.sd_ln_width(), |settings, times| settings.bundle_width_m *= times)?,
+            patch: laid(priors.sd_ln_patch(), |settings, times| settings.patch_radius_m *= times)?,
         })
     }
 }

@@ -159,7 +159,7 @@ impl Marks<'_> {
     fn of_coils(&self, frame: usize) -> Vec<Number> {
         let Self { rest, seen, .. } = *self;
         let curve = &self.surface.curve;
-        let place = |at: f64| curve.weights(at).iter().map(|&(node, w)| rest[node] * w).sum::<Point>();
+        let place = |at: f64| curve.place(at, rest);
         let points = seen.frames[frame].sensors.iter().enumerate();
         let mut out = Vec::new();
         for (coil, mark) in points.filter_map(|(c, m)| Some((c, (*m)?))) {

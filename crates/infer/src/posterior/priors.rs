@@ -165,8 +165,8 @@ priors! {
         off: bool = false,
     }
 
-    /// Uniform within half a unit of the last digit, or within the half width that the table gives; approximated by a normal distribution of
-    /// the same variance.
+    /// Uniform within half a unit of the last digit, or within the half width that the table gives; approximated by a normal distribution
+    /// of the same variance.
     RoundingPrior {
         /// Whether the lengths are taken as exact.
         off: bool = false,

@@ -68,6 +68,13 @@ impl Quantiles {
     }
 }
 
+/// Shares that add up to one, from logarithms, and the logarithm of their sum before that.
+pub(super) fn shares(logs: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, f64) {
+    let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = logs.clone().map(|l| (l - most).exp()).sum();
+    (logs.map(|l| (l - most).exp() / sum).collect(), most + sum.ln())
+}
+
 /// Effective number of weighted draws (Kish 1965).
 pub fn effective(weights: &[f64]) -> f64 {
     let (sum, squares) = weights.iter().fold((0.0, 0.0), |(s, q), w| (s + w, q + w * w));

@@ -62,15 +62,12 @@ pub struct Posterior<'a> {
     pub why: String,
     /// Over all reported quantities, the largest R-hat and the smallest effective sample sizes.
     pub mixing: Mixing,
-    /// The same for every sampled unknown and every change of tension.
-    pub by_quantity: Vec<(String, Mixing)>,
     /// Trajectories whose energy error was too large.
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
     /// How often a chain was sent back from a shape to which its tensions do not lead from rest.
     pub off_branch: usize,
-    pub acceptance: f64,
     pub equilibria: usize,
 }
 
@@ -99,7 +96,7 @@ pub(crate) fn sample_at<'a>(
     let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };
     let worst = by_quantity.iter().fold(
         Mixing { r_hat: 1.0, bulk: f64::INFINITY, tail: f64::INFINITY },
-        |worst, (_, m)| Mixing {
+        |worst, m| Mixing {
             r_hat: m.r_hat.max(worst.r_hat),
             bulk: m.bulk.min(worst.bulk),
             tail: m.tail.min(worst.tail),
@@ -123,11 +120,9 @@ pub(crate) fn sample_at<'a>(
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
         why,
         mixing: worst,
-        by_quantity,
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
         off_branch: chains.iter().map(|c| c.refused).sum(),
-        acceptance: chains.iter().map(|c| c.acceptance).sum::<f64>() / chains.len() as f64,
         equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
         draws: numbered(chains),
         density,
@@ -180,26 +175,17 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
 }
 
 /// Convergence diagnostics of every sampled or reported quantity, from the kept draws.
-fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
-    let muscles = &density.posterior_model.muscles;
+fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
         mixing(&chains.iter().map(|c| c.draws.iter().map(value).collect()).collect::<Vec<Vec<f64>>>())
     };
-    let mut out = Vec::new();
-    for (m, name) in muscles.iter().enumerate() {
-        out.push((format!("F0 {name}"), of(&|d| d.meaning.tones[m])));
+    let muscles = 0..density.posterior_model.muscles.len();
+    let mut out: Vec<Mixing> = muscles.clone().map(|m| of(&|d| d.meaning.tones[m])).collect();
+    for posture in 0..density.postures() {
+        out.extend(muscles.clone().map(|m| of(&|d| d.tension(posture, m))));
+        out.extend(muscles.clone().map(|m| of(&|d| d.change(posture, m))));
+        out.extend((0..2).map(|axis| of(&|d| d.meaning.postures[posture].hyoid[axis])));
     }
-    for (posture, label) in density.seen.labels.iter().enumerate() {
-        let label = if density.postures() > 1 { format!(" /{label}/") } else { String::new() };
-        for (m, name) in muscles.iter().enumerate() {
-            out.push((format!("F {name}{label}"), of(&|d| d.tension(posture, m))));
-            out.push((format!("F - F0 {name}{label}"), of(&|d| d.change(posture, m))));
-        }
-        for (axis, name) in ["x", "y"].into_iter().enumerate() {
-            out.push((format!("hyoid {name}{label}"), of(&|d| d.meaning.postures[posture].hyoid[axis])));
-        }
-    }
-    out.push(("hyoid's tilt".to_owned(), of(&|d| d.meaning.tilt)));
-    out.push(("log density".to_owned(), of(&|d| d.log)));
+    out.extend([of(&|d| d.meaning.tilt), of(&|d| d.log)]);
     out
 }

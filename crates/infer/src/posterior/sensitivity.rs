@@ -9,6 +9,7 @@ use tongue_core::statistics::mean_and_variance;
 
 use super::density::Density;
 use super::parameters::{Draw, Parameter};
+use super::quantiles::shares;
 
 /// Difference of the power from one.
 const STEP: f64 = 0.01;
@@ -58,8 +59,7 @@ impl Scaled {
         };
         let mut prior_log: Vec<f64> = draws.iter().map(prior).collect();
         let likelihood_log: Vec<f64> = draws.iter().map(|d| d.log_likelihood).collect();
-        let [prior, likelihood] = [&prior_log, &likelihood_log]
-            .map(|logs| [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(logs, power - 1.0)));
+        let (prior, likelihood) = (weights(&prior_log), weights(&likelihood_log));
         let (mean, _) = mean_and_variance(prior_log.iter().copied());
         prior_log.iter_mut().for_each(|l| *l -= mean);
         Self { prior_log, prior, likelihood }
@@ -67,9 +67,6 @@ impl Scaled {
 
     /// The sensitivity of a quantity with these values in all draws.
     pub fn evaluate(&self, values: &[f64]) -> Sensitivity {
-        let octave = (1.0 + STEP).log2();
-        let moved =
-            |sides: &[Vec<f64>; 2]| sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * octave);
         // A half-normal prior raised to the power a has its scale divided by the square root of a: twice the scale is a quarter of the
         // power, and the probability changes by the covariance with the prior's logarithm for each unit of ln a.
         let by_scale = -2.0 * std::f64::consts::LN_2;
@@ -78,16 +75,19 @@ impl Scaled {
         let each = values.iter().zip(&self.prior_log).map(|(v, log)| by_scale * rises(v) * log);
         let (mean, variance) = mean_and_variance(each);
         let probability_by_scale = [mean, (variance / (EFFECTIVE * values.len() as f64)).sqrt()];
-        Sensitivity { prior: moved(&self.prior), likelihood: moved(&self.likelihood), probability_by_scale }
+        let [prior, likelihood] = [&self.prior, &self.likelihood].map(|sides| moved(values, sides));
+        Sensitivity { prior, likelihood, probability_by_scale }
     }
 }
 
-/// Weights that add up to one, from logarithms times a factor.
-fn weights(logs: &[f64], factor: f64) -> Vec<f64> {
-    let most = logs.iter().map(|l| l * factor).fold(f64::NEG_INFINITY, f64::max);
-    let all: Vec<f64> = logs.iter().map(|l| (l * factor - most).exp()).collect();
-    let sum: f64 = all.iter().sum();
-    all.into_iter().map(|w| w / sum).collect()
+/// The distance for a doubling of the power.
+fn moved(values: &[f64], sides: &[Vec<f64>; 2]) -> f64 {
+    sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * (1.0 + STEP).log2())
+}
+
+/// Weights for a smaller and a larger power of a density with these logarithms.
+fn weights(logs: &[f64]) -> [Vec<f64>; 2] {
+    [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| shares(logs.iter().map(|l| l * (power - 1.0))).0)
 }
 
 /// Cumulative Jensen-Shannon distance, from 0 to 1, between values with weights and the same values with equal weights (Nguyen and
@@ -127,10 +127,7 @@ mod tests {
         let values: Vec<f64> = (0..8000).map(|_| mean + normal(&mut random) / precision.sqrt()).collect();
         let prior: Vec<f64> = values.iter().map(|v| -0.5 * v * v).collect();
         let likelihood: Vec<f64> = values.iter().map(|v| -0.5 * ((v - measured) / sd).powi(2)).collect();
-        [prior, likelihood].map(|logs| {
-            let sides = [(1.0 + STEP).recip(), 1.0 + STEP].map(|p| weights(&logs, p - 1.0));
-            sides.iter().map(|w| distance(&values, w)).sum::<f64>() / (2.0 * (1.0 + STEP).log2())
-        })
+        [prior, likelihood].map(|logs| moved(&values, &weights(&logs)))
     }
 
     #[test]

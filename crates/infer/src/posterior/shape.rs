@@ -117,9 +117,8 @@ pub(super) fn of_springs(
     let place = point.place;
     let count = posterior_model.muscles.len();
     let of_muscles = place.lengths.len();
-    let base = of_muscles / count;
     let shapes: Vec<LinearisedShape<'_>> =
-        (0..=base).map(|s| LinearisedShape::new(posterior_model, place.shape(s).0)).collect();
+        (0..=place.postures.len()).map(|s| LinearisedShape::new(posterior_model, place.shape(s).0)).collect();
     let slopes: Vec<Vec<_>> = point
         .rates
         .lengths
@@ -129,15 +128,14 @@ pub(super) fn of_springs(
         .collect();
     let beside: Vec<Option<Vec<_>>> = point
         .rates
-        .sights
+        .data
         .iter()
-        .map(|sight| sight.as_ref().map(|(shape, adjoint)| shapes[*shape].slope(adjoint)))
+        .map(|own| own.as_ref().map(|(shape, adjoint)| shapes[*shape].slope(adjoint)))
         .collect();
     let rows = of_muscles + beside.len();
-    // d(L/L0) = dL/L0 - s dL0/L0.
     let of_fields = |fields: &[Field]| {
         let by = |slope: &Vec<SVector<f64, 2>>, f: usize| -> f64 {
-            slope.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
+            slope.iter().zip(&fields[f]).map(|(s, d)| s.dot(d)).sum()
         };
         // For every shape, muscle and field the derivative of the length.
         let lengths: Vec<DMatrix<f64>> =
@@ -146,8 +144,7 @@ pub(super) fn of_springs(
             if row >= of_muscles {
                 return beside[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));
             }
-            let (over, m) = (place.baseline_lengths[row % count], row % count);
-            (lengths[row / count][(m, f)] - place.lengths[row] / over * lengths[base][(m, f)]) / over
+            place.stretch_rate(row, 1.0, |shape, m| lengths[shape][(m, f)])
         })
     };
     Some(FiniteDifferences {

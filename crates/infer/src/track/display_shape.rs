@@ -11,7 +11,7 @@ use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
 use super::errors::{Errors, Knots};
-use super::gauss_newton::{ShapeStep, StateStep, follow, minimise, stepped};
+use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, follow, minimise, stepped};
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
@@ -104,7 +104,7 @@ impl<'a> Display<'a> {
         courses.iter_mut().for_each(|course| *course = Self::without_slow_errors(&at, course));
         carry(courses, self.stage, at.stage);
         courses.iter_mut().zip(samples).for_each(|(course, sample)| begin_beside(course, sample));
-        minimise(&mut at, courses, self.settings.rounds, &|_| ());
+        minimise(&mut at, courses, ROUNDS, &|_| ());
         at.shared
     }
 

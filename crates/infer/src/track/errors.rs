@@ -132,10 +132,6 @@ pub(super) struct Knots {
     factor: Option<Cholesky<f64, Dyn>>,
 }
 
-fn alike(apart: f64, length: f64) -> f64 {
-    (-0.5 * (apart / length).powi(2)).exp()
-}
-
 impl Knots {
     /// Knots along all observations.
     pub fn new<'a>(errors: Errors, seen: impl IntoIterator<Item = &'a Along>) -> Self {
@@ -167,7 +163,6 @@ impl Knots {
         Self { errors, places, factor }
     }
 
-    /// Number of knots.
     pub fn len(&self) -> usize {
         if self.factor.is_some() { self.places.len() } else { 0 }
     }
@@ -222,7 +217,7 @@ impl Knots {
 }
 
 fn correlation(a: (usize, f64), b: (usize, f64), length: f64) -> f64 {
-    if a.0 == b.0 { alike(a.1 - b.1, length) } else { 0.0 }
+    if a.0 == b.0 { (-0.5 * ((a.1 - b.1) / length).powi(2)).exp() } else { 0.0 }
 }
 
 #[derive(Debug, Clone)]

@@ -38,7 +38,7 @@ pub fn add_formants(
     posture: &Articulation,
     count: usize,
 ) {
-    let joint = Point::from(airway.tract().jaw.joint_mm) * 1e-3;
+    let joint = Point::from(airway.tract.jaw.joint_mm) * 1e-3;
     for frame in frames {
         let mut posture = *posture;
         for (bone, shift) in followed.iter().zip(&frame.shifts) {

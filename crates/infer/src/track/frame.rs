@@ -191,11 +191,8 @@ impl<'a> FrameSolver<'a> {
     }
 
     pub(super) fn carry(&mut self, frame: &Frame, x: &DVector<f64>) {
-        for (bone, shift) in self.followed.iter().zip(&frame.shifts) {
-            self.workspace.carry_bone(self.system, &bone.nodes, *shift);
-        }
-        for (bone, shift) in self.freed.iter().zip(self.displacements(x)) {
-            self.workspace.carry_bone(self.system, bone.nodes(), shift);
+        for (nodes, shift) in self.bones(frame, x) {
+            self.workspace.carry_bone(self.system, nodes, shift);
         }
     }
 
@@ -210,18 +207,16 @@ impl<'a> FrameSolver<'a> {
     where
         'a: 'l,
     {
-        let followed = self.followed.iter().zip(&frame.shifts).map(|(f, shift)| (f.nodes.as_slice(), *shift));
-        let freed = self.freed.iter().zip(self.displacements(x)).map(|(f, shift)| (f.nodes(), shift));
-        let bones = followed.chain(freed).collect();
-        Load { bones, start, ..Load::new(self.tensions_of(x)) }
+        Load { bones: self.bones(frame, x), start, ..Load::new(self.tensions_of(x)) }
     }
 
-    /// Displacements of the freed bones at these scores, m.
-    fn displacements(&self, x: &DVector<f64>) -> impl Iterator<Item = SVector<f64, 2>> + use<> {
-        let of_bones = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
-        let pairs: Vec<_> =
-            of_bones.chunks_exact(2).map(|c| SVector::from([c[0], c[1]]) * BONE_SD_M).collect();
-        pairs.into_iter()
+    /// The nodes of all moved bones of a frame and their displacements at these scores, m.
+    fn bones(&self, frame: &Frame, x: &DVector<f64>) -> Vec<(&'a [usize], SVector<f64, 2>)> {
+        let followed = self.followed.iter().zip(&frame.shifts).map(|(f, shift)| (f.nodes.as_slice(), *shift));
+        let scores = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
+        let freed = self.freed.iter().zip(scores.chunks_exact(2));
+        let freed = freed.map(|(bone, c)| (bone.nodes(), SVector::from([c[0], c[1]]) * BONE_SD_M));
+        followed.chain(freed).collect()
     }
 
     /// The factorised response at the last solved equilibrium.

@@ -14,6 +14,8 @@ use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
 
+/// Largest number of rounds of the search for the most probable tensions.
+pub(super) const ROUNDS: usize = 40;
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
 /// after two quiet rounds in any case.
 const WON: f64 = 5e-4;

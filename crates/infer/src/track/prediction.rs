@@ -5,8 +5,8 @@
 //! ```text
 //! cov(y_i, y_j) = s² (exp(-(q_i - q_j)² / 2 l²) + M + n² [same point])
 //! ```
-//! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight `w`
-//! of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
+//! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight
+//! `w` of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
 //! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals.
 
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::frame::{Frame, FrameObservation};
-use super::gauss_newton::minimise;
+use super::gauss_newton::{ROUNDS, minimise};
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
 
@@ -53,9 +53,9 @@ struct Process {
     noise: f64,
 }
 
-/// Of coils, both coordinates are such a process, of all coils of the frame; of three or four of them none can be held out in turn.
-/// It was chosen on the simulated speakers 1000 to 1319 of `tests/slow/hidden_coils_are_predicted.rs`, and the half width of the intervals on
-/// 1000 to 1059 and 2000 to 2099.
+/// Of coils, both coordinates are such a process, of all coils of the frame; of three or four of them none can be held out in turn. It was
+/// chosen on the simulated speakers 1000 to 1319 of `tests/slow/hidden_coils_are_predicted.rs`, and the half width of the intervals on 1000
+/// to 1059 and 2000 to 2099.
 const OF_COILS: Judged = Judged(Process { weight: 0.35, length_mm: 20.0, noise: 0.4 }, 6.8);
 /// Fewest seen coils by which a hidden one is predicted so.
 const FEWEST_COILS: usize = 2;
@@ -114,7 +114,7 @@ pub(super) fn judged(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> Opti
             mode.take_errors(course);
         }
         let mut again = mode.clone();
-        minimise(&mut again, &mut sample, mode.settings.rounds, &|_| ());
+        minimise(&mut again, &mut sample, ROUNDS, &|_| ());
         for course in &sample {
             splits.extend((0..course.frames.len()).filter_map(|t| split(mode, course, t, 0)));
         }

@@ -48,9 +48,8 @@ pub(super) fn ways(
     let count = course.frames.len();
     let positions = |t: usize| course.here[t].linear.as_ref().map(|l| &*l.positions);
     let mut reached = in_chunks(0..count, |chunk| {
-        let (mut solver, mut relaxed) = (mode.solver(), None);
-        let mut reached =
-            |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed);
+        let mut solver = mode.solver();
+        let mut reached = |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?);
         Vec::from_iter(chunk.iter().map(&mut reached))
     });
     let mut solver = mode.solver();
@@ -80,45 +79,29 @@ pub(super) fn ways(
 }
 
 impl FrameSolver<'_> {
-    /// Whether the tensions lead from rest, with the bones of this frame, to the equilibrium. Three steps are tried first, which are not
-    /// taken back, so that a jump between them is not noticed; where they lead elsewhere, only a branch without a jump counts. `relaxed` is
-    /// the rest shape with the bones of the previous frame; afterwards it is the rest shape with those of this one.
-    pub fn leads_from_rest_to(
+    /// Whether the tensions lead from rest, with the bones of this frame, to the equilibrium as they grow together, jumps allowed. Three
+    /// steps are tried first, which take less time than a trace.
+    pub fn reached_with_jumps(
         &mut self,
         frame: &Frame,
         x: &DVector<f64>,
         positions: &[SVector<f64, 2>],
-        relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     ) -> bool {
-        /// Parts of the tensions at which the body is solved on the path from rest.
+        /// Parts of the tensions at which the body is solved on the way from rest.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
+        let whole = self.tensions_of(x);
         self.carry(frame, x);
-        self.tensions.fill(0.0);
-        let from = relaxed.take();
-        let rests = from.is_some_and(|from| {
-            self.workspace.start_from(&from);
-            self.is_solved()
-        });
-        let rests = rests || {
-            self.workspace.start_from_rest(self.system);
-            self.is_solved()
-        };
-        if rests {
-            *relaxed = Some(self.workspace.positions().to_vec());
-            let whole = self.tensions_of(x);
-            let followed = LOADS.iter().all(|load| {
-                self.tensions = whole.iter().map(|f| f * load).collect();
-                let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
-                done.status == SolveStatus::Converged && done.connection == Connection::Direct
-            });
-            if followed && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M {
-                return true;
-            }
-        }
-        let tensions = self.tensions_of(x);
         self.workspace.start_from_rest(self.system);
-        let how = leads_from_rest(self.system, &mut self.workspace, &tensions, &self.settings, positions);
-        how == FromRest::Branch
+        let arrives = LOADS.iter().all(|load| {
+            self.tensions = whole.iter().map(|f| f * load).collect();
+            self.is_led()
+        });
+        if arrives && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M {
+            return true;
+        }
+        self.workspace.start_from_rest(self.system);
+        let how = leads_from_rest(self.system, &mut self.workspace, &whole, &self.settings, positions);
+        matches!(how, FromRest::Branch | FromRest::Fell { .. })
     }
 
     /// How the equilibrium of a frame can be reached from rest; `None` where no way was found.
@@ -126,9 +109,8 @@ impl FrameSolver<'_> {
         &mut self,
         (frame, x): (&Frame, &DVector<f64>),
         positions: &[SVector<f64, 2>],
-        relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     ) -> Option<Reached> {
-        if self.leads_from_rest_to(frame, x, positions, relaxed) {
+        if self.reached_with_jumps(frame, x, positions) {
             return Some(Reached::FromRest);
         }
         self.pulled_in_turn(frame, x, positions).then_some(Reached::OtherWay)
@@ -155,9 +137,9 @@ impl FrameSolver<'_> {
         arrives && largest_distance(self.workspace.positions(), end) <= SAME_SHAPE_M
     }
 
-    /// The shape reached from rest that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from the
-    /// shape to which the tensions `x` lead as they grow together. Tensions are held to `x` with the standard deviation of a course; other
-    /// unknowns with 1. That first shape itself if the steps end in one that is not reached; `None` without an equilibrium from rest.
+    /// The shape reached from rest that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from
+    /// the shape to which the tensions `x` lead as they grow together. Tensions are held to `x` with the standard deviation of a course;
+    /// other unknowns with 1. That first shape itself if the steps end in one that is not reached; `None` without an equilibrium from rest.
     fn nearest_reached(
         &mut self,
         frame: &Frame,
@@ -189,7 +171,7 @@ impl FrameSolver<'_> {
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
         })
         .here;
-        let is_reached = self.leads_from_rest_to(frame, &at, &here.positions, &mut None);
+        let is_reached = self.reached_with_jumps(frame, &at, &here.positions);
         Some(if is_reached { here.positions.to_vec() } else { first })
     }
 
@@ -247,7 +229,7 @@ mod tests {
         let together = w.positions();
         assert!(largest_distance(&other, together) > 1e-3);
         let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
-            solver.reached((&frame, &x), positions, &mut None)
+            solver.reached((&frame, &x), positions)
         };
         assert_eq!(reached(&mut solver, together), Some(Reached::FromRest));
         assert_eq!(reached(&mut solver, &other), Some(Reached::OtherWay));

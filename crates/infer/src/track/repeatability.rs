@@ -60,7 +60,8 @@ pub struct Repeatability {
     pub muscles: ByMuscle<Repeated>,
 }
 
-/// Repeatability in recordings, each given by its frames and its labels, with courses of these muscles; `None` if no tier has two labels that repeat.
+/// Repeatability in recordings, each given by its frames and its labels, with courses of these muscles; `None` if no tier has two labels
+/// that repeat.
 pub fn repeatability<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
     muscles: &[String],

@@ -105,7 +105,8 @@ pub struct Tracked {
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m; empty where they were not asked for ([`TrackSettings::shapes`]).
     pub positions: Vec<SVector<f64, 2>>,
-    /// Its lowest formants, if they are wanted ([`add_formants()`](super::add_formants())); empty where there is no airway or the frame has no data.
+    /// Its lowest formants, if they are wanted ([`add_formants()`](super::add_formants())); empty where there is no airway or the frame has
+    /// no data.
     #[serde(default)]
     pub formants: Vec<TrackedFormant>,
     /// Faults that the fit found in the observations of the frame.
@@ -198,19 +199,18 @@ pub(super) fn tracked(
     let is_near = placed.is_none_or(|p| residuals.is_empty() || rms(&frame::residuals(frame, p)) < REACH_M);
     let is_met = in_sd(&residuals, &|a| settings.errors.sd(a)) <= MISSED_SD;
     let resolved = resolved(tensions, settings.link.prior_sd_n());
-    let reached_rms_m = match found.way {
-        Some(Reachability::Nearest(there)) => Some(rms(&frame::residuals(frame, there))),
+    let nearest = match found.way {
+        Some(Reachability::Nearest(there)) => Some((there, frame::residuals(frame, there))),
         _ => None,
     };
+    let reached_rms_m = nearest.as_ref().map(|(_, residuals)| rms(residuals));
     let is_lost = matches!(found.way, Some(Reachability::Lost));
     let as_well = !is_lost && reached_rms_m.zip(rms_m).is_none_or(|(there, own)| there <= own + AS_WELL_M);
-    if let Some(Reachability::Nearest(there)) = found.way.filter(|_| as_well) {
+    let nearest = nearest.filter(|_| as_well);
+    let rms_sd = in_sd(nearest.as_ref().map_or(&residuals, |(_, there)| there), &|a| a.sd_mm);
+    if let Some((there, _)) = nearest {
         positions.clone_from(there);
     }
-    let rms_sd = match found.way {
-        Some(Reachability::Nearest(there)) if as_well => in_sd(&frame::residuals(frame, there), &|a| a.sd_mm),
-        _ => in_sd(&residuals, &|a| a.sd_mm),
-    };
     let status = if lost || !is_solved || !is_near || !is_met {
         FrameStatus::OutOfReach
     } else if linear.is_none() {
@@ -284,9 +284,7 @@ const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     pub median: f64,
-    /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
     pub variance: f64,
 }
@@ -325,12 +323,10 @@ impl Interval {
         self
     }
 
-    /// Length of the interval.
     pub fn width(&self) -> f64 {
         self.high - self.low
     }
 
-    /// Whether the interval contains a number.
     pub fn holds(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }

@@ -15,7 +15,7 @@ use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
 use super::frame::Frame;
-use super::gauss_newton::minimise;
+use super::gauss_newton::{ROUNDS, minimise};
 use super::prediction::{judged, predict_hidden};
 use super::reachability::ways;
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
@@ -65,7 +65,7 @@ pub fn track(
 ) -> Result<(), NotFinite> {
     let Watch { progress, is_wanted, take } = *watch;
     let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
-    let passes = settings.rounds + 2 + wanted.len();
+    let passes = ROUNDS + 2 + wanted.len();
     let knots = knots(&recordings, settings);
     let mut mode = Smoother::new(*stage, settings, &knots);
     let courses: Vec<SmoothedRecording> =
@@ -78,11 +78,11 @@ pub fn track(
         mode.thinned(&courses, frames.div_ceil(settings.shared_frames.max(1)))
     };
     let (usual, outliers) = placed(&mut mode, &mut sample, None, &|round| progress(round, passes));
-    progress(settings.rounds, passes);
+    progress(ROUNDS, passes);
     let process = judged(&mode, &sample);
     let display = Display::new(stage, settings);
     let shown = stage.shape.map(|shape| display.fit_shape(shape, &mode, &sample));
-    progress(settings.rounds + 1, passes);
+    progress(ROUNDS + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
     let of_sample: Vec<_> = sample.iter().map(|course| shape_jacobians(&mode, course, stage.shape)).collect();
     let linear = sample.iter().zip(&of_sample);
@@ -90,7 +90,7 @@ pub fn track(
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
     let shared = draws::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
     drop(linear);
-    let done = AtomicUsize::new(settings.rounds + 2);
+    let done = AtomicUsize::new(ROUNDS + 2);
     mode.holds = !is_whole;
     parallel::map(&wanted, |&number| {
         let mut mode = mode.clone();
@@ -158,7 +158,7 @@ pub fn rest_shape(
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
-    placed(&mut mode, &mut courses, None, &|round| progress(round, settings.rounds));
+    placed(&mut mode, &mut courses, None, &|round| progress(round, ROUNDS));
     let DisplayShape { body, courses, .. } = Display::new(stage, settings).fit_shape(shape, &mode, &courses);
     let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
     let (mut squares, mut count) = (0.0, 0);
@@ -192,15 +192,14 @@ fn placed(
     usual: Option<f64>,
     progress: &dyn Fn(usize),
 ) -> (f64, Vec<Outliers>) {
-    let rounds = mode.settings.rounds;
-    minimise(mode, courses, rounds, progress);
+    minimise(mode, courses, ROUNDS, progress);
     let usual = usual.unwrap_or_else(|| {
         let far = courses.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(mode, c, t)));
         1.4826 * upper_median(far).unwrap_or(0.0)
     });
     let found: Vec<Outliers> = courses.iter_mut().map(|c| without_outliers(mode, c, usual)).collect();
     if found.iter().flat_map(|(faults, _)| faults).any(|f| !f.is_empty()) {
-        minimise(mode, courses, rounds, progress);
+        minimise(mode, courses, ROUNDS, progress);
     }
     (usual, found)
 }

@@ -63,16 +63,15 @@ impl<'a> Segments<'a> {
             for (label, part) in
                 self.parts.remove(&t).into_iter().flatten().filter(|_| found[t].status.is_trusted())
             {
+                let drawn = &draws[t - from].tensions;
                 // The second half of every batch mirrors the first.
-                let numbers =
-                    |count: usize| (0..count).filter(|draw| draw % BATCH < BATCH / 2).take(self.kept_draws);
-                let own =
-                    draws[t - from].tensions.iter().map(|all| numbers(all.len()).map(|d| all[d]).collect());
-                let tensions = own.collect();
-                let courses = draws[t - from].tensions.iter().zip(&means.0).map(|(all, means)| {
-                    numbers(all.len()).map(|d| (f64::from(all[d]) - means[d]) as f32).collect()
-                });
-                let courses = courses.collect();
+                let first = (0..drawn.first().map_or(0, Vec::len)).filter(|draw| draw % BATCH < BATCH / 2);
+                let kept: Vec<usize> = first.take(self.kept_draws).collect();
+                let course = |(all, means): (&Vec<f32>, &Vec<f64>)| {
+                    kept.iter().map(|&d| (f64::from(all[d]) - means[d]) as f32).collect()
+                };
+                let tensions = drawn.iter().map(|all| kept.iter().map(|&d| all[d]).collect()).collect();
+                let courses = drawn.iter().zip(&means.0).map(course).collect();
                 let point = LabelPoint { time_s: frame.time_s, part, tensions, courses };
                 self.courses.entry(label).or_default().push(point);
             }

@@ -16,8 +16,6 @@ pub struct TrackSettings {
     /// Time over which tensions and slow errors are remembered, s; 0: frames are independent.
     pub memory_s: f64,
     pub errors: Errors,
-    /// Weight of the frames' information about levels and the shape at rest: 1 would be right for an exact model.
-    pub trust: f64,
     pub draws: usize,
     pub seed: u64,
     /// Upper bound of every tension, N per metre of thickness: larger tensions are reported as at the bound.
@@ -31,13 +29,8 @@ pub struct TrackSettings {
     pub shared_frames: usize,
     /// Number of draws of the tensions over labels that are part of the results ([`LabelCourse`](super::LabelCourse)).
     pub kept_draws: usize,
-    /// Largest number of rounds of the search for the most probable tensions.
-    pub rounds: usize,
 }
 
-/// Weight of the frames for levels and shape. The bodies of other speakers differ in more ways than the shape has directions, and these
-/// differences look like levels: with a weight of 0.5 the intervals hold 78 % of half-normal levels, with this one 93 %.
-const TRUST: f64 = 0.01;
 /// Tensions above this multiple of the scale are reported as at the bound.
 const BOUND: f64 = 5.4;
 
@@ -59,7 +52,6 @@ impl TrackSettings {
             link: Softplus::of_scale(scale_n),
             memory_s,
             errors: Errors::default(),
-            trust: TRUST,
             draws: 1000,
             seed: 0,
             upper_n: BOUND * scale_n,
@@ -67,7 +59,6 @@ impl TrackSettings {
             branch: true,
             shared_frames: 240,
             kept_draws: 0,
-            rounds: 40,
         }
     }
 }

@@ -8,11 +8,13 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::adapt::{ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten};
+use crate::adapt::{
+    self, ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten,
+};
 use crate::standard_deviations as sd;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Effect};
-use tongue_core::geometry::{Point, Similarity, ThinPlate};
+use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
 
@@ -48,21 +50,16 @@ impl ShapePrior {
     /// The prior for a body in the frame of its recordings; `seen` gives the median places of its bones where they are known.
     pub fn of(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Result<Self, RestError> {
         let mesh = &body.mesh;
-        let controls = ControlPoints::of(body)?;
-        let plate = ThinPlate::new(&controls.points)
-            .ok_or_else(|| RestError::Body("its control points lie in one line".to_owned()))?;
-        let weights: Vec<Vec<f64>> = mesh.nodes.iter().map(|p| plate.weights(*p)).collect();
+        let ControlPoints { points, precision: own, weights } = ControlPoints::of(body)?;
         let axes = [Point::x(), Point::y()];
         let mut directions: Vec<Vec<Point>> = Vec::new();
         // The control points in millimetres, x and y in turn.
-        let n = controls.points.len();
+        let n = points.len();
         for control in 0..n {
             directions.extend(axes.map(|a| weights.iter().map(|w| a * (w[control] * 1e-3)).collect()));
         }
         // The other directions in standard deviations.
-        let outline = mesh.surface_nodes();
-        let centre: Point =
-            outline.iter().map(|&i| mesh.nodes[i]).sum::<Point>() / outline.len().max(1) as f64;
+        let centre = adapt::centre_of(mesh);
         let about =
             |of: &dyn Fn(Point) -> Point| mesh.nodes.iter().map(|p| of(p - centre)).collect::<Vec<_>>();
         directions.extend(axes.map(|a| about(&|_| a * SHIFT_SD_M)));
@@ -78,7 +75,7 @@ impl ShapePrior {
         for i in 0..n {
             for j in 0..n {
                 for axis in 0..2 {
-                    precision[(2 * i + axis, 2 * j + axis)] = controls.precision[(i, j)] * 1e-6;
+                    precision[(2 * i + axis, 2 * j + axis)] = own[(i, j)] * 1e-6;
                 }
             }
         }
@@ -228,9 +225,7 @@ impl RestShape {
         contracting: &[usize],
         by: &Placement,
     ) -> Result<Self, RestError> {
-        let surface =
-            TongueSurface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))?;
-        let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
+        let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &adapt::outline_of(body)?, by);
         let nodes = body.mesh.nodes.clone();
         Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
     }

@@ -40,8 +40,8 @@ pub(super) fn shape_jacobians(
 }
 
 impl RestShape {
-    /// Derivatives of the residuals of frames and of the distances of their hidden points, mm, by each direction; `None` for a frame without
-    /// an equilibrium at its positions.
+    /// Derivatives of the residuals of frames and of the distances of their hidden points, mm, by each direction; `None` for a frame
+    /// without an equilibrium at its positions.
     pub(super) fn rates(
         &self,
         solver: &mut FrameSolver<'_>,

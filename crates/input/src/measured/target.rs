@@ -183,12 +183,6 @@ impl Target {
         })
     }
 
-    /// As [`Target::values`] for a simulated shape: lengths of the target's muscles and those at rest, both
-    /// m.
-    pub fn simulated(&self, lengths_m: &[f64], rest_m: &[f64]) -> Vec<f64> {
-        self.kind.values(lengths_m, rest_m, self.reference)
-    }
-
     /// The measured ratios or stretches of all muscles.
     pub fn measured_in(&self, kind: TargetKind) -> Vec<f64> {
         kind.values(&self.measured_mm, &self.baseline_mm, self.reference)

@@ -1,4 +1,5 @@
-//! What a solve of a mass-spring body in the plane needs, and its start from rest: half of the way to the linear answer of the body to its muscles.
+//! What a solve of a mass-spring body in the plane needs, and its start from rest: half of the way to the linear answer of the body to its
+//! muscles.
 //!
 //! From there Newton's method takes a fifth less work than from rest itself, and meets fewer shapes with an
 //! indefinite stiffness. If the energy is higher there than at rest, or a cell is inverted, the solve

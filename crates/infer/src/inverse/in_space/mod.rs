@@ -32,10 +32,6 @@ pub struct SpaceSearch {
     pub sides_apart: bool,
     /// Standard deviation of the prior of every activation, whose mean is 0.
     pub prior_sd: f64,
-    /// Standard deviation of the logarithm of the stiffness of the tissue. Default: that of Young's modulus in a posterior.
-    pub stiffness_sd_ln: f64,
-    /// Standard deviation above which a combination of activations counts as open. Default 0.1.
-    pub open_above: f64,
     /// The search. Default: Gauss-Newton from four starts.
     pub settings: FitSettings,
 }
@@ -51,10 +47,12 @@ impl Default for SpaceSearch {
             max_iterations: 100,
             ..FitSettings::default()
         };
-        let stiffness_sd_ln = Priors::default().young_modulus.sd_ln;
-        Self { sides_apart: false, prior_sd: ACTIVATION, stiffness_sd_ln, open_above: 0.1, settings }
+        Self { sides_apart: false, prior_sd: ACTIVATION, settings }
     }
 }
+
+/// Standard deviation above which a combination of activations counts as open.
+pub const OPEN_ABOVE: f64 = 0.1;
 
 /// A combination of activations, and its uncertainty from the data alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -94,7 +92,7 @@ pub struct SpaceFit {
     pub distances_m: Vec<f64>,
     /// What was seen as a function of the activations about the answer; `None` where there is no equilibrium at it.
     response: Option<LinearResponse>,
-    /// Combinations of activations, the most certain first; those above [`SpaceSearch::open_above`] are open.
+    /// Combinations of activations, the most certain first; those above [`OPEN_ABOVE`] are open.
     pub combinations: Vec<Combination>,
     pub starts: Vec<EndedSearch>,
     pub factorisations: usize,
@@ -260,7 +258,7 @@ impl SpaceSearch {
             residuals: l.residuals.rows(0, rows).into_owned(),
             jacobian: l.jacobian.rows(0, rows) * 100.0,
             prior_sd: self.prior_sd,
-            stiffness_sd_ln: self.stiffness_sd_ln,
+            stiffness_sd_ln: Priors::default().young_modulus.sd_ln,
         });
         let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {

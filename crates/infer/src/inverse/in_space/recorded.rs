@@ -70,8 +70,8 @@ impl Recorded {
         Self { frames: vec![(None, frame)], placed: None }
     }
 
-    /// Contours and coils of recordings. They are brought into the frame of the body by placing `section`, its midsagittal section,
-    /// beside them ([`RegistrationData`]), under the palate of the recordings if there is one; without a section they are in that frame already.
+    /// Contours and coils of recordings. They are brought into the frame of the body by placing `section`, its midsagittal section, beside
+    /// them ([`RegistrationData`]), under the palate of the recordings if there is one; without a section they are in that frame already.
     /// Bones are not followed: they stay where the body has them at rest.
     ///
     /// # Errors
