@@ -18,7 +18,9 @@ pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     type Of<'a> = Column<'a, ScoredOpponent>;
     vec![
-        Of::new("name", "", "the opponent", |o| o.name.as_str().into()).headed("opponent"),
+        Of::new("name", "", "the opponent", |o| o.name.as_str().into())
+            .headed("opponent")
+            .shown_as(|o| o.name.replace('_', " ")),
         Of::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
             o.tuned_parameters.into()
         })
