@@ -174,12 +174,8 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
     line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
     let mut rows = table::counted(data.rows().len(), "row");
     if !reading.rows_without_lengths.is_empty() {
-        let lines = reading.rows_without_lengths.iter().map(u64::to_string);
-        let _ = write!(
-            rows,
-            "; ignored, because they have no lengths: line {}",
-            listed(lines, MOST_LISTED, ", ")
-        );
+        let lines = listed(reading.rows_without_lengths.iter().map(u64::to_string), MOST_LISTED, ", ");
+        let _ = write!(rows, "; ignored, because they have no lengths: line {lines}");
     }
     line("rows", rows);
     if !reading.set_aside.is_empty() {
@@ -188,35 +184,25 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
         line("set aside", listed(columns, MOST_LISTED, &format!("\n{:20}", "")));
     }
     let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(record));
-    let substitutes =
-        record.subjects.iter().filter(|s| s.baseline.is_some_and(|own| *own != record.baseline));
-    for (vowel, subject) in substitutes.filter_map(|s| Some((s.baseline?, s.subject))) {
-        let _ = writeln!(
-            text,
-            "{subject} has no /{}/: batch compares with /{vowel}/, a fit of one vowel needs --baseline {vowel}",
-            record.baseline
-        );
-    }
+    let substitutes = record.subjects.iter().filter_map(|s| {
+        let (own, usual) = (s.baseline.filter(|own| **own != record.baseline)?, &record.baseline);
+        let what = format!("{} has no /{usual}/: batch compares with /{own}/", s.subject);
+        Some(format!("{what}, a fit of one vowel needs --baseline {own}"))
+    });
     let refused = record.not_fitted.iter().map(|r| {
         let kind = r.kind.map_or_else(String::new, |kind| format!(", {kind}"));
         format!("line {}, {} /{}/{kind}: {}", r.line, r.subject, r.vowel, r.message)
     });
-    record.unknown_muscles.iter().for_each(|said| {
-        let _ = writeln!(text, "{said}");
-    });
-    let parts: [(&str, Vec<String>); 3] = [
-        ("row", record.broken.iter().map(|row| row.fault.to_string()).collect()),
-        ("length", record.bad_cells.iter().map(ToString::to_string).collect()),
-        ("fit", refused.collect()),
+    let parts: [(&str, &str, Vec<String>); 3] = [
+        ("row", "left out", record.broken.iter().map(|row| row.fault.to_string()).collect()),
+        ("length", "left out", record.bad_cells.iter().map(ToString::to_string).collect()),
+        ("fit", "refused", refused.collect()),
     ];
-    for (what, messages) in parts.into_iter().filter(|(_, messages)| !messages.is_empty()) {
-        let verb = if what == "fit" { "refused" } else { "left out" };
-        let _ = writeln!(
-            text,
-            "{} {verb}:\n{}",
-            table::counted(messages.len(), what),
-            listed(messages, MOST_LISTED, "\n")
-        );
+    let parts = parts.into_iter().filter(|(.., messages)| !messages.is_empty()).map(|(what, verb, all)| {
+        format!("{} {verb}:\n{}", table::counted(all.len(), what), listed(all, MOST_LISTED, "\n"))
+    });
+    for told in substitutes.chain(record.unknown_muscles.iter().cloned()).chain(parts) {
+        let _ = writeln!(text, "{told}");
     }
     text
 }

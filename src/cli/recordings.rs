@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
+use miette::{IntoDiagnostic, WrapErr, ensure, miette};
 use tongue_fit::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
@@ -224,16 +224,14 @@ impl Arguments {
                 .and_then(|path| Waveform::read(path).map_err(|why| seen.notes.push(why)).ok());
             all.push(Screened { seen, sound, faults, palate: own, is_trusted });
         }
-        if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
-            bail!("{why}");
-        }
-        left_out.iter_mut().for_each(|why| *why = format!("left out: {why}"));
         if all.is_empty() {
-            return Err(match &self.speaker {
-                None => miette!("name at least one recording"),
-                Some(speaker) => miette!("--speaker {speaker}: no recording is of this speaker"),
+            return Err(match (left_out.first(), &self.speaker) {
+                (Some(why), _) => miette!("{why}"),
+                (None, None) => miette!("name at least one recording"),
+                (None, Some(speaker)) => miette!("--speaker {speaker}: no recording is of this speaker"),
             });
         }
+        left_out.iter_mut().for_each(|why| *why = format!("left out: {why}"));
         let speakers: BTreeSet<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
         if speakers.len() > 1 {
             return Err(of_several(speakers, "each needs a body of his or her own"));

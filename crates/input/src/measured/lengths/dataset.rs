@@ -104,7 +104,7 @@ impl Dataset {
     /// The lengths of `subject` in `vowel`; upper and lower case of the vowel count if they distinguish two
     /// rows.
     pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, ReadError> {
-        self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "", ""))
+        self.find(subject, vowel, "", "")
     }
 
     /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
@@ -114,30 +114,26 @@ impl Dataset {
 
     pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, ReadError> {
         let help = ": choose one of these as the baseline instead";
-        self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "the baseline vowel ", help))
+        self.find(subject, vowel, "the baseline vowel ", help)
     }
 
-    fn missing(&self, subject: &str, vowel: &Vowel, what: &str, help: &str) -> ReadError {
-        let (origin, has) = (&self.origin, Vowel::list(&self.vowels(subject).unwrap_or_default()));
-        let told = format!("{subject} has no row for {what}/{vowel}/ in {origin}; it has {has}{help}");
-        ReadError::Refused(told)
-    }
-
-    fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, ReadError> {
+    /// The row; an error says `what` the vowel is and how to `help`.
+    fn find(&self, subject: &str, vowel: &Vowel, what: &str, help: &str) -> Result<&Lengths, ReadError> {
         if let Ok(rows) = self.of_subject(subject) {
             let alike: Vec<&Lengths> = rows.filter(|l| l.vowel.is_like(vowel)).collect();
             let same = alike.iter().find(|l| l.vowel == *vowel);
             if let Some(lengths) = same.or(if let [only] = &alike[..] { Some(only) } else { None }) {
-                return Ok(Some(lengths));
+                return Ok(lengths);
             }
         }
         let name = fold(subject);
-        match self.broken.iter().find(|row| {
-            row.subject.as_ref() == Some(&name) && row.vowel.as_ref().is_some_and(|v| v.is_like(vowel))
-        }) {
-            Some(row) => Err(row.fault.clone().into()),
-            None => self.of_subject(subject).map(|_| None),
+        let mut broken = self.broken.iter().filter(|row| row.subject.as_ref() == Some(&name));
+        if let Some(row) = broken.find(|row| row.vowel.as_ref().is_some_and(|v| v.is_like(vowel))) {
+            return Err(row.fault.clone().into());
         }
+        let (origin, has) = (&self.origin, Vowel::list(&self.vowels(subject)?));
+        let told = format!("{subject} has no row for {what}/{vowel}/ in {origin}; it has {has}{help}");
+        Err(ReadError::Refused(told))
     }
 
     fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, ReadError> {

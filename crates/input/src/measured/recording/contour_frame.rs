@@ -12,9 +12,8 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
-use super::channels::{STEEPEST_BONES_DEG, median_point, steep_deg};
 use super::dynamics::bone_slips;
-use super::flat::{Flat, Places};
+use super::flat::{Flat, Places, STEEPEST_BONES_DEG, median_point, steep_deg};
 use super::map::ContourFrame;
 use super::{Map, Role};
 

@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::channels::median_point;
+use super::flat::median_point;
 use super::map::BONE_SD_M;
 use super::{AlignedRecording, Mark};
 

@@ -1,10 +1,9 @@
 //! A recording in the plane, before its points are sorted into contour, coils and bones.
 
-use tongue_core::geometry::Point;
+use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
 
 use super::super::error::ReadError;
-use super::channels::{hold_head, median_point, moves_as_a_tongue};
 use super::map::{AXES, MappedAxis};
 use super::{Format, Map, Recording, Role, names};
 
@@ -181,4 +180,47 @@ fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) ->
 fn number(name: &str) -> u64 {
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
+}
+
+pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
+    let all: Vec<Point> = points.collect();
+    let [x, y] = [0, 1].map(|axis| upper_median(all.iter().map(|p| p[axis])));
+    Some(Point::new(x?, y?))
+}
+
+/// Whether the median motion of a channel in a tenth of a second is larger than a head's.
+fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usize) -> bool {
+    const WINDOW_S: f64 = 0.1;
+    const HEAD_MOVES_M: f64 = 3e-3;
+    const FEWEST: usize = 20;
+    let mut later = 0;
+    let steps = (0..frames.len()).filter_map(|f| {
+        while later < frames.len() && times[later] < times[f] + WINDOW_S {
+            later += 1;
+        }
+        Some((frames.get(later)?[channel]? - frames[f][channel]?).norm())
+    });
+    let steps: Vec<f64> = steps.collect();
+    steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
+}
+
+/// Moves every frame so that the reference points are where they are in the first frame that has all of them:
+/// shifted for one point, shifted and turned for several. Frames that lack one are dropped.
+fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
+    if references.is_empty() {
+        return;
+    }
+    let held = |frame: &[Option<Point>]| references.iter().map(|&r| frame[r]).collect::<Option<Vec<_>>>();
+    let Some(base) = frames.iter().find_map(|f| held(f)) else { return };
+    for frame in frames {
+        let motion = held(frame).and_then(|here| Similarity::rigid(&here, &base));
+        frame.iter_mut().for_each(|p| *p = p.zip(motion.as_ref()).map(|(p, m)| m.place(p)));
+    }
+}
+
+/// The steepest line of the bones to the horizontal, degrees.
+pub(super) const STEEPEST_BONES_DEG: f64 = 60.0;
+
+pub(super) fn steep_deg(apart: Point) -> f64 {
+    apart.y.abs().atan2(apart.x.abs()).to_degrees()
 }

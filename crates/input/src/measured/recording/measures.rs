@@ -4,8 +4,8 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
-use super::channels::{median_point, steep_deg};
 use super::dynamics::{FEW, NamedValue, PointCourses, bare};
+use super::flat::{median_point, steep_deg};
 use super::{AlignedRecording, names};
 
 /// A recording with its palate, the median positions of its channels, m, and their motion.
@@ -15,12 +15,14 @@ pub(super) struct Measures<'a> {
     pub palate: Option<&'a [Point]>,
     contour: Vec<Option<Point>>,
     sensors: Vec<Option<Point>>,
+    /// The sensors that were seen, from the tip backwards.
+    coils: Vec<MeasuredCoil<'a>>,
     bones: Vec<Option<Point>>,
     pub motion: PointCourses<'a>,
 }
 
-/// A coil on the tongue: its name, its place behind the tip, and its median position, m.
-type MeasuredCoil<'a> = (&'a str, f64, Point);
+/// A coil on the tongue: its number among the sensors, its name, and its median position, m.
+type MeasuredCoil<'a> = (usize, &'a str, Point);
 
 pub(super) const MM: f64 = 1e3;
 pub(super) const ANY: f64 = f64::INFINITY;
@@ -44,7 +46,11 @@ impl<'a> Measures<'a> {
             .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());
-        Self { contour, sensors, bones, motion: PointCourses::of(recording), palate, recording }
+        let all = recording.sensors.iter().zip(&sensors).enumerate();
+        let mut coils: Vec<MeasuredCoil<'_>> =
+            all.filter_map(|(n, ((name, _), p))| Some((n, name.as_str(), (*p)?))).collect();
+        coils.sort_by(|a, b| recording.sensors[a.0].1.total_cmp(&recording.sensors[b.0].1));
+        Self { contour, sensors, coils, bones, motion: PointCourses::of(recording), palate, recording }
     }
 
     pub fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
@@ -60,21 +66,13 @@ impl<'a> Measures<'a> {
         (near.len() >= least).then_some(near)
     }
 
-    fn coils(&self) -> Vec<MeasuredCoil<'_>> {
-        let all = self.recording.sensors.iter().zip(&self.sensors);
-        let mut coils: Vec<MeasuredCoil<'_>> =
-            all.filter_map(|((n, at), p)| Some((n.as_str(), *at, (*p)?))).collect();
-        coils.sort_by(|a, b| a.1.total_cmp(&b.1));
-        coils
-    }
-
     /// The numbers in the names of all coils, from the tip backwards.
     fn ranks(&self) -> Option<Vec<u32>> {
-        self.coils().iter().map(|c| names::rank(c.0)).collect()
+        self.coils.iter().map(|c| names::rank(c.1)).collect()
     }
 
     pub fn gaps_mm(&self) -> Vec<f64> {
-        self.coils().windows(2).map(|w| (w[1].2 - w[0].2).norm() * MM).collect()
+        self.coils.windows(2).map(|w| (w[1].2 - w[0].2).norm() * MM).collect()
     }
 
     /// The lengths of the contour and between the bones, or twice that of the chain of coils.
@@ -118,12 +116,12 @@ impl<'a> Measures<'a> {
 
     /// The coil that is more than twice as far from its nearest neighbour as all others are from theirs.
     pub fn coil_alone_mm(&self) -> Option<NamedValue> {
-        let coils = self.coils();
+        let coils = &self.coils;
         coils.iter().filter(|_| coils.len() >= 3).find_map(|c| {
             let others: Vec<MeasuredCoil<'_>> = coils.iter().filter(|o| o.0 != c.0).copied().collect();
             let apart = others.iter().map(|o| nearest_mm(o, &others)).fold(0.0, f64::max);
-            let away = nearest_mm(c, &coils);
-            ((4.0..=30.0).contains(&apart) && away > 2.0 * apart).then(|| (away, c.0.to_owned()))
+            let away = nearest_mm(c, coils);
+            ((4.0..=30.0).contains(&apart) && away > 2.0 * apart).then(|| (away, c.1.to_owned()))
         })
     }
 
@@ -197,15 +195,14 @@ impl<'a> Measures<'a> {
     }
 
     pub fn coils_that_turn(&self) -> Option<NamedValue> {
-        let coils = self.coils();
-        let turn = coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);
+        let turn = self.coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);
         turn.map(|w| (1.0, listed(w)))
     }
 
     /// Whether the names of coils say another order than their places.
     pub fn coils_out_of_rank(&self) -> Option<NamedValue> {
         let wrong = self.ranks()?.windows(2).any(|w| w[0] > w[1]);
-        wrong.then(|| (1.0, listed(&self.coils())))
+        wrong.then(|| (1.0, listed(&self.coils)))
     }
 
     /// How steep the line between the two farthest coils is, where they are out of order.
@@ -213,15 +210,13 @@ impl<'a> Measures<'a> {
         self.coils_that_turn()
             .or_else(|| self.coils_out_of_rank())
             .filter(|_| !self.recording.stated.axes)?;
-        let coils = self.coils();
-        let pairs = coils.iter().flat_map(|a| coils.iter().map(|b| b.2 - a.2));
+        let pairs = self.coils.iter().flat_map(|a| self.coils.iter().map(|b| b.2 - a.2));
         pairs.max_by(|a, b| a.norm().total_cmp(&b.norm())).map(|widest| bare(steep_deg(widest)))
     }
 
     /// How far the coil at the tip lies behind the last one; endless if all names are in reverse.
     pub fn tip_behind_mm(&self) -> Option<NamedValue> {
-        let coils = self.coils();
-        let [first, .., last] = &coils[..] else { return None };
+        let [first, .., last] = &self.coils[..] else { return None };
         let reversed = self.ranks().is_some_and(|ranks| ranks.windows(2).all(|w| w[0] > w[1]));
         Some(bare(if reversed { ANY } else { (first.2.x - last.2.x) * MM }))
     }
@@ -241,17 +236,14 @@ impl<'a> Measures<'a> {
     /// only for a short time.
     pub fn hollow_mm(&self) -> Option<NamedValue> {
         const PART: f64 = 0.8;
-        let AlignedRecording { frames, sensors, stated, .. } = self.recording;
-        let coils = self.coils();
-        let [first, inner @ .., last] = &coils[..] else { return None };
+        let AlignedRecording { frames, stated, .. } = self.recording;
+        let [first, inner @ .., last] = &self.coils[..] else { return None };
         if frames.len() < FEW || stated.axes {
             return None;
         }
-        let number = |name: &str| sensors.iter().position(|(n, _)| n == name);
-        let hollow = inner.iter().filter_map(|(name, _, p)| {
-            let numbers = [number(first.0)?, number(name)?, number(last.0)?];
+        let hollow = inner.iter().filter_map(|(number, name, p)| {
             let places = frames.iter().filter_map(|f| {
-                let [a, b, c] = numbers.map(|n| f.sensors[n].map(|m| m.at));
+                let [a, b, c] = [first.0, *number, last.0].map(|n| f.sensors[n].map(|m| m.at));
                 Some([a?, b?, c?])
             });
             let depths: Vec<f64> = places.map(depth).collect();
@@ -259,7 +251,7 @@ impl<'a> Measures<'a> {
             (deep as f64 > PART * depths.len() as f64).then_some((depth([first.2, *p, last.2]) * MM, name))
         });
         let (mm, name) = hollow.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some((mm, format!("{name} lies {mm:.0} mm below the line from {} to {}", first.0, last.0)))
+        Some((mm, format!("{name} lies {mm:.0} mm below the line from {} to {}", first.1, last.1)))
     }
 
     /// The point over which the way is much longer than past it, in most frames: on a tongue it is longer by less than a tenth.
@@ -293,5 +285,5 @@ fn whole_mm(points: &[Option<Point>]) -> Option<f64> {
 }
 
 fn listed(coils: &[MeasuredCoil<'_>]) -> String {
-    coils.iter().map(|c| c.0).collect::<Vec<_>>().join(", ")
+    coils.iter().map(|c| c.1).collect::<Vec<_>>().join(", ")
 }

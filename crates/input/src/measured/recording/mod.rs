@@ -10,7 +10,6 @@
 mod aaa;
 mod ag50x;
 mod aligned;
-mod channels;
 mod contour_frame;
 mod deeplabcut;
 mod dynamics;
@@ -43,12 +42,12 @@ use tongue_core::statistics::distinct;
 use super::error::{Malformed, ReadError, SourcePlace};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
-pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, SENSOR_SD_M, Stated, WITHOUT_BONES};
 pub use names::{Role, is_coil};
+pub use orientation::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use outliers::{Fault, FaultKind, RecordingFaults, remove_outliers};
 pub use plausibility::{Doubt, Severity, check_plausibility, other_size};
 pub use waveform::Waveform;

@@ -8,12 +8,15 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
 
 use super::super::error::ReadError;
-use super::channels::{FIRST_COIL_M, LONGER_THAN_CHORD, median_point};
 use super::contour_frame::{self, SampleFrame};
 use super::dynamics::FEW;
-use super::flat::Flat;
+use super::flat::{Flat, median_point};
 use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, names};
 
+/// Usual distance of the first coil behind the tip, m.
+pub const FIRST_COIL_M: f64 = 8e-3;
+/// Usual ratio of the distance of neighbouring coils along the surface to their straight distance.
+pub const LONGER_THAN_CHORD: f64 = 1.03;
 /// Ends of a contour whose heights differ by less are level, m: the first point is then taken for the root.
 const LEVEL_M: f64 = 1e-3;
 /// Fewer points do not show which end is at the root.
@@ -41,9 +44,7 @@ impl AlignedRecording {
     /// [`ReadError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
     /// channel is usable.
     pub fn new(recording: &Recording, map: &Map) -> Result<Self, ReadError> {
-        let flat = Flat::new(recording, map)?;
-        let frame = SampleFrame::of(&[&flat], map);
-        Self::of(flat, frame, map)
+        Self::all(&[recording], map).swap_remove(0)
     }
 
     /// Interprets recordings with their map. Those of one speaker with the same channels are exported alike, so the frame of their

@@ -2,8 +2,8 @@
 
 use tongue_core::geometry::Point;
 
-use super::channels::STEEPEST_BONES_DEG;
 use super::dynamics::{FEW, NamedValue, bare};
+use super::flat::STEEPEST_BONES_DEG;
 use super::map::WITHOUT_BONES;
 use super::measures::{ANY, MM, Measures, sag};
 use super::outliers::above;
