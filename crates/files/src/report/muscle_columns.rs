@@ -42,11 +42,15 @@ impl OfMuscle<'_> {
         self.own(&self.record.fit.simulated_in(kind))
     }
 
+    fn simulated_mm(&self) -> f64 {
+        self.record.fit.length(self.muscle) * 1e3
+    }
+
     /// The measured length in the size of the model, mm, for the quantity that was fitted.
     fn target_mm(&self) -> Option<f64> {
         let (fit, target) = (&self.record.fit, self.target());
         let unit = match target.kind {
-            Ratio => fit.lengths()[target.reference] * 1e3,
+            Ratio => fit.length(target.reference) * 1e3,
             Stretch => self.mm(&fit.rest_lengths)?,
         };
         Some(self.measured(target.kind)? * unit)
@@ -90,14 +94,14 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("uncertain", "", "whether its change is within the rounding of the data", |r| {
             r.target().activation.get(r.muscle).is_some_and(|a| a.uncertain).into()
         }),
-        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.record.fit.tensions()))),
+        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.record.fit.tension(r.muscle))),
         ("baseline_length_mm", "mm", "measured in the baseline", |r| json!(r.own(&r.target().baseline_mm))),
         ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
         ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
         ("target_length_mm", "mm", "measured, in the size of the model", |r| json!(r.target_mm())),
-        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.mm(&r.record.fit.lengths()))),
+        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.simulated_mm())),
         ("residual_mm", "mm", "simulated less target length", |r| {
-            less(r.mm(&r.record.fit.lengths()), r.target_mm())
+            less(Some(r.simulated_mm()), r.target_mm())
         }),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
             json!(r.measured(Ratio))

@@ -56,9 +56,18 @@ impl<const D: usize> Fit<D> {
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }
 
-    /// Whether muscle `m` contracts.
+    /// The tension of muscle `m` of the lists, N per metre of thickness.
+    pub fn tension(&self, m: usize) -> f64 {
+        self.answer.tensions[self.matched.numbers[m]]
+    }
+
+    /// Its length at the answer, m.
+    pub fn length(&self, m: usize) -> f64 {
+        self.answer.lengths[self.matched.numbers[m]]
+    }
+
     pub fn contracts(&self, m: usize) -> bool {
-        self.answer.tensions[self.matched.numbers[m]] >= AT_BOUND
+        self.tension(m) >= AT_BOUND
     }
 
     /// The tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
@@ -86,9 +95,9 @@ impl<const D: usize> Fit<D> {
         }
     }
 
-    /// The value of a muscle in a list over muscles.
-    pub fn value(&self, muscle: &str, values: &[f64]) -> Option<f64> {
-        values.get(self.matched.muscles.iter().position(|name| name == muscle)?).copied()
+    /// The number of a muscle in the lists.
+    pub fn number(&self, muscle: &str) -> Option<usize> {
+        self.matched.muscles.iter().position(|name| name == muscle)
     }
 
     /// The simulated ratios or stretches of all muscles.

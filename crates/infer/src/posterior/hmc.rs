@@ -183,14 +183,13 @@ impl<P: Clone> Warm<P> {
         target: T,
         whitened: &'a Whitened,
     ) -> ChainGroup<'a, T> {
-        let states = self
-            .states
-            .iter()
-            .map(|s| ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone()));
+        let moved = |s: &ChainState<P>| {
+            ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone())
+        };
         ChainGroup {
             target,
             whitened,
-            states: states.collect(),
+            states: self.states.iter().map(moved).collect(),
             random: self.random.clone(),
             common: self.common.clone(),
             evaluations: self.evaluations,
@@ -369,8 +368,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
                 break;
             }
         }
-        let mut ends = Vec::with_capacity(count);
-        for (i, after) in moved.iter().enumerate() {
+        Vec::from_iter(moved.iter().enumerate().map(|(i, after)| {
             let gain = before[i] - energy(after, &momenta[i]);
             let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
             let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
@@ -378,9 +376,8 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             if self.random[i].f64() < probability {
                 self.states[i] = after.clone();
             }
-            ends.push(TrajectoryEnd { probability, diverged, zero: !alive[i] });
-        }
-        ends
+            TrajectoryEnd { probability, diverged, zero: !alive[i] }
+        }))
     }
 }
 

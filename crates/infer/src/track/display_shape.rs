@@ -131,12 +131,12 @@ impl<'a> Display<'a> {
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
             let here = from.body.as_ref().unwrap_or(shape);
-            let stage = self.stage.on(from.body.as_ref());
+            let stage = TrackingContext { shape: Some(here), ..self.stage.on(from.body.as_ref()) };
             let mode = Smoother { stage, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-            let rates = from.rates.get_or_init(|| {
-                from.sample.iter().map(|course| shape_jacobians(&mode, course, Some(here))).collect()
-            });
+            let rates =
+                || from.sample.iter().map(|course| shape_jacobians(&mode, course)).collect::<Vec<_>>();
+            let rates = from.rates.get_or_init(rates);
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
             let by = stepped(&mode, &from.sample, &damped, Some(of_shape))?;
             Some(least_squares::TrialStep { size: by.0.amax(), by, promised: None, is_last: false })

@@ -21,7 +21,6 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, WINDOW, windows};
-use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{SmoothedRecording, Smoother};
 use tongue_core::{parallel, random};
@@ -256,10 +255,9 @@ pub(super) fn draws(
     mode: &Smoother<'_>,
     courses: &[SmoothedRecording],
     linear: &[Eliminated<'_>],
-    shape: Option<&RestShape>,
 ) -> Option<DMatrix<f64>> {
     let (m, k) = (mode.sizes.muscles, mode.sizes.knots);
-    let (prior, pull) = mode.shared_prior(shape.map(|shape| (shape, 1.0, 0.0)));
+    let (prior, pull) = mode.shared_prior(mode.stage.shape.map(|shape| (shape, 1.0, 0.0)));
     let all = pull.len();
     // The information of the frames, with full weight.
     let (mut curvature, mut gradient) = (DMatrix::zeros(all, all), DVector::zeros(all));

@@ -17,7 +17,6 @@ use tongue_core::statistics::mean_and_variance;
 use super::errors::Along;
 use super::frame::{Frame, FrameObservation};
 use super::settings::Followed;
-use super::shape::RestShape;
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 use crate::acoustics::{Articulation, FormantFrequency, VocalTract};
 
@@ -61,11 +60,7 @@ fn opened_deg(mark: Point, shift: Point) -> f64 {
 
 /// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
 /// without an equilibrium or an airway.
-pub(super) fn rates(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
-    shape: Option<&RestShape>,
-) -> Vec<Option<DMatrix<f64>>> {
+pub(super) fn rates(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
     if course.frames.iter().all(|f| f.formants.is_empty()) {
         return vec![None; course.frames.len()];
     }
@@ -88,7 +83,7 @@ pub(super) fn rates(
             let x = mode.unknowns(&here.z, &mode.shared);
             let linear = solver.linearise(&frame, &x, Some(positions))?;
             let mut all = linear.hidden_jacobian * 1e-3;
-            if let Some(shape) = shape {
+            if let Some(shape) = mode.stage.shape {
                 let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&linear.positions))]).pop()??;
                 let own = all.ncols();
                 all = all.resize_horizontally(own + shape.count(), 0.0);

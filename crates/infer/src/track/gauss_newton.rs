@@ -28,7 +28,6 @@ const TOO_FAR: (f64, f64) = (1.1, 1.0);
 /// Damping: in the first round, at least for a frame that was held back, and the value from which on a frame stays where it is; in units
 /// of the precision of a course.
 const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
-
 /// Factor of the damping of a frame that responded as expected.
 const LESS: f64 = 0.2;
 /// A frame keeps its linearisation until an unknown is farther from where it was made than this, in standard deviations of a course.

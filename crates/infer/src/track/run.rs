@@ -84,11 +84,11 @@ pub fn track(
     let shown = stage.shape.map(|shape| display.fit_shape(shape, &mode, &sample));
     progress(ROUNDS + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
-    let of_sample: Vec<_> = sample.iter().map(|course| shape_jacobians(&mode, course, stage.shape)).collect();
+    let of_sample: Vec<_> = sample.iter().map(|course| shape_jacobians(&mode, course)).collect();
     let linear = sample.iter().zip(&of_sample);
     let linear = linear.map(|(course, by)| Eliminated::new(&mode, course, &[], (by, columns)));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
-    let shared = draws::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
+    let shared = draws::draws(&mode, &sample, &linear).ok_or(NotFinite)?;
     drop(linear);
     let done = AtomicUsize::new(ROUNDS + 2);
     mode.holds = !is_whole;
@@ -102,7 +102,7 @@ pub fn track(
             let (_, own) = placed(&mut mode, slice::from_mut(&mut course), Some(usual), &|_| ());
             (faults, lost) = own.into_iter().next().unwrap_or_default();
         }
-        let own = (!is_whole).then(|| shape_jacobians(&mode, &course, stage.shape));
+        let own = (!is_whole).then(|| shape_jacobians(&mode, &course));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
         let linear = Eliminated::new(&mode, &course, &[], (by_shape, columns)).ok_or(NotFinite)?;
         let predicted = predict_hidden(&mode, &course, process.as_ref());
@@ -116,7 +116,7 @@ pub fn track(
         let levels = shown.as_ref().map_or(&mode.shared, |shown| &shown.levels).clone();
         let stage_shown = stage.on(shown.as_ref().and_then(|shown| shown.body.as_ref()));
         let again = Smoother { stage: stage_shown, shared: levels, ..mode.clone() };
-        let heard = formants::rates(&mode, &course, stage.shape);
+        let heard = formants::rates(&mode, &course);
         let sampler = Sampler {
             mode: &mode,
             course: &course,

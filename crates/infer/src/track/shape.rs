@@ -15,10 +15,9 @@ use crate::standard_deviations as sd;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::{Point, Similarity};
+use tongue_core::observe::TongueSurface;
 use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
-
-use tongue_core::observe::TongueSurface;
 
 /// What placing leaves open: shift, m, and turn, rad.
 const SHIFT_SD_M: f64 = 1e-3 * sd::LEFT_SHIFT_MM;

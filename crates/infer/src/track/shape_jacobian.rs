@@ -16,13 +16,9 @@ pub(super) struct ShapeJacobian {
     pub hidden: DMatrix<f64>,
 }
 
-/// Derivatives of all frames by the shape.
-pub(super) fn shape_jacobians(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
-    shape: Option<&RestShape>,
-) -> Vec<Option<ShapeJacobian>> {
-    let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
+/// Derivatives of all frames by the shape; `None` for each where the shape is known.
+pub(super) fn shape_jacobians(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<Option<ShapeJacobian>> {
+    let Some(shape) = mode.stage.shape else { return course.frames.iter().map(|_| None).collect() };
     in_chunks(0..course.frames.len(), |chunk| {
         let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
         let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();

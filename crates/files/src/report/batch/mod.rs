@@ -196,7 +196,7 @@ fn line(r: &AssessedRecord) -> [String; 6] {
     let names = r.fit().active_names();
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
     let tensions = names.iter().map(|m| {
-        let tension = r.fit().value(m, &r.fit().tensions()).unwrap_or(f64::NAN);
+        let tension = r.fit().number(m).map_or(f64::NAN, |m| r.fit().tension(m));
         format!("{m} {tension:.1}")
     });
     let drawn = names.iter().filter_map(|m| summary?.tensions_n.get(m)).map(|t| {

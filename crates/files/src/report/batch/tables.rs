@@ -198,7 +198,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
     ]);
     let tensions = muscles.iter().map(|m| {
         Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", move |r: &FitRow<'a>| {
-            r.of(|f| json!(f.fit().value(m, &f.fit().tensions())))
+            r.of(|f| json!(f.fit().number(m).map(|m| f.fit().tension(m))))
         })
     });
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()

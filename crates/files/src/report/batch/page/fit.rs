@@ -48,7 +48,7 @@ impl PageFit {
         (moved, ridges): (Vec<[i64; 2]>, Option<&str>),
         muscles: &[String],
     ) -> Result<Self, ReportError> {
-        let tension = |m: &String| r.fit().value(m, &r.fit().tensions());
+        let tension = |m: &String| r.fit().number(m).map(|m| r.fit().tension(m));
         let posterior = r.record.posterior.as_ref();
         Ok(Self {
             number,
@@ -80,8 +80,9 @@ fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
         tr {
             (first_cells(id, r))
             td { (r.fit().matched.target.kind) }
+            @let residuals = r.fit().residuals();
             @for m in muscles {
-                @match r.fit().value(m, &r.fit().residuals()) {
+                @match r.fit().number(m).and_then(|m| residuals.get(m)) {
                     Some(residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
                         @if r.fitted.contains(m) { "● " }
                         (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
@@ -118,7 +119,7 @@ pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
         Of::of_page("alarms", |r| r.record.alarms.len().into()),
     ];
     columns.extend(muscles.iter().map(|m| {
-        let tension = move |r: &AssessedRecord| r.fit().value(m, &r.fit().tensions()).unwrap_or(0.0);
+        let tension = move |r: &AssessedRecord| r.fit().number(m).map_or(0.0, |m| r.fit().tension(m));
         Of::of_page(m.clone(), move |r| tension(r).into()).shown_as(move |r| {
             if r.fit().active_names().contains(m) { format!("{:.1}", tension(r)) } else { String::new() }
         })
