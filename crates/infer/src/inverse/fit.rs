@@ -170,18 +170,20 @@ const SAME_ANSWER: f64 = 0.5;
 pub struct Optimum {
     /// Tensions of the active muscles, N.
     pub tensions_n: ByMuscle<f64>,
-    /// Objective; the answer's is smaller.
+    /// Objective; that of the best start is smaller.
     pub cost: f64,
     /// Number of starts that ended there.
     pub starts: usize,
 }
 
-/// Ends of converged starts other than the answer, best first.
+/// Ends of converged starts other than the answer and the best start, best first. The answer to an undetermined target is chosen on the
+/// curve through the end of the best start.
 pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
-    let answer = fit.active_tensions();
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
+    let (answer, starts) = (fit.active_tensions(), &fit.answer.starts);
+    let best = starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).map_or(&answer, |start| &start.x);
     let mut found: Vec<(&[f64], Optimum)> = Vec::new();
-    for start in fit.answer.starts.iter().filter(|s| s.converged && !same(&s.x, &answer)) {
+    for start in starts.iter().filter(|s| s.converged && !same(&s.x, &answer) && !same(&s.x, best)) {
         match found.iter_mut().find(|(x, _)| same(x, &start.x)) {
             Some((_, o)) => o.starts += 1,
             None => {

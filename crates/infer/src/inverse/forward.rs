@@ -175,7 +175,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             return self.solve(x);
         }
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
-        let settings = &self.settings.equilibrium;
+        let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
         let trace = statics::trace(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
         self.counts.factorisations += trace.solution.factorisations;
         trace.from_rest != FromRest::NotKnown

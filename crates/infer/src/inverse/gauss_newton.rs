@@ -96,17 +96,17 @@ pub(super) fn run<const D: usize>(
 }
 
 /// Searches from values that are nearly right, within the bounds; afterwards the problem is at the answer,
-/// whose residuals are returned too. `None` if there is no equilibrium at the beginning or at the end.
+/// whose residuals are returned too, and whether the search converged. `None` if there is no equilibrium at the beginning or at the end.
 pub(super) fn refit<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     from: &[f64],
-) -> Option<(Vec<f64>, DVector<f64>)> {
+) -> Option<(Vec<f64>, DVector<f64>, bool)> {
     let mut here = EvaluatedPoint::new(problem, DVector::from_column_slice(from))?;
-    descend(problem, settings, &mut here, &mut 0);
+    let converged = descend(problem, settings, &mut here, &mut 0);
     let x: Vec<f64> = here.x.iter().copied().collect();
     let residuals = problem.residuals(&x)?;
-    Some((x, residuals))
+    Some((x, residuals, converged))
 }
 
 /// Minimises from `here`, and returns whether it converged.

@@ -143,5 +143,5 @@ pub enum FitStatus {
     NoEquilibrium,
 }
 
-/// Answers nearer to the lower bound than this count as on it, in units of the unknowns (N).
+/// Answers nearer to a bound than this count as on it, in units of the unknowns (N).
 pub const AT_BOUND: f64 = 1e-3;

@@ -49,10 +49,14 @@ pub struct Answer<const D: usize> {
 }
 
 impl<const D: usize> Answer<D> {
-    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law.
+    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law, and the stiffness
+    /// there is that of a stable equilibrium.
     pub fn is_trustworthy(&self) -> bool {
         let Replay { solution, from_rest, .. } = &self.replay;
-        self.status == FitStatus::Converged && solution.guarded == 0 && *from_rest == FromRest::Branch
+        self.status == FitStatus::Converged
+            && solution.guarded == 0
+            && *from_rest == FromRest::Branch
+            && self.identifiability.is_some()
     }
 }
 
@@ -89,7 +93,7 @@ pub fn solve<const D: usize>(
         forward.begin_at(&best.x, shape);
     }
     let mut x = snap_to_lower_bound(&mut forward, best);
-    let mut followed = None;
+    let (mut followed, mut converged) = (None, best.converged);
     if inverse.is_undetermined() && best.solved {
         (x, followed) = select_solution(&mut forward, settings, &x);
     }
@@ -108,7 +112,7 @@ pub fn solve<const D: usize>(
         let mut traced = Forward::new(inverse, settings).traced();
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
             counts += std::mem::replace(&mut forward, traced).counts;
-            x = other;
+            (x, converged) = other;
             followed = None;
             (trace, again) = forward.follow_branch(&x);
             counts.factorisations += trace.factorisations;
@@ -135,7 +139,7 @@ pub fn solve<const D: usize>(
         FitStatus::AtUpperBound
     } else if misfit > settings.misfit_tolerance {
         FitStatus::TargetNotMet
-    } else if !best.converged {
+    } else if !converged {
         FitStatus::IterationLimit
     } else {
         FitStatus::Converged
@@ -179,7 +183,7 @@ pub(super) fn select_solution<const D: usize>(
         // The smallest corrections did not reach the target; a search without effort does if the target can
         // be met.
         let mut without = Forward::new(forward.inverse, settings).without_effort();
-        if let Some((better, residuals)) = gauss_newton::refit(&mut without, settings, &x)
+        if let Some((better, residuals, _)) = gauss_newton::refit(&mut without, settings, &x)
             && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
         {
             x = onto_target(forward, &better);
@@ -197,23 +201,26 @@ pub(super) fn select_solution<const D: usize>(
     (x, if curves.len() == 1 { curves.pop() } else { None })
 }
 
-/// The best answer on the branch from rest, searched from the ends of the starts and from `x`. `None` if none
-/// has a shape there.
+/// The best answer among shapes to which tensions lead from rest, searched from the ends of the starts and from `x`, and whether its search
+/// converged. `None` if there is no such shape.
 fn search_on_branch<const D: usize>(
     traced: &mut Forward<'_, D>,
     settings: &FitSettings,
     starts: &[Start],
     x: &[f64],
-) -> Option<Vec<f64>> {
-    let mut best: Option<(f64, Vec<f64>)> = None;
+) -> Option<(Vec<f64>, bool)> {
+    let mut best: Option<(f64, Vec<f64>, bool)> = None;
     for from in starts.iter().map(|s| s.x.as_slice()).chain([x]) {
-        if let Some((found, residuals)) = gauss_newton::refit(traced, settings, from) {
+        if let Some((found, residuals, converged)) = gauss_newton::refit(traced, settings, from) {
             let cost = traced.cost(&found, Some(&residuals));
-            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, found));
+            if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
+                best = Some((cost, found, converged));
             }
         }
     }
-    let (_, found) = best?;
-    Some(if traced.inverse.is_undetermined() { select_solution(traced, settings, &found).0 } else { found })
+    let (_, mut found, converged) = best?;
+    if traced.inverse.is_undetermined() {
+        found = select_solution(traced, settings, &found).0;
+    }
+    Some((found, converged))
 }

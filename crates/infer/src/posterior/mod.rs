@@ -14,7 +14,7 @@
 //! separately. All priors are in [`Priors`]; each can be fixed or left out.
 //!
 //! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with
-//! four chains side by side in the lanes of the processor (one after the other in bodies that are not made of springs). Only equilibria
+//! eight chains, four side by side in the lanes of the processor (one after the other in bodies that are not made of springs). Only equilibria
 //! are allowed to which the tensions lead from rest as they grow, with a jump on the way or without one (`from_rest`). [`Status`] says
 //! whether the chains have mixed. One run predicts every stretch without its own measurement (`leave_out`); [`Contrast`] compares postures,
 //! and [`Verdict`] states the main result in three sentences.
