@@ -244,7 +244,7 @@ pub mod report {
     pub(crate) use tongue_files::report::{
         AnimationFrame, Conclusion, EscapeControl, FormantsRecord, Markdown, OfBody, Panel, Pvd,
         RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
-        Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
+        Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts, counted,
         discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns, limit_of_plane, over_speakers,
         panels, placed, prior_interval_n, repeated, repeats_columns, segments_csv, solid, status_name,
         timelines, track_csv, views, vowel, wrapped,
@@ -284,12 +284,12 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, VerdictSource};
+    pub use tongue_files::run::{BodySource, FitRun, Kind, PlaneBody, Solved, TrackRun, VerdictSource};
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::{
-        EffectRow, MotionRun, Moved, MuscleEffect, PosteriorRun, Published, RowPosteriors, SampledPosterior,
-        Solved, SoundRun, SpaceSource, SpaceTrackRun, SpaceTracked, TongueSound, TongueSoundRecord,
-        TrackedBody,
+        EffectRow, Equilibrium, MotionRun, MuscleEffect, PosteriorRun, Published, RowPosteriors,
+        SampledMotion, SampledPosterior, SoundRun, SpaceSource, SpaceTrack, SpaceTrackRun, TongueSound,
+        TongueSoundRecord, TrackedBody,
     };
 }
 

@@ -96,8 +96,8 @@ fn answer(
     output::write_and_answer(global, (Some(out), &files), &Json(&record), &by, || {
         text(title, &all, &columns, surface)
     })?;
-    let is_doubtful = |a: &&MuscleEffect| a.status != SolveStatus::Converged || !a.alarms.is_empty();
-    let doubtful: Vec<&str> = all.iter().filter(is_doubtful).map(|a| a.name.as_str()).collect();
+    let doubtful = all.iter().filter(|a| a.status != SolveStatus::Converged || !a.alarms.is_empty());
+    let doubtful: Vec<&str> = doubtful.map(|a| a.name.as_str()).collect();
     Ok(Outcome::judged(doubtful.is_empty(), || {
         format!("no equilibrium that can be trusted where these pull alone: {}", doubtful.join(", "))
     }))

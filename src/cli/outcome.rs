@@ -41,13 +41,6 @@ impl Outcome {
     }
 }
 
-/// How often each status occurs.
-pub fn counted(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
-    let mut counts = BTreeMap::new();
-    statuses.into_iter().for_each(|status| *counts.entry(status).or_default() += 1);
-    counts
-}
-
 /// How many of the results have a status that is not one of `good`; `None` if all can be trusted.
 pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
     let all: usize = statuses.values().sum();

@@ -11,11 +11,10 @@ use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu};
-use tongue_fit::run::{SpaceSource, SpaceTrackRun, SpaceTracked};
+use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu, counted};
+use tongue_fit::run::{SpaceSource, SpaceTrack, SpaceTrackRun};
 use tongue_fit::system::TissueModel;
 
-use super::outcome::counted;
 use super::space::ModelArguments;
 use super::{Global, Outcome, output, recording_checks, recordings, table, untrusted, word};
 
@@ -100,7 +99,7 @@ impl Arguments {
         notes.iter().for_each(|note| output::note(note));
         let asked = SpaceTrackRun { body, model: &model, recorded, search };
         let found = asked.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
-        let SpaceTracked { frames, shapes, is_alike } = found;
+        let SpaceTrack { frames, shapes, is_alike } = found;
         if is_alike && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
             output::note(note);

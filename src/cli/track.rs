@@ -6,14 +6,13 @@ use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name};
+use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, counted, status_name};
 use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::distinct;
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 
 use super::inputs::choice_among;
-use super::outcome::counted;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments, Screened};
 use super::track_files::{BodyFile, Done};
 use super::track_sound::FORMANTS;

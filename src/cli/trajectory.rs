@@ -17,7 +17,7 @@ use tongue_fit::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
     TrajectoryRecord, Vtu,
 };
-use tongue_fit::run::{MotionRun, Moved};
+use tongue_fit::run::{MotionRun, SampledMotion};
 use tongue_fit::system::System;
 
 use super::inputs::choice;
@@ -221,7 +221,7 @@ fn write(
     by: &Provenance,
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
-    found: Moved<2>,
+    found: SampledMotion<2>,
 ) -> miette::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];

@@ -11,7 +11,7 @@ use tongue_fit::effect::Contact;
 use tongue_fit::geometry::topology;
 use tongue_fit::measured::{Dataset, Muscles, Vowel};
 use tongue_fit::report::SimulationRecord;
-use tongue_fit::run::{BodySource, Equilibrium, Kind, PlaneBody};
+use tongue_fit::run::{BodySource, Kind, PlaneBody, Solved};
 use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{Hyoid, Jaw};
 use tongue_fit::scene::{JOINT_MM, Scene};
@@ -304,10 +304,7 @@ impl Engine {
         let system = system(&scene, &self.body, &given.iter().map(|(m, _)| *m).collect::<Vec<_>>())?;
         let mut tensions = vec![0.0; system.muscle_count()];
         given.iter().for_each(|(m, tension)| tensions[*m] = *tension);
-        let mut workspace = Workspace::new(&system);
-        let found = Equilibrium::of(&system, &mut workspace, &tensions, false);
-        let (positions, found) = (workspace.positions(), (&*system, found));
-        Ok(SimulationRecord::new(&self.body, found, &tensions, positions, None, 0.0))
+        Ok(Solved::of(system, &tensions, false).record(&self.body, None))
     }
 }
 

@@ -1,10 +1,12 @@
 //! The built-in tongue in space, activated on both sides alike: one half is solved, from the last shape.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 use tongue_fit::body::Half;
 use tongue_fit::body::{Body, Mesh};
 use tongue_fit::report::SimulationRecord;
-use tongue_fit::run::Equilibrium;
+use tongue_fit::run::Solved;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 
@@ -15,7 +17,7 @@ const MOST_ITERATIONS: usize = 60;
 pub struct Space {
     body: Body<3>,
     half: Half,
-    system: System<3>,
+    system: Arc<System<3>>,
     workspace: Workspace<3>,
 }
 
@@ -27,7 +29,7 @@ impl Space {
     pub fn new() -> Result<Self, String> {
         let body = Body::tongue_in_space(1).map_err(|e| e.to_string())?;
         let half = body.half().ok_or("the two sides of the body differ")?;
-        let system = System::of_half(&half, &SpaceModel::default()).map_err(|e| e.to_string())?;
+        let system = Arc::new(System::of_half(&half, &SpaceModel::default()).map_err(|e| e.to_string())?);
         let workspace = Workspace::new(&system);
         Ok(Self { body, half, system, workspace })
     }
@@ -103,10 +105,11 @@ impl Space {
     /// As the program's.
     pub fn settle(&mut self, activations: &[f64]) -> Result<SimulationRecord, String> {
         let (whole, own) = self.activations(activations)?;
+        let solved = Solved::of(Arc::clone(&self.system), &own, false);
         self.workspace.start_from_rest(&self.system);
-        let found = Equilibrium::of(&self.system, &mut self.workspace, &own, false);
-        let positions = self.half.whole(self.workspace.positions());
-        Ok(SimulationRecord::new(&self.body, (&self.system, found), &whole, &positions, None, 0.0))
+        self.workspace.start_from(&solved.positions);
+        let positions = self.half.whole(&solved.positions);
+        Ok(Solved { positions, pulls: whole, ..solved }.record(&self.body, None))
     }
 
     /// Activations of all muscles of the body and of its half, from those of the muscles of both sides.

@@ -126,8 +126,10 @@ pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
 
 /// The rows as JSON: of each an object with the values by the names of the columns.
 pub fn objects<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Vec<Value> {
-    let object = |row: &R| columns.iter().map(|c| (c.name.clone().into_owned(), (c.value)(row))).collect();
-    rows.iter().map(object).collect()
+    let objects = rows
+        .iter()
+        .map(|row| columns.iter().map(|c| (c.name.clone().into_owned(), (c.value)(row))).collect::<Value>());
+    objects.collect()
 }
 
 /// Those of the columns that stand on pages and on the terminal, with their headings.

@@ -127,7 +127,7 @@ impl SimulationRecord {
 impl<const D: usize> Solved<D> {
     /// Its record, with what surgery changed if there was any.
     pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
-        let found = (&self.system, self.found.clone());
+        let found = (&*self.system, self.found.clone());
         SimulationRecord::new(body, found, &self.pulls, &self.positions, operation, self.wall_s)
     }
 }

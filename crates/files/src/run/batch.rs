@@ -18,7 +18,7 @@ use crate::report::batch::record::AssessedRecord;
 use crate::report::batch::{
     BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fitted, passive_groups,
 };
-use crate::report::{Provenance, ReportError};
+use crate::report::{Provenance, ReportError, counted};
 
 #[derive(Debug)]
 pub struct BatchRun {
@@ -146,14 +146,12 @@ impl BatchRun {
         let ratios = muscles.iter().filter(|m| *m != reference && data.muscles().contains(m)).count();
         let fits = digests.len();
         let digests = digests.iter().map(|(_, digest)| digest);
-        let mut statuses = BTreeMap::new();
-        digests.clone().for_each(|digest| *statuses.entry(digest.status.clone()).or_default() += 1);
         let substitutes = plan.jobs.iter().filter(|job| job.substitute);
         let substitutes: BTreeSet<String> = substitutes.map(|job| job.target.subject.clone()).collect();
         BatchSummary {
             rows: data.rows().len(),
             fits,
-            statuses,
+            statuses: counted(digests.clone().map(|digest| digest.status.clone())),
             baselines: plan.baselines.len(),
             not_fitted: plan.refusals.len() + plan.jobs.len() - fits,
             unreadable_rows: unreadable,

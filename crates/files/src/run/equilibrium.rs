@@ -1,6 +1,7 @@
 //! One equilibrium with what there is to doubt in it, of a system or of a body in the plane or in space, and the motion of a system with its
 //! lengths and shapes at equidistant times.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{SVector, Vector2};
@@ -82,12 +83,14 @@ pub struct Solved<const D: usize> {
     /// Tensions (activations in space) of all muscles of the body.
     pub pulls: Vec<f64>,
     /// In space, that of one half where both sides are alike.
-    pub system: System<D>,
+    pub system: Arc<System<D>>,
     pub wall_s: f64,
 }
 
 impl<const D: usize> Solved<D> {
-    fn of(system: System<D>, pulls: &[f64], direct: bool) -> Self {
+    /// The equilibrium of a system at the tensions (activations in space) of all muscles, from rest; unless `direct`, the equilibria from rest are
+    /// followed as they grow.
+    pub fn of(system: Arc<System<D>>, pulls: &[f64], direct: bool) -> Self {
         let mut workspace = Workspace::new(&system);
         let clock = Instant::now();
         let found = Equilibrium::of(&system, &mut workspace, pulls, direct);
@@ -114,7 +117,7 @@ impl Solved<2> {
         let pulling: Vec<usize> = given.iter().map(|(muscle, _)| *muscle).collect();
         let mut tensions = vec![0.0; body.mesh.muscles.len()];
         given.iter().for_each(|(muscle, tension)| tensions[*muscle] = *tension);
-        Ok(Self::of(System::new(&body.mesh, model, &pulling)?, &tensions, direct))
+        Ok(Self::of(Arc::new(System::new(&body.mesh, model, &pulling)?), &tensions, direct))
     }
 }
 
@@ -134,6 +137,7 @@ impl Solved<3> {
             Some((_, half)) => System::of_half(half, model),
             None => System::in_space(body, model),
         }?;
+        let system = Arc::new(system);
         let (unknowns, entries) = (3 * system.pattern().unknowns(), system.pattern().factor_entries::<3>());
         let made = clock.elapsed().as_secs_f64();
         let what = if half.is_some() { "only one half is solved: " } else { "" };
@@ -165,7 +169,7 @@ pub struct MotionRun<'a, 's, const D: usize> {
 }
 
 #[derive(Debug, Clone)]
-pub struct Moved<const D: usize> {
+pub struct SampledMotion<const D: usize> {
     pub outcome: MotionOutcome,
     /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,
@@ -179,7 +183,7 @@ pub struct Moved<const D: usize> {
 
 impl<const D: usize> MotionRun<'_, '_, D> {
     /// Follows the motion; `progress` gets the time reached now and then, s.
-    pub fn run(&self, integrator: &mut dyn Integrator<D>, progress: &mut dyn FnMut(f64)) -> Moved<D> {
+    pub fn run(&self, integrator: &mut dyn Integrator<D>, progress: &mut dyn FnMut(f64)) -> SampledMotion<D> {
         let Self { motion, start, t_end_s, .. } = *self;
         let system = motion.system();
         let mut end = motion.at_rest();
@@ -190,7 +194,7 @@ impl<const D: usize> MotionRun<'_, '_, D> {
         let mut seen = Samples { system, shape_every: self.shape_every, progress, lengths, shapes };
         let outcome = dynamics::run(motion, integrator, &mut end, t_end_s, &times, &mut seen);
         let Samples { lengths, shapes, .. } = seen;
-        Moved { outcome, part_of_way: motion.part_of_way(&begin, &end), end, lengths, shapes }
+        SampledMotion { outcome, part_of_way: motion.part_of_way(&begin, &end), end, lengths, shapes }
     }
 }
 

@@ -1,8 +1,8 @@
 //! One fit of a target, with what there is to doubt in it and its verdict, and the published answer beside it.
 
-use nalgebra::SVector;
-use tongue_core::body::Body;
+use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::Contact;
+use tongue_core::geometry::Point;
 use tongue_core::statics::SolveStatus;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
@@ -48,7 +48,9 @@ impl<'a> FitRun<'a> {
             None => inverse::fit(&body.mesh, model, target, settings)?,
             Some(palate) => {
                 let matched = TargetOnBody::new(&body.mesh, target)?;
-                let system = walled(body, model, palate, &matched.contracting())?;
+                let mut additions = Additions::default();
+                additions.add_contact(wall(&body.mesh, model, palate)?);
+                let system = System::with(&body.mesh, model, &matched.contracting(), additions)?;
                 inverse::fit_in(&system, matched, settings)?
             }
         };
@@ -89,18 +91,10 @@ impl<'a> FitRun<'a> {
     }
 }
 
-/// A body that its palate and teeth stop, as in a scene with `effects.contact`.
-fn walled(
-    body: &Body<2>,
-    model: &Model,
-    palate: &[SVector<f64, 2>],
-    pulling: &[usize],
-) -> Result<System<2>, SystemError> {
-    let mut additions = Additions::default();
-    let stiffness = system::coefficients(&body.mesh, model)?.tissue_stiffness;
-    let nodes = body.mesh.surface_nodes();
-    additions.add_contact(Contact::new(palate.to_vec(), &nodes, stiffness, CONTACT_REACH_MM * 1e-3));
-    System::with(&body.mesh, model, pulling, additions)
+/// Palate and teeth that stop the surface of a body, as in a scene with `effects.contact`.
+pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Contact, SystemError> {
+    let stiffness = system::coefficients(mesh, model)?.tissue_stiffness;
+    Ok(Contact::new(palate.to_vec(), &mesh.surface_nodes(), stiffness, CONTACT_REACH_MM * 1e-3))
 }
 
 /// The verdict of a posterior, or why it has none.

@@ -16,9 +16,9 @@ mod track;
 #[cfg(feature = "files")]
 pub use batch::{BatchRun, RowPosteriors};
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
-pub use equilibrium::{Equilibrium, MotionRun, Moved, Solved};
+pub use equilibrium::{Equilibrium, MotionRun, SampledMotion, Solved};
 pub use fit::{FitRun, Published, VerdictSource};
 pub use muscles::{EffectRow, MuscleEffect};
 pub use posterior::{PosteriorRun, SampledPosterior};
 pub use sound::{SoundRun, TongueSound, TongueSoundRecord};
-pub use track::{SpaceTrackRun, SpaceTracked, TrackRun, TrackedBody};
+pub use track::{SpaceTrack, SpaceTrackRun, TrackRun, TrackedBody};

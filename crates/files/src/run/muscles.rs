@@ -157,16 +157,19 @@ impl EffectRow<'_> {
                 Of::new("length_mm", "mm", "its length", length_mm(1)).in_csv_alone(),
             ]);
         }
-        let longer = |r: &EffectRow<'a>| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0));
-        let stretch = Of::new("stretch", "", "its length over that at rest", |r| r.stretch().into());
-        columns.push(stretch.headed("its length").shown_as(longer));
+        columns.push(
+            Of::new("stretch", "", "its length over that at rest", |r| r.stretch().into())
+                .headed("its length")
+                .shown_as(|r| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0))),
+        );
+        let what = "way of the foremost, highest or rearmost point of the surface at rest";
         for (end, place) in ["tip", "top", "root"].into_iter().enumerate() {
             for (axis, way) in ["forward", "up"].into_iter().enumerate() {
                 let heading = if axis == 0 { format!("{place} {way}") } else { way.to_owned() };
-                let moved = move |r: &EffectRow<'a>| r.alone.moved_mm[end][axis];
-                let what = "way of the foremost, highest or rearmost point of the surface at rest";
-                let column = Of::new(format!("{place}_{way}_mm"), "mm", what, move |r| moved(r).into());
-                columns.push(column.headed(heading).shown_as(move |r| tenths(moved(r))));
+                let column = Of::new(format!("{place}_{way}_mm"), "mm", what, move |r| {
+                    r.alone.moved_mm[end][axis].into()
+                });
+                columns.push(column.headed(heading).shown_as(move |r| tenths(r.alone.moved_mm[end][axis])));
             }
         }
         if in_space {

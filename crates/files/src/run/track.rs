@@ -1,18 +1,17 @@
 //! Tensions over time: the speaker's body, what is not known of its shape, and the search; in space, activations frame by frame.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 
-use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, status_name};
+use super::fit;
+use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, counted, status_name};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
-use tongue_core::effect::{Contact, Effect};
+use tongue_core::effect::Contact;
 use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::seed_of;
 use tongue_core::statistics::upper_median;
-use tongue_core::system::{self, Additions, SpaceModel, System};
+use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
 use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
@@ -21,8 +20,6 @@ use tongue_infer::track::{
 };
 use tongue_input::measured::recording::AlignedRecording;
 
-/// Distance from the palate at which it begins to act, m.
-const PALATE_REACH_M: f64 = 1e-3;
 const NOT_FINITE: &str = "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the \
                           recordings";
 
@@ -142,8 +139,7 @@ impl TrackRun<'_> {
     /// note.
     pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, SimulationError> {
         let Some(palate) = self.basis.palate else { return Ok(None) };
-        let stiffness = system::coefficients(&body.mesh, &self.basis.model)?.tissue_stiffness;
-        let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
+        let wall = fit::wall(&body.mesh, &self.basis.model, palate)?;
         if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
             tell("the body at rest passes through the palate: the tongue is tracked without contact");
             return Ok(None);
@@ -162,8 +158,8 @@ impl TrackRun<'_> {
         watch: &Watch<'_>,
     ) -> Result<(), SimulationError> {
         let (body, model) = (&speaker.body, &self.basis.model);
-        let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
-        let additions = Additions { effects, ..Additions::default() };
+        let mut additions = Additions::default();
+        wall.into_iter().for_each(|wall| additions.add_contact(wall.clone()));
         let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
         let surface = TongueSurface::of(body).ok_or_else(|| {
             SimulationError::Refused(format!("{} has no outline of tissue to compare with", body.what))
@@ -230,15 +226,13 @@ impl TrackRun<'_> {
             results.iter().map(|one| one.tracked.frames.as_slice()).collect();
         let labelled = results.iter().map(|one| (one.tracked.frames.as_slice(), one.labels.as_slice()));
         let draws = results.iter().map(|one| one.tracked.compared.as_slice());
-        let mut statuses = BTreeMap::new();
-        frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
         TrackRecord {
             recordings: met.iter().map(|s| s.name.clone()).collect(),
             body: speaker.body.what.clone(),
             rest: speaker.adaptation.as_ref().map(|a| a.rest),
             placement: speaker.placement.clone(),
             settings: settings.clone(),
-            statuses,
+            statuses: counted(frames.iter().map(|f| status_name(&f.status))),
             untrusted: None,
             median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
             comparisons: track::compare(&track::compared(seen), &muscles, &settings.link, draws),
@@ -319,7 +313,7 @@ pub struct SpaceTrackRun<'a> {
 }
 
 #[derive(Debug, Clone)]
-pub struct SpaceTracked {
+pub struct SpaceTrack {
     pub frames: Vec<SpaceFitRecord>,
     /// Positions of all nodes, m, and activations of all muscles: of every frame or of the last one.
     pub shapes: Vec<(Vec<Vector3<f64>>, Vec<f64>)>,
@@ -330,7 +324,7 @@ pub struct SpaceTracked {
 impl SpaceTrackRun<'_> {
     /// Finds the activations of one frame after another and keeps the shapes of all if they are at most so many, else that of the last;
     /// `tell` gets how each ended.
-    pub fn run(&self, most_shapes: usize, tell: &dyn Fn(&str)) -> Result<SpaceTracked, SimulationError> {
+    pub fn run(&self, most_shapes: usize, tell: &dyn Fn(&str)) -> Result<SpaceTrack, SimulationError> {
         let Self { body, model, recorded, search } = self;
         let system = System::in_space(body, model)?;
         let half = if search.sides_apart { None } else { body.half() };
@@ -351,6 +345,6 @@ impl SpaceTrackRun<'_> {
             shapes.push((fit.answer.positions.clone(), fit.answer.tensions.clone()));
             last = Some(fit.answer);
         }
-        Ok(SpaceTracked { frames, shapes, is_alike: half.is_some() })
+        Ok(SpaceTrack { frames, shapes, is_alike: half.is_some() })
     }
 }

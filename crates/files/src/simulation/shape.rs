@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::error::checked;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
-use crate::run::{Equilibrium, MotionRun, Moved};
+use crate::run::{Equilibrium, MotionRun, SampledMotion};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, MotionOutcome, SHORTEST_S, Tensions};
 use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
 
@@ -151,7 +151,7 @@ impl<const D: usize> Assembly<D> {
         let motion = Motion::new(self.system(), tensions)?;
         let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
         let asked = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: 1 };
-        let Moved { outcome, part_of_way, shapes, .. } = asked.run(integrator.as_mut(), &mut |_| ());
+        let SampledMotion { outcome, part_of_way, shapes, .. } = asked.run(integrator.as_mut(), &mut |_| ());
         let (times, positions) = shapes.into_iter().unzip();
         Ok(Trajectory { outcome, part_of_way, times, positions, assembly: self.clone() })
     }

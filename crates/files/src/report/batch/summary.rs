@@ -81,11 +81,11 @@ pub struct PassiveGroup {
 impl PassiveGroup {
     pub fn columns<'a>() -> Vec<Column<'a, Self>> {
         type Of<'a> = Column<'a, PassiveGroup>;
-        let mark = |g: &Self| if g.substitute_baseline { "†" } else { "" };
-        let vowel = |g: &Self| g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
         vec![
-            Of::of_page("target", move |g| format!("{}{}", g.target_kind, mark(g)).into()),
-            Of::of_page("vowel", move |g| vowel(g).into()),
+            Of::of_page("target", |g| {
+                format!("{}{}", g.target_kind, if g.substitute_baseline { "†" } else { "" }).into()
+            }),
+            Of::of_page("vowel", |g| g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/")).into()),
             Of::of_page("fits", |g| g.fits.into()),
             Of::of_page("model", |g| g.rms_stretch.into()).decimals(3),
             Of::of_page("no change", |g| g.no_change_rms_stretch.into()).decimals(3),

@@ -100,6 +100,5 @@ fn samples(line: &[Px]) -> Vec<Px> {
 
 /// The colours of muscles of these names.
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
-    let known = Muscles::reference().map(|m| m.info(names)).unwrap_or_default();
-    known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
+    Muscles::built_in().info(names).iter().map(|m| m.colour.to_string().to_lowercase()).collect()
 }

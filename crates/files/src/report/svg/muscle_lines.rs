@@ -36,21 +36,13 @@ pub(super) fn lines<'a>(
     positions: &[SVector<f64, 2>],
     tensions: &[f64],
 ) -> Vec<DrawnMuscle<'a>> {
-    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
-    let colours = colours(&names);
-    let all = mesh.muscles.iter().zip(tensions).enumerate().map(|(number, (muscle, &tension))| {
+    let coloured = mesh.muscles.iter().zip(colours(&mesh.muscle_names()));
+    let all = coloured.zip(tensions).map(|((muscle, colour), &tension)| {
         let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
         let (seen, leaves) = view.visible(&chain);
         let contracting = tension > 0.0;
         let name = if contracting { format!("{} {tension:.1}", muscle.name) } else { muscle.name.clone() };
-        DrawnMuscle {
-            name,
-            colour: colours.get(number).cloned().unwrap_or_else(|| INK.to_owned()),
-            contracting,
-            seen,
-            leaves,
-            nodes: &muscle.nodes,
-        }
+        DrawnMuscle { name, colour, contracting, seen, leaves, nodes: &muscle.nodes }
     });
     let mut all: Vec<DrawnMuscle<'a>> = all.collect();
     all.sort_by_key(|l| l.contracting);

@@ -83,11 +83,11 @@ pub fn repeated(repeats: &Repeatability) -> String {
 pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repeated)>> {
     type Of<'a> = Column<'a, (String, Repeated)>;
     let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
-    let number = |name, heading: &'static str, value: fn(&Repeated) -> f64| {
+    fn number<'a>(name: &'static str, heading: &'static str, value: fn(&Repeated) -> f64) -> Of<'a> {
         let column = Of::new(name, "", "", move |(_, r)| value(r).into());
         let column = column.headed(heading).shown_as(move |(_, r)| fixed(value(r), 2));
         if heading.is_empty() { column.in_csv_alone() } else { column }
-    };
+    }
     vec![
         Of::new("muscle", "", "", |(muscle, _)| muscle.as_str().into()),
         number("icc", "ICC of its course", |r| r.icc),

@@ -15,6 +15,8 @@ pub use assumptions::{
 pub use page::TrackPage;
 pub use tables::{contrasts, draws_csv, over_speakers, segments_csv, track_csv};
 
+use std::collections::BTreeMap;
+
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
@@ -222,6 +224,13 @@ pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
+/// How often each status occurs.
+pub fn counted(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    statuses.into_iter().for_each(|status| *counts.entry(status).or_default() += 1);
+    counts
+}
+
 #[derive(Debug, Clone, Serialize)]
 pub struct TrackRecord {
     pub recordings: Vec<String>,
@@ -233,7 +242,7 @@ pub struct TrackRecord {
     pub placement: Option<Placement>,
     #[serde(rename = "prior", serialize_with = "assumptions::prior")]
     pub settings: TrackSettings,
-    pub statuses: std::collections::BTreeMap<String, usize>,
+    pub statuses: BTreeMap<String, usize>,
     /// Why recordings cannot be trusted: the reason for an exit status of 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub untrusted: Option<String>,

@@ -237,8 +237,10 @@ impl Journal {
         let mut bytes = vec![0; *length];
         let mut reader = &self.files[*file].1;
         let read = reader.seek(SeekFrom::Start(*offset)).and_then(|_| reader.read_exact(&mut bytes));
-        let changed = || io::Error::other("it was changed while a batch was using it");
-        let entry = read.and_then(|()| self.read_line(&bytes).ok_or_else(changed));
+        let entry = read.and_then(|()| {
+            let entry = self.read_line(&bytes);
+            entry.ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
+        });
         entry.map(Some).map_err(|source| self.failed(*file, source))
     }
 

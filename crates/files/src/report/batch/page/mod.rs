@@ -169,11 +169,8 @@ fn with<'a>(first: &'a [&str], muscles: &'a [String]) -> impl Iterator<Item = &'
 /// The mesh once, and for every fit the displacements as integers in µm.
 fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
     let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
-    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
-    let muscles: Vec<_> = mesh
-        .muscles
-        .iter()
-        .zip(colours(&names))
+    let coloured = mesh.muscles.iter().zip(colours(&mesh.muscle_names()));
+    let muscles: Vec<_> = coloured
         .map(|(m, colour)| serde_json::json!({"name": m.name, "nodes": m.nodes, "colour": colour}))
         .collect();
     let view = frame(mesh, &[], []);
