@@ -25,7 +25,7 @@
 //! measurements             -> observe      lengths, ratios, stretches, points, contours and their gradients
 //! system + observations    -> inverse      tensions, displaced bones, constants; what is undetermined
 //! body + recording         -> adapt        a speaker's body; track: tensions over time from recordings
-//! body + tract             -> heard        areas, formants and their derivatives by the nodes, a voice
+//! body + tract             -> acoustics    areas, formants and their derivatives by the nodes
 //! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
 //! a file                   -> scene        loads and wanted results; nothing else is computed
 //! ```
@@ -48,7 +48,7 @@
 //!     println!("{muscle} {tension:.1} N per metre: {:.3} of its length", fit.shape.stretch(muscle)?);
 //! }
 //! let (folder, picture) = (std::env::temp_dir().join("tongue-fit"), fit.shape.picture("S2 /a/")?);
-//! report::write(folder, "my program", &[("fit.json", &Json(&fit.record())), ("tongue.svg", &picture)])?;
+//! report::write(folder, "my program", &[("estimate.json", &Json(&fit.record())), ("tongue.svg", &picture)])?;
 //! # assert!(shape.is_converged() && shape.is_traced() && fit.is_trustworthy());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -147,7 +147,7 @@ pub mod geometry {
 }
 
 pub mod acoustics {
-    //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
+    //! What is heard of a tongue: formants, and how they answer to its nodes.
     pub use tongue_infer::acoustics::{
         Articulation, Formant, FormantFrequency, MeanVowel, Sound, SpaceVocalTract, Tract, VocalTract,
         mean_vowels, nearest_vowel,
@@ -199,9 +199,10 @@ pub mod measured {
         };
         pub use tongue_input::measured::lengths::{Malformed, Row};
 
-        pub mod rest_distance {
-            //! How far the model in its baseline is from a measured row, and whether its lengths have the proportions of a tongue.
-            pub use tongue_input::measured::lengths::rest_distance::doubt_of_proportions;
+        #[cfg(feature = "cli")]
+        pub(crate) mod rest_distance {
+            //! Whether measured lengths have the proportions of a tongue.
+            pub(crate) use tongue_input::measured::lengths::rest_distance::doubt_of_proportions;
         }
     }
 
@@ -230,11 +231,26 @@ pub mod parallel {
 
 pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
+    //! ```
+    //! use tongue_fit::posterior::{PosteriorModel, Priors, Sampling};
+    //! use tongue_fit::prelude::*;
+    //! use tongue_fit::run::PosteriorRun;
+    //!
+    //! let target = Dataset::reference()?.stretches("S2", "a")?;
+    //! let model = PosteriorModel::new(&Body::tongue(12.0 * MM)?, &Model::default(), &Priors::default())?;
+    //! let sampling = Sampling { draws: 200, seed: 1 }; // 1000 for intervals
+    //! let run = PosteriorRun { model: &model, targets: &[&target], beside: Vec::new(), sampling };
+    //! let found = run.run(&|doing| println!("{doing}"))?;
+    //! let harder = found.posterior.draws.iter().filter(|draw| draw.change(0, 0) > 0.0).count();
+    //! println!("GGa pulls harder than in the baseline in {harder} of {} draws", found.posterior.draws.len());
+    //! # assert_eq!(found.posterior.draws.len(), 200);
+    //! # Ok::<(), Box<dyn std::error::Error>>(())
+    //! ```
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::posterior::{AuxiliaryData, OverSpeakers, StretchSummary};
     pub use tongue_infer::posterior::{
         Draw, Posterior, PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun,
-        Status, Summary, Verdict, sample,
+        Status, Summary, Verdict,
     };
 }
 
@@ -284,22 +300,23 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    pub use tongue_files::run::{BodySource, FitRun, Kind, PlaneBody, Solved, TrackRun, VerdictSource};
+    pub use tongue_files::run::{
+        BodySource, FitRun, Kind, PlaneBody, PosteriorRun, SampledPosterior, Solved, TrackRun, VerdictSource,
+    };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::{
-        EffectRow, Equilibrium, MotionRun, MuscleEffect, PosteriorRun, Published, RowPosteriors,
-        SampledMotion, SampledPosterior, SoundRun, SpaceSource, SpaceTrack, SpaceTrackRun, TongueSound,
-        TongueSoundRecord, TrackedBody,
+        EffectRow, Equilibrium, MotionRun, MuscleEffect, Published, RowPosteriors, SampledMotion, SoundRun,
+        SpaceSource, SpaceTrack, SpaceTrackRun, TongueSound, TongueSoundRecord, TrackedBody,
     };
 }
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::ScenePlan;
     pub use tongue_files::scene::effects::{Hyoid, Jaw};
     pub use tongue_files::scene::file::{SceneBody, Want};
     pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::scene::{ScenePlan, force_unit};
 
     pub mod body {
         //! Bodies of scenes.

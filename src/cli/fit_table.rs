@@ -160,7 +160,7 @@ impl ShownFit<'_> {
         let misfit =
             if answer.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", answer.misfit) };
         let mut text = format!(
-            "\n{}: the fitted {} are missed by {misfit} (RMS); {} equilibria in {:.0} ms\n",
+            "\n{}: the fitted {} are missed by {misfit} (RMS); {} equilibria; {:.0} ms in all\n",
             word(&answer.status),
             self.quantity(),
             answer.counts.evaluations,
@@ -250,7 +250,7 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
             target.fitted.iter().map(|&m| (p.values(target.kind).0[m] - target.values[m]).powi(2)).sum();
         let _ = writeln!(
             text,
-            "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",
+            "the published tensions miss the target by {:.3} here (RMS); the {2} ratios that they give here differ from table 4.8 by {1:.3} (RMS)",
             (squares / target.fitted.len() as f64).sqrt(),
             p.rms,
             target.muscles.len() - 1

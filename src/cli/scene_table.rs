@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use tongue_fit::dynamics::MotionOutcome;
 use tongue_fit::report;
-use tongue_fit::scene::ScenePlan;
 use tongue_fit::scene::run::SceneOutcome;
+use tongue_fit::scene::{ScenePlan, force_unit};
 
 use super::table::{self, left, rows, table};
 use super::word;
@@ -57,14 +57,12 @@ pub fn plan(plan: &ScenePlan) -> String {
 
 pub fn outcome(o: &SceneOutcome) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
+    let unit = force_unit(o.plan.dimension);
     if !o.muscles.is_empty() {
-        let tension = match o.plan.dimension {
-            2 => "tension N/m",
-            _ if o.plan.effect("hexahedra").is_some() => "activation",
-            _ => "tension N",
-        };
+        let is_activated = o.plan.effect("hexahedra").is_some();
+        let tension = if is_activated { "activation".to_owned() } else { format!("tension {unit}") };
         let interval = o.points.as_ref().map(|_| "95 % interval");
-        let columns: Vec<&str> = ["muscle", tension]
+        let columns: Vec<&str> = ["muscle", tension.as_str()]
             .into_iter()
             .chain(interval)
             .chain(["rest mm", "length mm", "stretch"])
@@ -113,7 +111,7 @@ pub fn outcome(o: &SceneOutcome) -> String {
     if let Some(c) = &o.contact {
         let _ = writeln!(
             text,
-            "{} nodes touch the wall and press on it with {} N; the largest {:.2} N; the closest at {:.3} mm",
+            "{} nodes touch the wall and press on it with {} {unit}; the largest {:.2} {unit}; the closest at {:.3} mm",
             c.touching,
             vector(&c.on_wall_n),
             c.largest_n,
@@ -124,7 +122,7 @@ pub fn outcome(o: &SceneOutcome) -> String {
         }
     }
     if let Some(force) = &o.on_bones_n {
-        let _ = writeln!(text, "force of the body on the bones: {} N", vector(force));
+        let _ = writeln!(text, "force of the body on the bones: {} {unit}", vector(force));
     }
     if let Some(t) = &o.trajectory {
         let MotionOutcome { status, time_s, counts } = t.outcome;
@@ -138,7 +136,7 @@ pub fn outcome(o: &SceneOutcome) -> String {
     if let Some(s) = &o.solution {
         let _ = writeln!(
             text,
-            "{} iterations, {} factorisations, {} energies; largest residual force {:.1e} N\n",
+            "{} iterations, {} factorisations, {} energies; largest residual force {:.1e} {unit}\n",
             s.iterations, s.factorisations, s.energy_evaluations, s.max_residual_force
         );
     }

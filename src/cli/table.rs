@@ -87,7 +87,7 @@ pub fn simulation(record: &SimulationRecord) -> String {
                     row(i, newtons(*tension), &[format!("{ratio:.3}")])
                 });
             format!(
-                "{t}\n{ended}; largest residual force {:.1e} N; {}",
+                "{t}\n{ended}; largest residual force {:.1e} N/m; {}",
                 solution.max_residual_force,
                 of_rest("areas", *min_area_ratio, *max_area_ratio)
             )

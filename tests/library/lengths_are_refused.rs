@@ -1,8 +1,7 @@
 //! Tables of lengths that cannot be used are refused, wholly or in part, with the place, the reason and what to write.
 
 use tongue_fit::measured::Dataset;
-use tongue_fit::measured::lengths::rest_distance;
-use tongue_input::measured::lengths::DecimalMark;
+use tongue_input::measured::lengths::{DecimalMark, rest_distance};
 
 use crate::fixtures::{says, vowel};
 

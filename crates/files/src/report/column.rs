@@ -154,11 +154,11 @@ fn line(cells: Vec<String>) -> String {
 
 #[cfg(all(test, feature = "files"))]
 pub(crate) fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
-    type CellValue<'a, R> = Column<'a, Column<'a, R>>;
+    type Explained<'a, R> = Column<'a, Column<'a, R>>;
     let of = [
-        CellValue::of_page("column", |c| format!("`{}`", c.name).into()),
-        CellValue::of_page("unit", |c| c.unit.into()).shown_as(|c| c.unit.to_owned()),
-        CellValue::of_page("meaning", |c| c.meaning.into()),
+        Explained::of_page("column", |c| format!("`{}`", c.name).into()),
+        Explained::of_page("unit", |c| c.unit.into()).shown_as(|c| c.unit.to_owned()),
+        Explained::of_page("meaning", |c| c.meaning.into()),
     ];
     markdown(&of, columns)
 }

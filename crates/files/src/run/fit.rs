@@ -55,7 +55,10 @@ impl<'a> FitRun<'a> {
             }
         };
         let known = Muscles::built_in();
-        let alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
+        let mut alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
+        let replay = &fit.answer.replay;
+        let ratios = [replay.min_area_ratio, replay.max_area_ratio];
+        alarms.extend(alarms::of_strain(&body.mesh, ratios, &fit.answer.positions));
         let mut record = FitRecord {
             made_by: made_by.clone(),
             verdict: None,
@@ -118,6 +121,7 @@ pub struct Published {
     pub thesis_ratios: Vec<f64>,
     /// These ratios as stretches of the thesis's rest lengths, with the stretch of GGa of this simulation.
     pub thesis_stretches: Vec<f64>,
+    /// Root mean square difference of `ratios` from `thesis_ratios`.
     pub rms: f64,
 }
 

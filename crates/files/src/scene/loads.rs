@@ -126,7 +126,7 @@ fn asked_for(name: &'static str, asked: bool, nodes: &[usize]) -> Planned {
 pub struct PointsFit {
     pub status: FrameStatus,
     pub rms_mm: Option<f64>,
-    /// Number of directions of the tensions whose standard deviation is below a quarter of the prior's scale;
+    /// Number of directions of the tensions whose standard deviation is below half of the prior's;
     /// the others come from the prior.
     pub resolved: usize,
     /// Lower ends of the 95 % intervals, N per metre of thickness: one for each chain of the mesh.

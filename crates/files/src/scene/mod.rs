@@ -16,7 +16,7 @@ pub mod run;
 pub mod vocal_tract;
 
 pub use file::{Scene, names, shipped};
-pub use plan::ScenePlan;
+pub use plan::{ScenePlan, force_unit};
 pub use run::simulate;
 
 /// The temporomandibular joint of the reference tongue, mm: that of `targets/tract.toml`.

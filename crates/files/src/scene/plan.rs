@@ -19,11 +19,16 @@ pub struct Planned {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EffectRole {
+pub struct MuscleRole {
     pub muscle: String,
     /// Whether it contracts: it then has the three-element model instead of tissue.
     pub contracting: bool,
     pub why: String,
+}
+
+/// Unit of tensions and forces: in the plane they are per metre of thickness.
+pub fn force_unit(dimension: usize) -> &'static str {
+    if dimension == 2 { "N/m" } else { "N" }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,7 +49,7 @@ pub struct ScenePlan {
     pub factor_operations: usize,
     pub estimated_factor_us: f64,
     pub effects: Vec<Planned>,
-    pub muscles: Vec<EffectRole>,
+    pub muscles: Vec<MuscleRole>,
 }
 
 /// Nanoseconds of an iteration for each stiffness block that an element writes, with its share of energy and
@@ -144,7 +149,7 @@ pub(super) fn count<const D: usize>(
     body: &str,
     method: String,
     mut effects: Vec<Planned>,
-    muscles: Vec<EffectRole>,
+    muscles: Vec<MuscleRole>,
     system: &System<D>,
 ) -> ScenePlan {
     let pattern = system.pattern();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::body::{Operation, activations};
 use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
-use super::plan::{self, EffectRole, Planned, ScenePlan};
+use super::plan::{self, MuscleRole, Planned, ScenePlan, force_unit};
 use super::{loads, vocal_tract};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, Muscle};
@@ -110,8 +110,8 @@ fn of_hexahedra<const D: usize>(
     Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
 }
 
-fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<EffectRole> {
-    Vec::from_iter(muscles.iter().zip(activations).map(|(muscle, &a)| EffectRole {
+fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRole> {
+    Vec::from_iter(muscles.iter().zip(activations).map(|(muscle, &a)| MuscleRole {
         muscle: muscle.name.clone(),
         contracting: a > 0.0,
         why: if a > 0.0 { format!("activated to {a}") } else { "passive: its region is tissue".to_owned() },
@@ -261,8 +261,8 @@ fn roles<const D: usize>(
     body: &Body<D>,
     contracting: &[usize],
     target: Option<&Target>,
-) -> Vec<EffectRole> {
-    let mut roles: Vec<EffectRole> = Vec::new();
+) -> Vec<MuscleRole> {
+    let mut roles: Vec<MuscleRole> = Vec::new();
     for (number, muscle) in body.mesh.muscles.iter().enumerate() {
         if roles.iter().any(|r| r.muscle == muscle.name) {
             continue;
@@ -270,7 +270,7 @@ fn roles<const D: usize>(
         let contracts = contracting.contains(&number);
         let why = match scene.tensions_n.get(&muscle.name) {
             _ if !contracts => "passive: its connections are tissue".to_owned(),
-            Some(tension) => format!("contracts with {tension} N"),
+            Some(tension) => format!("contracts with {tension} {}", force_unit(D)),
             None => match target {
                 Some(target) if target.active_names().contains(&muscle.name.as_str()) => {
                     "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
@@ -279,7 +279,7 @@ fn roles<const D: usize>(
                 None => "contracts, with a tension to be found".to_owned(),
             },
         };
-        roles.push(EffectRole { muscle: muscle.name.clone(), contracting: contracts, why });
+        roles.push(MuscleRole { muscle: muscle.name.clone(), contracting: contracts, why });
     }
     roles
 }
