@@ -330,6 +330,8 @@ pub mod scene {
 
     pub mod run {
         //! Scenes run.
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_files::scene::run::in_axes_of_body;
         pub use tongue_files::scene::run::{SceneOutcome, fit, run};
     }
 }

@@ -160,7 +160,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(_) => None,
     };
 
-    // A table that only -v shows.
+    // A second fit, of the stretches, which -v shows as a row.
     let from_stretches = match kind {
         TargetKind::Ratio if output::is_verbose() => {
             let target = arguments.target(&data, TargetKind::Stretch).ok();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body, Mesh};
 use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
@@ -122,7 +122,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             answered(&scene, p, to, |mesh, shape, result| match &body {
                 None => report::solid(mesh, shape, &scene.title),
                 Some(body) => {
-                    let shape = turned(shape);
+                    let shape = run::in_axes_of_body(shape);
                     let operation = result.operation.as_ref();
                     report::views(body, &shape, result.pulls.values(), &scene.title, operation)
                 }
@@ -133,14 +133,9 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
     Ok(outcome(&result))
 }
 
-/// Places in the axes of a body in space (y to the right, z upwards) from those of a scene.
-fn turned(places: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    places.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect()
-}
-
 fn upright(body: &Body<3>) -> Body<3> {
     let mut body = body.clone();
-    body.mesh.nodes = turned(&body.mesh.nodes);
+    body.mesh.nodes = run::in_axes_of_body(&body.mesh.nodes);
     body
 }
 

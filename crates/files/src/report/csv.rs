@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::export::{Export, Provenance};
 use tongue_infer::posterior::{Draw, Posterior};
 
-/// Records as CSV: a column for each field, then `version`, `command` and, if it is known, `tissue`.
+/// Records as CSV: a column for each field, then those of the [`Provenance`].
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<'a, T>(pub &'a [T]);
 
@@ -37,8 +37,7 @@ pub(super) fn text(value: Value) -> String {
     }
 }
 
-/// A CSV table whose columns are not known at compile time, such as those of muscles; then `version`,
-/// `command` and, if it is known, `tissue`.
+/// A CSV table whose columns are not known at compile time, such as those of muscles; then the columns of the [`Provenance`].
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Table {
     pub columns: Vec<String>,

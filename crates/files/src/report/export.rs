@@ -20,7 +20,7 @@ pub struct Provenance {
     /// Model of the tissue, if there is any: `springs`, `continuum` or `hexahedra`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<&'static str>,
-    /// The kind of body, if there is any: `springs` or `continuum`.
+    /// The kind of body, if there is any: `springs`, `continuum` or `space`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<&'static str>,
     /// For a continuum, the widths and patches that were chosen and not measured.
@@ -109,8 +109,7 @@ impl Export for String {
     }
 }
 
-/// A record as one indented JSON object: `version`, `command` and, if it is known, `tissue` come before its
-/// own fields, which must not have these names.
+/// A record as one indented JSON object: the fields of its [`Provenance`] come before its own fields, which must not have their names.
 #[derive(Debug, Clone, Copy)]
 pub struct Json<'a, T>(pub &'a T);
 

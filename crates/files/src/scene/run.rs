@@ -316,6 +316,7 @@ fn compared<const D: usize>(
     Ok(Some(record))
 }
 
-fn in_axes_of_body(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-    x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>()
+/// Places in the axes of a body in space (y to the right, z upwards) from those of a scene.
+pub fn in_axes_of_body(places: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    places.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect()
 }
