@@ -120,10 +120,11 @@ fn case_7_searches_that_begin_badly_end_in_a_status() {
         partly.iter().all(|r| r.converged && r.note.contains("candidates had no equilibrium")),
         "{partly:?}"
     );
-    let nothing = rows.iter().find(|r| r.variant.starts_with("every solve fails")).unwrap();
-    // Followed from rest in small steps there is an equilibrium, but the search itself had none to start
-    // from.
-    assert_eq!(nothing.status, "iteration_limit");
+    let nothing = rows.iter().find(|r| r.variant.starts_with("every direct solve fails")).unwrap();
+    // The simplex has no equilibrium to start from. Followed from rest in small steps there are some, among which the answer of the
+    // other searches is found.
+    assert!(nothing.note.starts_with("GGa 10.50, SGm 8.01, HGa 3.06 N"), "{nothing:?}");
+    assert_eq!(nothing.status, "converged");
 }
 
 #[test]
