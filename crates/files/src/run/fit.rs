@@ -55,10 +55,7 @@ impl<'a> FitRun<'a> {
             }
         };
         let known = Muscles::built_in();
-        let mut alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
-        let replay = &fit.answer.replay;
-        let ratios = [replay.min_area_ratio, replay.max_area_ratio];
-        alarms.extend(alarms::of_strain(&body.mesh, ratios, &fit.answer.positions));
+        let alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
         let mut record = FitRecord {
             made_by: made_by.clone(),
             verdict: None,

@@ -185,6 +185,8 @@ pub fn alarms<const D: usize>(
     out.extend(
         doubts.iter().filter(|(holds, _)| *holds).map(|(_, reason)| Alarm::EquilibriumNotCertain { reason }),
     );
+    let ratios = [answer.replay.min_area_ratio, answer.replay.max_area_ratio];
+    out.extend(of_strain(mesh, ratios, &answer.positions));
     out
 }
 

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
+use tongue_core::statistics::least_by;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::{ByMuscle, Target, TargetKind};
 
@@ -181,7 +182,7 @@ pub struct Optimum {
 pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
     let (answer, starts) = (fit.active_tensions(), &fit.answer.starts);
-    let best = starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).map_or(&answer, |start| &start.x);
+    let best = least_by(starts, |start| start.cost).map_or(&answer, |start| &start.x);
     let mut found: Vec<(&[f64], Optimum)> = Vec::new();
     for start in starts.iter().filter(|s| s.converged && !same(&s.x, &answer) && !same(&s.x, best)) {
         match found.iter_mut().find(|(x, _)| same(x, &start.x)) {
