@@ -260,9 +260,9 @@ pub mod report {
     pub(crate) use tongue_files::report::{
         AnimationFrame, Conclusion, EscapeControl, FormantsRecord, Markdown, OfBody, Panel, Pvd,
         RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
-        Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts, counted,
+        Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
         discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns, limit_of_plane, over_speakers,
-        panels, placed, prior_interval_n, repeated, repeats_columns, segments_csv, solid, status_name,
+        panels, placed, prior_interval_n, repeated, repeats_columns, segments_csv, solid, status_name, tally,
         timelines, track_csv, views, vowel, wrapped,
     };
     pub use tongue_files::report::{

@@ -11,7 +11,7 @@ use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu, counted};
+use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu, tally};
 use tongue_fit::run::{SpaceSource, SpaceTrack, SpaceTrackRun};
 use tongue_fit::system::TissueModel;
 
@@ -106,7 +106,7 @@ impl Arguments {
             notes.push(note.to_owned());
         }
         let wall_s = clock.elapsed().as_secs_f64();
-        let statuses = counted(frames.iter().map(|frame| match frame.status {
+        let statuses = tally(frames.iter().map(|frame| match frame.status {
             FitStatus::Converged if !frame.alarms.is_empty() => "with alarms".to_owned(),
             status => word(&status),
         }));

@@ -48,7 +48,7 @@ pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
 /// Letters of a line of a heading.
 const HEADING: usize = 12;
 
-/// Those of the columns that have a heading.
+/// A table of the columns that have a heading.
 pub(super) fn of<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) -> Table {
     let (headings, shown) = column::headed(columns);
     let headings: Vec<String> = headings.iter().map(|h| report::wrapped(h, HEADING).join("\n")).collect();

@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, counted, status_name};
+use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
 use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::distinct;
 use tongue_fit::system::TissueModel;
@@ -257,7 +257,7 @@ fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<Str
 }
 
 fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
-    let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
+    let statuses = tally(frames.iter().map(|f| status_name(&f.status)));
     super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
 }
 

@@ -23,8 +23,8 @@
 //! | Is there another way there: from a neighbour's shape, or with one muscle before the others? | `leads_from_neighbour` and `pulled_in_turn` in `track` | frames of a recording |
 //!
 //! Posterior and `track` solve at a few growing loads, which is faster than a trace; `track` follows the tensions with [`leads_from_rest`] where
-//! these end elsewhere, and the posterior takes more loads. The bones of a posterior are displaced in
-//! proportion to the loads; for all others they are displaced before the tensions grow. `tests/library/from_rest.rs` compares all of them
+//! these end elsewhere, and the posterior takes more loads. A posterior displaces
+//! bones in proportion to the loads; all other questions are asked with bones displaced before the tensions grow. `tests/library/from_rest.rs` compares all of them
 //! with [`leads_from_rest`]. Shapes are the same if they differ by less than [`SAME_SHAPE_M`].
 //!
 //! # How it is solved

@@ -132,7 +132,7 @@ pub fn objects<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Vec<Value> {
     objects.collect()
 }
 
-/// Those of the columns that stand on pages and on the terminal, with their headings.
+/// The columns that stand on pages and on the terminal, with their headings.
 pub fn headed<'c, 'a, R: 'a>(columns: &'c [Column<'a, R>]) -> (Vec<&'c str>, Vec<&'c Column<'a, R>>) {
     columns.iter().filter_map(|c| Some((c.heading.as_deref()?, c))).unzip()
 }

@@ -18,7 +18,7 @@ use crate::report::batch::record::AssessedRecord;
 use crate::report::batch::{
     BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fitted, passive_groups,
 };
-use crate::report::{Provenance, ReportError, counted};
+use crate::report::{Provenance, ReportError, tally};
 
 #[derive(Debug)]
 pub struct BatchRun {
@@ -106,7 +106,7 @@ impl BatchRun {
         self.sampled = found.into_iter().flatten().collect();
     }
 
-    /// How the posterior is sampled that is reported with a job; `None` if there is none.
+    /// The settings of the posterior that is reported with a job; `None` if the job has none.
     fn posteriors_with(&self, number: usize) -> Option<&RowPosteriors> {
         self.posteriors.as_ref().filter(|how| how.with == self.plan.jobs[number].target.kind)
     }
@@ -151,7 +151,7 @@ impl BatchRun {
         BatchSummary {
             rows: data.rows().len(),
             fits,
-            statuses: counted(digests.clone().map(|digest| digest.status.clone())),
+            statuses: tally(digests.clone().map(|digest| digest.status.clone())),
             baselines: plan.baselines.len(),
             not_fitted: plan.refusals.len() + plan.jobs.len() - fits,
             unreadable_rows: unreadable,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::fit;
-use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, counted, status_name};
+use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, status_name, tally};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::Contact;
@@ -232,7 +232,7 @@ impl TrackRun<'_> {
             rest: speaker.adaptation.as_ref().map(|a| a.rest),
             placement: speaker.placement.clone(),
             settings: settings.clone(),
-            statuses: counted(frames.iter().map(|f| status_name(&f.status))),
+            statuses: tally(frames.iter().map(|f| status_name(&f.status))),
             untrusted: None,
             median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
             comparisons: track::compare(&track::compared(seen), &muscles, &settings.link, draws),

@@ -18,8 +18,8 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::System;
 
 impl PerturbedBody {
-    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, if these are displaced as the unknowns of `posterior_model`
-    /// are at `positions`, and the hyoid by this displacement and angle.
+    /// The forces on all nodes, N, and the positions of all nodes, m, of this body. Nodes of the tissue have the displacements from rest that
+    /// `positions` are in the body of `posterior_model`, and the hyoid has this displacement, m, and angle, radians.
     fn at(
         &self,
         posterior_model: &PosteriorModel,

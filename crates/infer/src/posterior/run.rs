@@ -19,7 +19,7 @@ const CHAINS: usize = 8;
 const WARM_UP: usize = 80;
 const WARM_UP_EACH: usize = 2;
 /// Thinning: the number of trajectories for each kept draw, and the additional number for each further posture. With seven for four postures
-/// the least effective sample size of 1000 draws is 640 to 810 (S1 to S3); ten gave 670 to 770 and took an eighth longer.
+/// the smallest effective sample size of 1000 draws is 640 to 810 (S1 to S3). With ten it is 670 to 770.
 const THIN: usize = 4;
 const THIN_EACH: usize = 1;
 /// Draws of each chain of a short run, in its warm-up and after it, and its seed.

@@ -273,7 +273,7 @@ pub(super) fn draws(
     let factor = symmetric_cholesky(&(weighed + &curvature * of_frames))?;
     // The most probable values, relative to those at the mode.
     let middle = -factor.solve(&(DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * of_frames));
-    // Given levels and shape, the static error is drawn again with the full weight of the frames.
+    // With each draw of levels and shape the static error is drawn anew, with the full weight of the frames.
     let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
     let error = if k > 0 { Some(symmetric_cholesky(&of_error)?) } else { None };
     let batches = mode.settings.draws.div_ceil(BATCH).max(1);

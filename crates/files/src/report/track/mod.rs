@@ -225,7 +225,7 @@ pub fn status_name(status: &impl Serialize) -> String {
 }
 
 /// How often each status occurs.
-pub fn counted(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
+pub fn tally(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
     statuses.into_iter().for_each(|status| *counts.entry(status).or_default() += 1);
     counts
