@@ -119,7 +119,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let model = arguments.body.model();
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
     let (seen, posture) = arguments.posterior_targets(&data, &target)?;
-    let beside = match &posterior_model {
+    let auxiliary = match &posterior_model {
         Some(posterior_model) => arguments.others.read(posterior_model, &seen, posture)?,
         None => Vec::new(),
     };
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     });
     let (targets, sampling) = (seen.iter().collect::<Vec<_>>(), arguments.posterior.sampling());
     let sampled = posterior_model.as_ref().map(|model| {
-        let sampled = PosteriorRun { model, targets: &targets, beside, sampling }.run(&output::tell_step);
+        let sampled = PosteriorRun { model, targets: &targets, auxiliary, sampling }.run(&output::tell_step);
         sampled.into_diagnostic().wrap_err("--posterior")
     });
     let sampled = sampled.transpose()?;

@@ -204,11 +204,11 @@ fn emg(
         (row.name, row.muscles, told)
     }));
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
-    let beside = AuxiliaryData::emg(
+    let data = AuxiliaryData::emg(
         &electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>(),
     );
     ensure!(
-        !beside.is_empty(),
+        !data.is_empty(),
         "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
              of the postures that are sampled (--joint samples all vowels of the subject)",
         sampled.vowel(Some(sampled.fitted)),
@@ -220,7 +220,7 @@ fn emg(
             alone.join(", ")
         ));
     }
-    Ok(beside)
+    Ok(data)
 }
 
 fn contour(path: &Path) -> miette::Result<Vec<Point>> {

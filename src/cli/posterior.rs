@@ -45,8 +45,9 @@ pub fn priors(global: &Global) -> miette::Result<()> {
         return output::print(&output::json(&Priors::default())?);
     }
     let text = toml::to_string(&Priors::default()).into_diagnostic()?;
-    let fixed =
-        Priors::beside().iter().map(|e| format!("# {} = {} # {}\n", e.name.to_lowercase(), e.value, e.what));
+    let fixed = Priors::standard_deviations()
+        .iter()
+        .map(|e| format!("# {} = {} # {}\n", e.name.to_lowercase(), e.value, e.what));
     output::print(&format!(
         "{text}\n# Further numbers of the model, which this file does not change:\n{}",
         fixed.collect::<String>()
@@ -99,7 +100,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
             1 => "that was measured, one stretch".to_owned(),
             n => format!("{n} measured stretches"),
         },
-        match seen.beside.iter().map(|data| data.measured.len()).sum::<usize>() {
+        match seen.auxiliary.iter().map(|data| data.measured.len()).sum::<usize>() {
             0 => String::new(),
             n => format!(" and {n} numbers of contours, coils or EMG"),
         }
@@ -112,23 +113,24 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
             }
         }
         None => {
-            let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
+            let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.diagnostics.why);
         }
     }
     text += &told_contrasts(sampled, posture);
-    if report.draws == 0 {
+    let run = &report.diagnostics;
+    if run.draws == 0 {
         return text;
     }
     let _ = writeln!(
         text,
         "{} draws of shapes that their tensions reach from rest; {} times a chain was sent back from another shape; of the trajectories {} ended at folds, {} diverged; \
          R-hat {:.3}, ESS {:.0}; {:.0} ms",
-        report.draws,
-        report.off_branch,
-        report.folds,
-        report.divergences,
-        report.r_hat,
-        report.ess.bulk.min(report.ess.tail),
+        run.draws,
+        run.refused,
+        run.folds,
+        run.divergences,
+        run.r_hat,
+        run.ess.bulk.min(run.ess.tail),
         1e3 * sampled.wall_s
     );
     text

@@ -15,7 +15,7 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
         for bone in followed {
             let Some(number) = seen.bone(&bone.name) else { continue };
             let away = seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm());
-            if let Some(median) = upper_median(away).filter(|d| *d > FARTHEST_BONE_M) {
+            if let Some(median) = upper_median(away).filter(|d| *d > MOST_BONE_MOTION_M) {
                 bail!(
                     "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a \
                      body to the speaker (tongue-fit adapt), or correct back, up, turn_deg and shift_mm in a map",
@@ -147,7 +147,7 @@ pub fn with_implausible(recordings: &[Screened], reason: Option<String>) -> Opti
 }
 
 /// Largest plausible motion of a bone in speech, m.
-const FARTHEST_BONE_M: f64 = 20e-3;
+const MOST_BONE_MOTION_M: f64 = 20e-3;
 
 /// Faults of recordings, in sentences; a fault of several recordings has one sentence with their names.
 pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {

@@ -120,7 +120,7 @@ fn ways(record: &TrackRecord) -> String {
         );
     }
     let replaced = record.results.frames().filter(|(_, f)| f.reached_rms_m.is_some());
-    let (off, as_well): (Vec<_>, Vec<_>) = replaced.partition(|(_, f)| f.status == FrameStatus::OffBranch);
+    let (off, as_well): (Vec<_>, Vec<_>) = replaced.partition(|(_, f)| f.status == FrameStatus::NotReached);
     if !as_well.is_empty() {
         let _ = writeln!(
             text,

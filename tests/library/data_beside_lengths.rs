@@ -13,7 +13,7 @@ use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
     AuxiliaryData, Density, Draw, Evaluator, MapEstimate, Measurements, PosteriorModel, Priors, Sampling,
-    Status, sample,
+    sample,
 };
 
 use crate::fixtures::less_compressible;
@@ -80,43 +80,43 @@ fn with_all(posterior_model: &PosteriorModel) -> Measurements {
     let points: Vec<Point> =
         points_of(posterior_model, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
     let baseline = points_of(posterior_model, rest);
-    let beside = vec![
+    let auxiliary = vec![
         emg([0.8, 0.1]),
         contours(posterior_model, &points, Some(&baseline)),
         coils(posterior_model, [rest, rest]),
     ];
-    Measurements { beside, ..stretches() }
+    Measurements { auxiliary, ..stretches() }
 }
 
 #[test]
 fn the_gradient_is_the_derivative_of_the_density() {
     for posterior_model in &posterior_models() {
         let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
-        let mode = MapEstimate::find(&mut density).unwrap();
+        let map_estimate = MapEstimate::find(&mut density).unwrap();
         let n = density.parameters.len();
         let mut evaluator = Evaluator::new(&density);
-        let at = &mode.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;
+        let at = &map_estimate.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;
         let h = 1e-3;
         for (i, (exact, difference)) in
-            derivatives(&mut evaluator, &at, &mode.place, h).into_iter().enumerate()
+            derivatives(&mut evaluator, &at, &map_estimate.solved, h).into_iter().enumerate()
         {
             let room = 2e-6 * (1.0 + difference.abs());
             assert!((exact - difference).abs() < room, "{i}: {exact} {difference}");
         }
         // The rates at the mode, by which it was found, are those of the values too.
-        let here = solved(&mut evaluator, &at, &mode.place);
-        let (linear, _) = evaluator.linearise(&at, &here.place).unwrap();
+        let here = solved(&mut evaluator, &at, &map_estimate.solved);
+        let (linear, _) = evaluator.linearise(&at, &here.solved).unwrap();
         let rows = density.rows().len() - density.seen.len();
         assert_eq!(rows, 4 + 22 + 12, "activity in one posture says nothing");
         for i in 0..n {
             let mut side = |by: f64| {
                 let mut x = at.clone();
                 x[i] += by;
-                DVector::from_vec(solved(&mut evaluator, &x, &here.place).place.beside)
+                DVector::from_vec(solved(&mut evaluator, &x, &here.solved).solved.auxiliary)
             };
             let difference = (side(h) - side(-h)) / (2.0 * h);
             for row in 0..rows {
-                let exact = linear.jacobian[(linear.values.len() - rows + row, i)];
+                let exact = linear.jacobian[(linear.computed.len() - rows + row, i)];
                 // One for the logarithms of activity, and a millimetre for points.
                 let scale = if row < 4 { 1.0 } else { 1e-3 };
                 assert!((exact - difference[row]).abs() < 1e-4 * scale, "{row} {i}: {exact}");
@@ -129,22 +129,22 @@ fn the_gradient_is_the_derivative_of_the_density() {
 fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_show() {
     for posterior_model in &posterior_models() {
         let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
-        let mode = MapEstimate::find(&mut density).unwrap();
-        let (meaning, _) = density.meaning(&mode.scores);
-        let answers = at_mode(&density, &mode).geometry;
+        let map_estimate = MapEstimate::find(&mut density).unwrap();
+        let (values, _) = density.parameter_values(&map_estimate.scores);
+        let answers = at_mode(&density, &map_estimate).geometry;
         let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
         // Stretches, and then the other data, of the posture and of the baseline.
         let values = |mesh: &Mesh<2>, model: &Model| -> DVector<f64> {
             let system = System::new(mesh, model, &all).unwrap();
             let load = |s| Load {
                 system: Some(&system),
-                ..posterior_model.load(&meaning, s, Some(mode.place.shape(s).0))
+                ..posterior_model.load(&values, s, Some(map_estimate.solved.shape(s).0))
             };
             let shapes = density.lanes().solve(&[load(0), load(1)], density.settings());
             let [vowel, base] = [0, 1].map(|s| system.lengths(&shapes[s].positions));
             let shape = |posture: Option<usize>| shapes[posture.unwrap_or(1)].positions.as_slice();
-            let beside = density.seen.beside.iter().flat_map(|b| b.of_shapes(shape));
-            DVector::from_vec(vowel.iter().zip(&base).map(|(v, b)| v / b).chain(beside).collect())
+            let auxiliary = density.seen.auxiliary.iter().flat_map(|b| b.of_shapes(shape));
+            DVector::from_vec(vowel.iter().zip(&base).map(|(v, b)| v / b).chain(auxiliary).collect())
         };
         let agree = |derivative: DVectorView<'_, f64>, difference: &DVector<f64>, what: &str| {
             assert!((derivative - difference).amax() < 1e-6, "{what}: {derivative} {difference}");
@@ -184,10 +184,10 @@ fn costs(posterior_model: &PosteriorModel, moved: [Point; 2]) -> [f64; 2] {
     let contour = |positions: &[Point]| points_of(posterior_model, positions);
     let both =
         [contours(posterior_model, &contour(&a), Some(&contour(&b))), coils(posterior_model, [&a, &b])];
-    both.map(|beside| {
-        let computed = DVector::from_vec(beside.of_shapes(|_| rest));
-        let residuals = DVector::from_vec(beside.measured) - computed;
-        residuals.dot(&beside.errors.cholesky().unwrap().solve(&residuals))
+    both.map(|auxiliary| {
+        let computed = DVector::from_vec(auxiliary.of_shapes(|_| rest));
+        let residuals = DVector::from_vec(auxiliary.measured) - computed;
+        residuals.dot(&auxiliary.errors.cholesky().unwrap().solve(&residuals))
     })
 }
 
@@ -220,24 +220,25 @@ fn each_kind_adds_to_what_is_known() {
     let settings = Sampling { draws: 1000, seed: 1 };
     let alone = sampled("S2");
     let posterior_model = alone.density.posterior_model;
-    assert_eq!(alone.status, Status::Mixed, "{}", alone.why);
+    assert!(alone.is_mixed(), "{}", alone.diagnostics.why);
     // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
     let mean_sd = |draws: &[Draw]| {
         let sd = |m: usize| mean_and_variance(draws.iter().map(|d| d.change(0, m))).1.sqrt();
         (0..8).map(sd).sum::<f64>() / 8.0
     };
-    let part = |beside: AuxiliaryData| {
+    let part = |auxiliary: AuxiliaryData| {
         let with =
-            sample(posterior_model, Measurements { beside: vec![beside], ..stretches() }, &settings).unwrap();
-        assert_eq!(with.status, Status::Mixed, "{}", with.why);
+            sample(posterior_model, Measurements { auxiliary: vec![auxiliary], ..stretches() }, &settings)
+                .unwrap();
+        assert!(with.is_mixed(), "{}", with.diagnostics.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
-    let shape = &alone.mode.place.postures[0];
-    let baseline = points_of(posterior_model, &alone.mode.place.baseline);
+    let shape = &alone.map_estimate.solved.shapes[0];
+    let baseline = points_of(posterior_model, &alone.map_estimate.solved.shapes[1]);
     let posture = points_of(posterior_model, shape);
     let one = part(contours(posterior_model, &posture, None));
     let both = part(contours(posterior_model, &posture, Some(&baseline)));
-    let glued = part(coils(posterior_model, [shape, &alone.mode.place.baseline]));
+    let glued = part(coils(posterior_model, [shape, &alone.map_estimate.solved.shapes[1]]));
     assert!((0.93..1.0).contains(&one) && (0.85..0.95).contains(&both), "{one} {both}");
     assert!((0.85..0.98).contains(&glued), "{glued}");
 }
@@ -246,9 +247,9 @@ fn each_kind_adds_to_what_is_known() {
 fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     let posterior_model = &coarse_posterior_model(&Priors::default());
     let settings = Sampling { draws: 1000, seed: 1 };
-    let sds = |beside: Vec<AuxiliaryData>| -> Vec<f64> {
-        let found = sample(posterior_model, Measurements { beside, ..stretches() }, &settings).unwrap();
-        assert_eq!(found.status, Status::Mixed, "{}", found.why);
+    let sds = |auxiliary: Vec<AuxiliaryData>| -> Vec<f64> {
+        let found = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &settings).unwrap();
+        assert!(found.is_mixed(), "{}", found.diagnostics.why);
         (0..8).map(|m| mean_and_variance(found.draws.iter().map(|d| d.change(0, m))).1.sqrt()).collect()
     };
     let (without, with) = (sds(Vec::new()), sds(vec![emg([0.9, 0.3])]));
@@ -257,10 +258,11 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     assert!(parts[0] < 0.9 && 0.5 * (parts[6] + parts[7]) < 1.0, "{parts:?}");
     // The gain of an electrode is free: other units of activity change nothing.
     let mode_with = |times: f64| {
-        let mut beside = emg([0.8, 0.1]);
-        beside.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
+        let mut auxiliary = emg([0.8, 0.1]);
+        auxiliary.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
         let mut density =
-            Density::new(posterior_model, Measurements { beside: vec![beside], ..stretches() }).unwrap();
+            Density::new(posterior_model, Measurements { auxiliary: vec![auxiliary], ..stretches() })
+                .unwrap();
         MapEstimate::find(&mut density).unwrap().scores
     };
     assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
@@ -273,8 +275,8 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &priors).unwrap();
     let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
-    let mode = MapEstimate::find(&mut density).unwrap();
-    let (meaning, _) = density.meaning(&mode.scores);
+    let map_estimate = MapEstimate::find(&mut density).unwrap();
+    let (values, _) = density.parameter_values(&map_estimate.scores);
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let stretches = |settings: &ContinuumSettings| -> DVector<f64> {
         let body = posterior_model.body.with_continuum(settings).unwrap().unwrap();
@@ -284,14 +286,14 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
             assert_eq!(found.solution.status, SolveStatus::Converged);
             system.lengths(&found.positions)
         };
-        let own = &meaning.postures[0];
+        let own = &values.postures[0];
         let vowel = Load::new(own.tensions.clone()).with_bone(body.bone("hyoid"), own.hyoid);
-        let (vowel, base) = (solved(vowel), solved(Load::new(meaning.tones.clone())));
+        let (vowel, base) = (solved(vowel), solved(Load::new(values.tones.clone())));
         DVector::from_fn(all.len(), |m, _| vowel[m] / base[m])
     };
     let own = posterior_model.body.mesh.continuum.as_ref().unwrap().settings;
     let (width, patch) = (posterior_model.priors.bundle_width.sd_ln, posterior_model.priors.bone_patch.sd_ln);
-    let answers = at_mode(&density, &mode).geometry;
+    let answers = at_mode(&density, &map_estimate).geometry;
     for (derivative, [width, patch]) in [(&answers.width, [width, 0.0]), (&answers.patch, [0.0, patch])] {
         let by = |part: f64| ContinuumSettings {
             bundle_width_m: own.bundle_width_m * (part * width).exp(),
@@ -307,10 +309,10 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
 
 /// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
 /// equilibrium.
-fn laplace_draws(mode: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
+fn laplace_draws(map_estimate: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
     let mut random = fastrand::Rng::with_seed(seed);
-    let root = mode.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
-    (0..count).map(|_| &mode.scores + &root * normals(root.nrows(), &mut random)).collect()
+    let root = map_estimate.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
+    (0..count).map(|_| &map_estimate.scores + &root * normals(root.nrows(), &mut random)).collect()
 }
 
 #[test]
@@ -319,12 +321,12 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let posterior_model =
         posterior_model(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
     let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
-    let mode = MapEstimate::find(&mut density).unwrap();
+    let map_estimate = MapEstimate::find(&mut density).unwrap();
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-    let draws: Vec<(u64, DVector<f64>)> = (0..).zip(laplace_draws(&mode, 200, 2)).collect();
+    let draws: Vec<(u64, DVector<f64>)> = (0..).zip(laplace_draws(&map_estimate, 200, 2)).collect();
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
-        let (meaning, _) = density.meaning(scores);
+        let (values, _) = density.parameter_values(scores);
         let ends = normals(posterior_model.ends.len(), &mut random);
         let outline = normals(posterior_model.outline.len(), &mut random);
         let body = posterior_model.displaced(ends.as_slice(), outline.as_slice())?;
@@ -334,7 +336,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
             (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
-            let load = |s| Load { system: Some(system), ..density.posterior_model.load(&meaning, s, None) };
+            let load = |s| Load { system: Some(system), ..density.posterior_model.load(&values, s, None) };
             let (posture, base) = (lengths(load(0), system)?, lengths(load(density.postures()), system)?);
             Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
         };
@@ -343,6 +345,6 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let moved: Vec<_> = moved.into_iter().flatten().collect();
     assert!(moved.len() > 120, "{}", moved.len());
     let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
-    let linear = mode.geometry.trace();
+    let linear = map_estimate.geometry.trace();
     assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
 }

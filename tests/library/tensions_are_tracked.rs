@@ -59,8 +59,8 @@ fn tracked_with(
 ) -> Vec<Tracked> {
     let followed = &followed(&speaker.body, &seen.bones);
     let ready = vec![frames(seen, &speaker.surface, followed, &[])];
-    let stage = TrackingContext { system: &speaker.system, followed, freed, shape };
-    Watch::collect(|watch| track(&stage, ready, settings, watch)).unwrap().pop().unwrap().frames
+    let context = TrackingContext { system: &speaker.system, followed, freed, shape };
+    Watch::collect(|watch| track(&context, ready, settings, watch)).unwrap().pop().unwrap().frames
 }
 
 /// The part of the intervals that hold the truth.
@@ -116,9 +116,9 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         ready
     };
     let settings = independent();
-    let stage = TrackingContext { system: &speaker.system, followed: &followed, freed: &[], shape: None };
+    let context = TrackingContext { system: &speaker.system, followed: &followed, freed: &[], shape: None };
     let all = vec![ready(&seen), ready(&other)];
-    let found = Watch::collect(|watch| track(&stage, all, &settings, watch)).unwrap();
+    let found = Watch::collect(|watch| track(&context, all, &settings, watch)).unwrap();
     let draws: Vec<&[LabelDraws]> = found.iter().map(|one| one.compared.as_slice()).collect();
     assert_eq!((draws[0][2].frames, draws[1][2].frames, draws[1][2].repetitions), (24, 22, 2));
     let names: Vec<String> = (0..8).map(|m| format!("m{m}")).collect();
@@ -169,9 +169,9 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::drawn().unwrap()).unwrap());
     add_formants(&mut ready, &airway, followed, &Articulation::default(), 2);
     let settings = independent();
-    let stage = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };
+    let context = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };
     let found =
-        Watch::collect(|watch| track(&stage, vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
+        Watch::collect(|watch| track(&context, vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
     let mut squares = [Vec::new(), Vec::new()];
     for frame in &found {
         let shape = speaker.shape(&course(frame.time_s), Point::zeros()).unwrap();
@@ -300,8 +300,8 @@ fn a_recording_with_more_than_one_untrusted_frame_in_twenty_is_untrusted() {
         let frame = |t| if t < bad { Tracked { status, ..one.clone() } } else { one.clone() };
         is_untrusted(&(0..45).map(frame).collect::<Vec<_>>())
     };
-    use FrameStatus::{AtBound, Converged, Gap, OffBranch, OutOfReach, PoorFit, Unresolved};
-    for status in [PoorFit, OffBranch, OutOfReach, AtBound] {
+    use FrameStatus::{AtBound, Converged, Gap, NotReached, OutOfReach, PoorFit, Unresolved};
+    for status in [PoorFit, NotReached, OutOfReach, AtBound] {
         assert!(!untrusted(2, status) && untrusted(3, status), "{status:?}");
     }
     assert!([Converged, Unresolved, Gap].iter().all(|status| !untrusted(45, *status)));

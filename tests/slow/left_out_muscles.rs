@@ -14,8 +14,8 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
     let posterior_model = coarse_posterior_model("");
     let matched = TargetOnBody::new(&tongue(), &target("S3", "e", TargetKind::Stretch)).unwrap();
     let mut density = Density::new(&posterior_model, Measurements::of(&matched)).unwrap();
-    let mode = MapEstimate::find(&mut density).unwrap();
-    let found = without_each(&density, &mode).unwrap();
+    let map_estimate = MapEstimate::find(&mut density).unwrap();
+    let found = without_each(&density, &map_estimate).unwrap();
     assert_eq!(found.len(), 8);
     assert!(found.iter().all(|f| f.effective > 50.0), "{found:?}");
     let mut leaning = Vec::new();
@@ -25,9 +25,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
         let row = density.rows()[position];
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
         let (gain, _) = conditional(&density, &own.density, position);
-        let mean = |d: &Draw| {
-            d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths, &d.beside))
-        };
+        let mean = |d: &Draw| d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.auxiliary));
         let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
         let sd = 0.25 * (found.spread.interval_95[1] - found.spread.interval_95[0]);
         eprintln!("{}: {:.4}, exact {exact:.4}, sd {sd:.4}", density.seen.names[position], found.spread.mean);

@@ -143,11 +143,11 @@ fn coverage(
             .then(|| of_other_widths(usual, &mut fastrand::Rng::with_seed(seed_of(19, number))));
         let truth = own.as_ref().unwrap_or(usual);
         let density = unseen(truth, postures);
-        let (meaning, measured) = loop {
-            let (meaning, _) = density.meaning(&normals(density.parameters.len(), &mut random));
+        let (drawn, measured) = loop {
+            let (drawn, _) = density.parameter_values(&normals(density.parameters.len(), &mut random));
             let Some(system) = displaced(truth, &mut random) else { continue };
-            if let Some(s) = stretches(&density, &meaning, &system) {
-                break (meaning, s);
+            if let Some(s) = stretches(&density, &drawn, &system) {
+                break (drawn, s);
             }
         };
         let seen = seen(truth, postures, &measured, &mut random);
@@ -156,8 +156,8 @@ fn coverage(
         // A posterior has no draws where no chain found a start from which its tensions lead from rest; nothing is told of it.
         (count > 0.0).then(|| {
             let of = |value: &dyn Fn(&ParameterValues) -> f64| {
-                let values: Vec<f64> = posterior.draws.iter().map(|d| value(&d.meaning)).collect();
-                let truth = value(&meaning);
+                let values: Vec<f64> = posterior.draws.iter().map(|d| value(&d.values)).collect();
+                let truth = value(&drawn);
                 let below = values.iter().filter(|v| **v < truth).count() as f64;
                 let [low, high] = Quantiles::of(values).interval_95;
                 ((low..=high).contains(&truth), high - low, below)

@@ -24,8 +24,8 @@ fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
     let held: Vec<(usize, usize)> = parallel::map(&rows, |row| {
         let matched = TargetOnBody::new(&mesh, row).unwrap();
         let mut density = Density::new(&posterior_model, Measurements::of(&matched)).unwrap();
-        let mode = MapEstimate::find(&mut density).unwrap();
-        let found = without_each(&density, &mode).unwrap();
+        let map_estimate = MapEstimate::find(&mut density).unwrap();
+        let found = without_each(&density, &map_estimate).unwrap();
         let measured = density.seen.stretches.iter();
         (found.iter().zip(measured).filter(|(f, y)| f.spread.holds(**y)).count(), found.len())
     });

@@ -50,8 +50,8 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
         let target = target(subject, vowel, TargetKind::Stretch);
         let seen = Measurements::of(&TargetOnBody::new(&body.mesh, &target).unwrap());
         let mut density = Density::new(&posterior_model, seen).unwrap();
-        let mode = MapEstimate::find(&mut density).unwrap();
-        target.values.iter().copied().zip(without_each(&density, &mode).unwrap()).collect()
+        let map_estimate = MapEstimate::find(&mut density).unwrap();
+        target.values.iter().copied().zip(without_each(&density, &map_estimate).unwrap()).collect()
     });
     let told = told.concat();
     assert_eq!(told.len(), 96);

@@ -13,8 +13,8 @@ use super::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 /// by at most 1.4e-12 m, and those of other equilibria at the same tensions by 0.2 to 2.7 mm.
 pub const SAME_SHAPE_M: f64 = 1e-8;
 
-/// How `tensions` lead from rest to `positions`, m, as they grow together. Costs less than a [`trace()`] where the branch ends, because its
-/// end is found to a ten-thousandth of the load only.
+/// How `tensions` lead from rest to `positions`, m, as they grow together; `None` where they lead to another shape. Costs less than a
+/// [`trace()`] where the branch ends, because its end is found to a ten-thousandth of the load only.
 #[inline(never)]
 pub fn leads_from_rest<const D: usize>(
     system: &System<D>,
@@ -22,18 +22,17 @@ pub fn leads_from_rest<const D: usize>(
     tensions: &[f64],
     settings: &SolveSettings,
     positions: &[SVector<f64, D>],
-) -> FromRest {
+) -> Option<FromRest> {
     let settings = SolveSettings { certify: true, beyond: false, ..*settings };
     let mut path = Path::new(system, workspace, tensions, &settings);
     let (shape, end, _) = path.lead(SHORTEST);
     let is_there = |shape: &[SVector<f64, D>]| largest_distance(shape, positions) <= SAME_SHAPE_M;
     match end {
-        PathEnd::Whole if is_there(&shape) => FromRest::Branch,
+        PathEnd::Whole => is_there(&shape).then_some(FromRest::Branch),
         PathEnd::Critical { load, .. } if path.at(&shape, 1.0).status == SolveStatus::Converged => {
-            if is_there(path.w.positions()) { FromRest::Fell { load } } else { FromRest::Elsewhere }
+            is_there(path.w.positions()).then_some(FromRest::Fell { load })
         }
-        PathEnd::Whole => FromRest::Elsewhere,
-        PathEnd::Critical { .. } | PathEnd::Stopped { .. } => FromRest::NotKnown,
+        PathEnd::Critical { .. } | PathEnd::Stopped { .. } => Some(FromRest::NotKnown),
     }
 }
 

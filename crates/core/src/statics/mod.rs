@@ -18,7 +18,7 @@
 //! | question | its answer | who asks |
 //! |---|---|---|
 //! | Does one branch of stable equilibria lead there from rest, without a jump? | [`FromRest::Branch`], from [`trace()`], or of a given shape from [`leads_from_rest`]; a solution is then [`Connection::Traced`] | `simulate`, scenes, fits |
-//! | Is it where the body goes as all loads grow together, jumps allowed? | [`FromRest::Branch`] or [`FromRest::Fell`] | draws of a posterior and frames of a recording (`reached_with_jumps`), candidates of a search on the branch (`traced`) |
+//! | Is it where the body goes as all loads grow together, jumps allowed? | [`FromRest::Branch`] or [`FromRest::Fell`] | draws of a posterior and frames of a recording (`reached_with_jumps`), candidates of a search on the load path (`on_load_path`) |
 //! | Is it what Newton's method gives from rest, at the whole loads at once? | [`Trace::same_by_newton`]; a search compares costs (`same_cost_by_newton`) and misfits along a curve | fits; a scene at a wall keeps the shape of Newton's method |
 //! | Is there another way there: from a neighbour's shape, or with one muscle before the others? | `leads_from_neighbour` and `pulled_in_turn` in `track` | frames of a recording |
 //!

@@ -186,3 +186,5 @@ impl Solution {
 pub(super) const FOLLOWED: f64 = 1e-4;
 /// Largest number of parts of a bone's way. The reference tongue's jaw opens by 10 degrees in 12.
 pub(super) const MOST_PARTS: usize = 1000;
+/// Shortest part of a bone's remaining way that is still tried.
+pub(super) const LEAST_PART: f64 = 1e-6;

@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::mass_spring::at_rest;
 use super::safeguards::{settle, step_load};
-use super::solution::{FOLLOWED, MOST_PARTS};
+use super::solution::{FOLLOWED, LEAST_PART, MOST_PARTS};
 use super::state::SolveState;
 use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
 use crate::effect::Configuration;
@@ -97,9 +97,6 @@ fn solve_held<const D: usize>(
     }
     done
 }
-
-/// Shortest part of the remaining way that is still tried.
-const LEAST_PART: f64 = 1e-6;
 
 /// How far the bones came.
 pub(super) enum BoneProgress {

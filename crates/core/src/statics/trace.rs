@@ -37,8 +37,6 @@ pub enum FromRest {
     Branch,
     /// The branch ends at this part of the loads, and the body falls from there to the shape.
     Fell { load: f64 },
-    /// They lead to another shape.
-    Elsewhere,
     /// Not known: the solves that are allowed were used up, or no equilibrium was found at the whole loads.
     #[default]
     NotKnown,

@@ -128,7 +128,7 @@ impl Draws<'_> {
     /// correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)` with residuals `r` and the inverse `Q` of their covariance (Bürkner, Gabry and
     /// Vehtari 2021, Computational Statistics 36, section 2). Leaving-one-out by importance sampling takes it.
     fn log_likelihoods(&self, inverse: &DMatrix<f64>, stretches: &[usize], draw: &Draw) -> Vec<f64> {
-        let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.baseline_lengths, &draw.beside);
+        let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.auxiliary);
         let each = stretches.iter().map(|&i| {
             let precision = inverse[(i, i)];
             0.5 * ((precision / TAU).ln() - pulls[i] * pulls[i] / precision)
@@ -156,15 +156,15 @@ impl Export for Draws<'_> {
         }
         let rows = self.0.draws.iter().map(|draw| {
             let first = [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()];
-            let own = &draw.meaning.postures[posture];
-            let numbers = own.tensions.iter().chain(&draw.meaning.tones).copied();
+            let own = &draw.values.postures[posture];
+            let numbers = own.tensions.iter().chain(&draw.values.tones).copied();
             let numbers = numbers.chain((0..muscles.len()).map(|m| draw.change(posture, m)));
             let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d));
-            let numbers = numbers.chain([draw.meaning.tilt]);
+            let numbers = numbers.chain([draw.values.tilt]);
             let numbers =
                 numbers.chain((0..muscles.len()).map(|m| draw.stretch(posture * muscles.len() + m)));
             let numbers = numbers.chain(self.log_likelihoods(&inverse, &measured, draw));
-            let of_others = others.iter().flat_map(|&p| draw.meaning.postures[p].tensions.iter().copied());
+            let of_others = others.iter().flat_map(|&p| draw.values.postures[p].tensions.iter().copied());
             let numbers = numbers.chain(of_others).map(|value| value.to_string());
             first.into_iter().chain(numbers).collect::<Vec<_>>()
         });

@@ -124,7 +124,7 @@ impl FitRecord {
             (None, Some(report)) if report.summary.is_none() => (
                 DecidedBy::Posterior,
                 false,
-                format!("the chains of the posterior have not mixed: {}", report.why),
+                format!("the chains of the posterior have not mixed: {}", report.diagnostics.why),
             ),
             (None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
             (None, None) if tensions_trusted => {

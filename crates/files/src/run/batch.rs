@@ -120,7 +120,7 @@ impl BatchRun {
     ) -> Vec<(usize, SampledRow)> {
         let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
         let RowPosteriors { model, sampling, .. } = how;
-        let asked = PosteriorRun { model, targets: &targets, beside: Vec::new(), sampling: *sampling };
+        let asked = PosteriorRun { model, targets: &targets, auxiliary: Vec::new(), sampling: *sampling };
         let sampled = match asked.run(tell) {
             Ok(sampled) => sampled,
             // The caller adds the row to the message.

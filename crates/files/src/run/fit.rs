@@ -99,7 +99,7 @@ pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Co
 
 /// The verdict of a posterior, or why it has none.
 fn of_posterior(report: &Report) -> Result<Verdict, String> {
-    let verdict = Verdict::of(report).ok_or_else(|| report.why.clone())?;
+    let verdict = Verdict::of(report).ok_or_else(|| report.diagnostics.why.clone())?;
     if report.priors.baseline.off {
         return Err(
             "these priors switch off the tensions of the baseline, so every tension is a rise".to_owned()

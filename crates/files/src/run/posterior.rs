@@ -17,7 +17,7 @@ pub struct PosteriorRun<'a> {
     /// Rows of one speaker, which share a baseline.
     pub targets: &'a [&'a Target],
     /// What else was seen of them.
-    pub beside: Vec<AuxiliaryData>,
+    pub auxiliary: Vec<AuxiliaryData>,
     pub sampling: Sampling,
 }
 
@@ -39,19 +39,19 @@ impl<'a> PosteriorRun<'a> {
     /// For a number of draws out of range, muscles that the body does not have, and data from which no chain can begin.
     pub fn run(self, tell: &dyn Fn(&str)) -> Result<SampledPosterior<'a>, SimulationError> {
         let clock = Instant::now();
-        let Self { model, targets, beside, sampling } = self;
+        let Self { model, targets, auxiliary, sampling } = self;
         sampling.check()?;
         let matched = targets.iter().map(|target| TargetOnBody::new(&model.body.mesh, target));
         let matched = matched.collect::<Result<Vec<_>, _>>()?;
         let [first, ..] = targets else {
             return Err(SimulationError::Refused("there is nothing measured".to_owned()));
         };
-        let seen = Measurements { beside, ..Measurements::together(&matched.iter().collect::<Vec<_>>()) };
+        let seen = Measurements { auxiliary, ..Measurements::together(&matched.iter().collect::<Vec<_>>()) };
         let (Sampling { draws, seed }, vowels) = (sampling, seen.labels.join(", "));
         tell(&format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject));
         let posterior = posterior::sample(model, seen, &sampling)?;
         Ok(SampledPosterior {
-            reports: Report::of_each(&posterior, true, seed)?,
+            reports: Report::of_each(&posterior, true, seed),
             contrasts: Contrast::all(&posterior),
             posterior,
             subject: first.subject.clone(),

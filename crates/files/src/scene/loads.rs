@@ -178,8 +178,8 @@ pub(super) fn fit<const D: usize>(
     let settings =
         TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
     // A scene says what its body is, so its shape is known.
-    let stage = TrackingContext::fixed(system);
-    let found = Watch::collect(|watch| track::track(&stage, vec![vec![frame.clone()]], &settings, watch));
+    let context = TrackingContext::fixed(system);
+    let found = Watch::collect(|watch| track::track(&context, vec![vec![frame.clone()]], &settings, watch));
     let found = found.ok()?.pop()?.frames.pop()?;
     let of_body = |values: &[f64]| {
         let mut all = vec![0.0; system.muscle_count()];

@@ -115,7 +115,8 @@ pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> 
         seen = seen.without(position);
     }
     let found = Density::new(posterior_model, seen).and_then(|mut density| MapEstimate::find(&mut density));
-    let Ok(MapEstimate { place, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
+    let Ok(MapEstimate { solved, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
     let numbers = case.matched.numbers[..case.target().muscles.len()].iter();
-    numbers.map(|&n| place.lengths[n] / place.baseline_lengths[n]).collect()
+    let [vowel, baseline] = [0, 1].map(|shape| solved.shape(shape).1);
+    numbers.map(|&n| vowel[n] / baseline[n]).collect()
 }

@@ -114,8 +114,8 @@ impl Judge {
         let found = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
             let mut density = Density::new(posterior_model, Measurements::together(&matched))?;
-            let mode = MapEstimate::find(&mut density)?;
-            let told = without_each(&density, &mode)?;
+            let map_estimate = MapEstimate::find(&mut density)?;
+            let told = without_each(&density, &map_estimate)?;
             Ok(Vec::from_iter((0..group.len()).map(|posture| {
                 let told = density.seen.of_posture(posture).into_iter().map(|i| told[i].clone());
                 (group[posture], told.collect::<Vec<_>>())

@@ -36,8 +36,8 @@ const FEW_FRAMES: f64 = 40.0;
 const FARTHEST_BONE_WITHOUT_ROOT_M: f64 = 14e-3;
 /// Usual ratios of the length of a contour to the distance between the two bones: 2.2 in a real speaker, 2.7 in the built-in body.
 const USUAL_LENGTHS: std::ops::RangeInclusive<f64> = 1.9..=2.85;
-/// Usual ratios of a speaker's size to that of the body.
-const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
+/// Ratios of a speaker's size to that of the body at which no wrong unit explains that a bone is far from its place.
+const RIGHT_UNIT_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
 /// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
@@ -117,7 +117,7 @@ impl Registration {
             t if t < *USUAL_LENGTHS.start() => {
                 "its root is not drawn, its unit is smaller, or a bone is another point; correct that"
             }
-            _ if !USUAL_SCALES.contains(&scale) => {
+            _ if !RIGHT_UNIT_SCALES.contains(&scale) => {
                 return format!(
                     "the recording is {scale:.2} times as large as the body; correct its unit (unit_mm in a map)"
                 );

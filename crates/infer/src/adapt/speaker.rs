@@ -161,8 +161,8 @@ impl AdaptationInput<'_> {
         })?;
         let surface = outline_of(&body)?;
         let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
-        let stage = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
-        let found = track::rest_shape(&stage, &shape, frames, &self.settings, progress)
+        let context = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
+        let found = track::rest_shape(&context, &shape, frames, &self.settings, progress)
             .ok_or_else(|| RestError::Body("no frame has an equilibrium with enough points".to_owned()))?;
         body.mesh.nodes = found.nodes;
         // The search may have turned, scaled and shifted the body, too.

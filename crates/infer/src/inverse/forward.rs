@@ -32,10 +32,10 @@ enum CandidateStart<const D: usize> {
     Neighbour,
     /// The shape at rest, from which Newton's method goes to the candidate at once.
     Rest,
-    /// The shape at rest, from which the branch of equilibria is followed as the tensions grow together, jumps allowed.
-    Branch,
-    /// This one, to which a candidate's tensions led from rest (positions of all nodes, m).
-    OnBranch(Vec<SVector<f64, D>>),
+    /// The shape at rest, from which the load path is followed: all tensions grow in proportion, jumps allowed.
+    LoadPath,
+    /// This one, to which the load path of a candidate led (positions of all nodes, m).
+    EndOfPath(Vec<SVector<f64, D>>),
 }
 
 /// Cost of a newton of tension in the objective if the tensions are not determined, 1/N: it changes the fitted ratios by less than 1e-3.
@@ -106,17 +106,16 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.inverse.system.tissue().is_expensive()
     }
 
-    /// Makes every later candidate the equilibrium to which its tensions lead from rest, as they grow
-    /// together: also behind a jump.
-    pub fn traced(mut self) -> Self {
-        self.begin = CandidateStart::Branch;
-        self
+    /// The same with every later candidate at the end of its load path: the equilibrium to which its tensions lead from rest as they
+    /// grow together, also behind a jump.
+    pub fn on_load_path(self) -> Self {
+        Self { begin: CandidateStart::LoadPath, ..self }
     }
 
     /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
     /// together; it is not counted. If the two differ, the latter is the shape. Returns the problem at that shape too; the
     /// trace is empty if the candidate has no system.
-    pub fn follow_branch(&self, x: &[f64]) -> (Trace, Self) {
+    pub fn follow_load_path(&self, x: &[f64]) -> (Trace, Self) {
         let mut own = Forward::new(self.inverse, self.settings);
         let mut trace = Trace::default();
         if own.set(x).is_ok() {
@@ -168,10 +167,10 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.solve(x)
     }
 
-    /// Solves from the shape at rest: by Newton's method, or along the branch where candidates follow it.
+    /// Solves from the shape at rest: by Newton's method, or along the load path where candidates follow it.
     fn solve_without_neighbours(&mut self, x: &[f64]) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
-        if matches!(self.begin, CandidateStart::Neighbour | CandidateStart::Rest) {
+        if !self.is_on_load_path() {
             return self.solve(x);
         }
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
@@ -260,7 +259,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// has no equilibrium.
     pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
-        if let CandidateStart::OnBranch(positions) = &self.begin {
+        if let CandidateStart::EndOfPath(positions) = &self.begin {
             self.workspace.start_from(positions);
             let solved = possible && self.solve(x);
             return self.outcome(x, solved);
@@ -321,16 +320,14 @@ impl<'a, const D: usize> Forward<'a, D> {
         out
     }
 
-    /// This problem with every candidate followed along the branch of equilibria from rest, which takes many times
-    /// as long; `None` if this one already is.
-    pub(super) fn on_branch(&self) -> Option<Self> {
-        let is_on_it = matches!(self.begin, CandidateStart::Branch | CandidateStart::OnBranch(_));
-        (!is_on_it).then(|| Forward::new(self.inverse, self.settings).traced())
+    /// Whether candidates are at the end of their load paths, which takes many times as long.
+    pub(super) fn is_on_load_path(&self) -> bool {
+        matches!(self.begin, CandidateStart::LoadPath | CandidateStart::EndOfPath(_))
     }
 
-    /// On the branch from rest: moves to the shape of the last candidate, from which alone later candidates are solved.
-    pub(super) fn move_on(&mut self) {
-        self.begin = CandidateStart::OnBranch(self.workspace.positions().to_vec());
+    /// Makes every later candidate start from the shape of the last one, which is at the end of its load path.
+    pub(super) fn start_from_end_of_path(&mut self) {
+        self.begin = CandidateStart::EndOfPath(self.workspace.positions().to_vec());
     }
 
     /// Makes every later candidate start from rest.

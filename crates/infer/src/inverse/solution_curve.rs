@@ -7,7 +7,6 @@ use super::FitSettings;
 use super::forward::Forward;
 use super::problem::Unknown;
 use super::projection::{ON_BOUND, correct, decompose, room};
-use super::start::SearchCounts;
 
 /// First and longest step, in units of the unknowns (N).
 const STRIDE: f64 = 2.0;
@@ -159,16 +158,15 @@ fn one_way<const D: usize>(
     if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
         // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow
         // together from rest, so that the curve would end too early.
-        let mut elsewhere = SearchCounts::default();
-        if let Some(mut branch) = problem.on_branch() {
-            if branch.residuals_without_neighbours(&way.last().x).is_some() {
+        if !problem.is_on_load_path() {
+            let mut on_path = Forward::new(problem.inverse, settings).on_load_path();
+            if on_path.residuals_without_neighbours(&way.last().x).is_some() {
                 way.moves_on = true;
-                branch.move_on();
-                end = way.go_on(&mut branch, SHORTEST_STRIDE);
+                on_path.start_from_end_of_path();
+                end = way.go_on(&mut on_path, SHORTEST_STRIDE);
             }
-            elsewhere = branch.counts;
+            problem.counts += on_path.counts;
         }
-        problem.counts += elsewhere;
     }
     (way.points.split_off(1), end)
 }
@@ -180,7 +178,7 @@ struct CurveTracer {
     /// The start and the points that were found, at least one.
     points: Vec<CurvePoint>,
     tolerance: f64,
-    /// Whether each step begins at the shape to which the last point leads from rest.
+    /// Whether each step begins at the end of the last point's load path.
     moves_on: bool,
 }
 
@@ -241,13 +239,13 @@ impl CurveTracer {
         if found.misfit > self.tolerance || gained < 0.5 * length || moved > 2.0 * length {
             return Err(Termination::TargetLost);
         }
-        // Newton's method from rest (on the branch: growing tensions) must lead to a point as good.
+        // Newton's method from rest, or the load path, must lead to a point as good.
         let from_rest = problem.residuals_without_neighbours(next.as_slice());
         if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(Termination::Jump);
         }
         if self.moves_on {
-            problem.move_on();
+            problem.start_from_end_of_path();
         }
         let (_, directions) = decompose(&jacobian.ok_or(Termination::Fold)?).ok_or(Termination::Fold)?;
         let alike = |d: &DVector<f64>| d.dot(&self.along);

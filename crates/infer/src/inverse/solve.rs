@@ -105,16 +105,16 @@ pub fn solve<const D: usize>(
     }
     let mut counts = SearchCounts::default();
     starts.iter().for_each(|s| counts += s.counts);
-    let (mut trace, mut again) = forward.follow_branch(&x);
+    let (mut trace, mut again) = forward.follow_load_path(&x);
     counts.factorisations += trace.factorisations;
     if !trace.same_by_newton {
         // Newton's method from rest gives another shape than growing tensions, so the search goes on among shapes to which these lead.
-        let mut traced = Forward::new(inverse, settings).traced();
-        if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
-            counts += std::mem::replace(&mut forward, traced).counts;
+        let mut on_path = Forward::new(inverse, settings).on_load_path();
+        if let Some(other) = search_on_load_path(&mut on_path, settings, &starts, &x) {
+            counts += std::mem::replace(&mut forward, on_path).counts;
             (x, converged) = other;
             followed = None;
-            (trace, again) = forward.follow_branch(&x);
+            (trace, again) = forward.follow_load_path(&x);
             counts.factorisations += trace.factorisations;
         }
     }
@@ -201,26 +201,26 @@ pub(super) fn select_solution<const D: usize>(
     (x, if curves.len() == 1 { curves.pop() } else { None })
 }
 
-/// The best answer among shapes to which tensions lead from rest, searched from the ends of the starts and from `x`, and whether its search
+/// The best answer among shapes at the ends of load paths, searched from the ends of the starts and from `x`, and whether its search
 /// converged. `None` if there is no such shape.
-fn search_on_branch<const D: usize>(
-    traced: &mut Forward<'_, D>,
+fn search_on_load_path<const D: usize>(
+    on_path: &mut Forward<'_, D>,
     settings: &FitSettings,
     starts: &[Start],
     x: &[f64],
 ) -> Option<(Vec<f64>, bool)> {
     let mut best: Option<(f64, Vec<f64>, bool)> = None;
     for from in starts.iter().map(|s| s.x.as_slice()).chain([x]) {
-        if let Some((found, residuals, converged)) = gauss_newton::refit(traced, settings, from) {
-            let cost = traced.cost(&found, Some(&residuals));
+        if let Some((found, residuals, converged)) = gauss_newton::refit(on_path, settings, from) {
+            let cost = on_path.cost(&found, Some(&residuals));
             if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
                 best = Some((cost, found, converged));
             }
         }
     }
     let (_, mut found, converged) = best?;
-    if traced.inverse.is_undetermined() {
-        found = select_solution(traced, settings, &found).0;
+    if on_path.inverse.is_undetermined() {
+        found = select_solution(on_path, settings, &found).0;
     }
     Some((found, converged))
 }

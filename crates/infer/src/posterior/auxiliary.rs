@@ -10,7 +10,7 @@ use tongue_core::observe::Observable;
 
 use crate::standard_deviations::{EMG, EMG_GAIN};
 
-use super::parameters::{Parameter, ParameterValues, WarmStart};
+use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 
 /// Muscles whose activity was measured together, in one posture or in the baseline.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -162,9 +162,9 @@ impl AuxiliaryData {
     }
 
     /// The numbers at tensions and the shapes to which they lead.
-    pub(super) fn values(&self, meaning: &ParameterValues, place: &WarmStart) -> Vec<f64> {
+    pub(super) fn values(&self, meaning: &ParameterValues, place: &SolvedPoint) -> Vec<f64> {
         match &self.of {
-            DataSource::Shapes(_) => self.of_shapes(|p| place.shape(p.unwrap_or(place.postures.len())).0),
+            DataSource::Shapes(_) => self.of_shapes(|p| place.shape(p.unwrap_or(place.shapes.len() - 1)).0),
             DataSource::Activity(all) => all.iter().map(|active| active.value(meaning)).collect(),
         }
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::quantiles::{Quantiles, part_above_zero};
-use super::run::{Posterior, Status};
+use super::run::Posterior;
 use super::sensitivity::Scaled;
 use super::summary::Change;
 use super::verdict::Certainty;
@@ -56,7 +56,7 @@ impl Contrast {
 
     /// The contrasts of every muscle between every two postures; none if the chains have not mixed.
     pub fn all(posterior: &Posterior<'_>) -> Vec<Self> {
-        if posterior.status != Status::Mixed {
+        if !posterior.is_mixed() {
             return Vec::new();
         }
         let density = &posterior.density;

@@ -1,5 +1,5 @@
-//! The probability density of tensions, tones and places of the hyoid, given the measured stretches of a speaker's postures and the other
-//! measurements (`beside`).
+//! The probability density of tensions, tones and places of the hyoid, given the measured stretches of a speaker's postures and auxiliary
+//! data.
 //!
 //! ```text
 //! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
@@ -19,9 +19,9 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use super::PosteriorError;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
-use super::parameters::{self, Parameter, ParameterValues, Posture, WarmStart};
+use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
 
-/// The density for a set of measured stretches and other measurements.
+/// The density for a set of measured stretches and auxiliary data.
 #[derive(Debug)]
 pub struct Density<'a> {
     pub posterior_model: &'a PosteriorModel,
@@ -95,7 +95,7 @@ impl<'a> Density<'a> {
                     .to_owned(),
             ));
         }
-        let size = seen.labels.len() * posterior_model.muscles.len() + seen.beside_len();
+        let size = seen.labels.len() * posterior_model.muscles.len() + seen.auxiliary_len();
         Self::made(posterior_model, seen, (fixed, parameters), DMatrix::zeros(size, size))
     }
 
@@ -143,14 +143,14 @@ impl<'a> Density<'a> {
         &self.rows
     }
 
-    /// The rows and columns of the measured numbers, from a matrix of all muscles in all postures and the other measurements.
+    /// The rows and columns of the measured numbers, from a matrix of all muscles in all postures and the auxiliary data.
     pub fn measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         all.select_rows(&self.rows).select_columns(&self.rows)
     }
 
     /// Covariance of the differences between measured and computed numbers.
     pub fn covariance(&self) -> DMatrix<f64> {
-        self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.errors_beside()
+        self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.auxiliary_errors()
     }
 
     /// Covariance of the measured numbers due to the model's own error of stretches. A vowel alone does not tell the error in its baseline,
@@ -172,9 +172,9 @@ impl<'a> Density<'a> {
         )
     }
 
-    /// Covariance of the measured numbers due to the errors of the other measurements.
-    pub(crate) fn errors_beside(&self) -> DMatrix<f64> {
-        self.placed(self.seen.len(), &self.seen.beside_errors())
+    /// Covariance of the measured numbers due to the errors of the auxiliary data.
+    pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
+        self.placed(self.seen.len(), &self.seen.auxiliary_errors())
     }
 
     /// Places the covariance of some measured numbers, from a number on, in a matrix of all of them.
@@ -191,9 +191,9 @@ impl<'a> Density<'a> {
     }
 
     /// Physical quantities at these scores, and the derivative of each sampled unknown by its score.
-    pub fn meaning(&self, scores: &DVector<f64>) -> (ParameterValues, Vec<f64>) {
+    pub fn parameter_values(&self, scores: &DVector<f64>) -> (ParameterValues, Vec<f64>) {
         let priors = &self.posterior_model.priors;
-        let mut meaning = self.fixed.clone();
+        let mut values = self.fixed.clone();
         let half_normal = |scale: f64, g: f64| {
             let (value, slope) = parameters::tension(g);
             (scale * value, scale * slope)
@@ -201,40 +201,35 @@ impl<'a> Density<'a> {
         let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| match *p {
             Parameter::Tension(posture, m) => {
                 let (value, slope) = half_normal(priors.tension.scale_n_per_m, g);
-                meaning.postures[posture].tensions[m] = value;
+                values.postures[posture].tensions[m] = value;
                 slope
             }
             Parameter::Tone(m) => {
                 let (value, slope) = half_normal(priors.baseline.scale_n_per_m, g);
-                meaning.tones[m] = value;
+                values.tones[m] = value;
                 slope
             }
             Parameter::Hyoid(posture, axis) => {
                 let sd = 1e-3 * priors.hyoid.sd_mm;
-                meaning.postures[posture].hyoid[axis] = sd * g;
+                values.postures[posture].hyoid[axis] = sd * g;
                 sd
             }
             Parameter::Tilt => {
-                meaning.tilt = priors.hyoid_tilt.sd_rad_per_m * g;
+                values.tilt = priors.hyoid_tilt.sd_rad_per_m * g;
                 priors.hyoid_tilt.sd_rad_per_m
             }
         });
         let slopes = each.collect();
-        (meaning, slopes)
+        (values, slopes)
     }
 
     /// The body at rest, from which the first point is solved.
-    pub fn rest(&self) -> WarmStart {
-        let rest = Arc::new(self.posterior_model.system.rest().to_vec());
-        let lengths = self.posterior_model.system.lengths(self.posterior_model.system.rest());
-        let postures = vec![Arc::clone(&rest); self.postures()];
-        WarmStart {
-            lengths: lengths.repeat(postures.len()),
-            postures,
-            baseline: rest,
-            baseline_lengths: lengths,
-            beside: Vec::new(),
-        }
+    pub fn rest(&self) -> SolvedPoint {
+        let system = &self.posterior_model.system;
+        let rest = Arc::new(system.rest().to_vec());
+        let shapes = vec![Arc::clone(&rest); self.postures() + 1];
+        let lengths = system.lengths(system.rest()).repeat(shapes.len());
+        SolvedPoint { shapes, lengths, auxiliary: Vec::new() }
     }
 
     /// The lanes that solve several points at once.
@@ -246,34 +241,33 @@ impl<'a> Density<'a> {
         &SOLVE
     }
 
-    /// Residuals of the measurements: of the stretches, at these lengths of all muscles of the body in all postures and in the baseline
-    /// (m), then of the other measurements.
-    pub fn residuals(&self, lengths: &[f64], baseline: &[f64], beside: &[f64]) -> DVector<f64> {
+    /// Residuals of the measurements: of the stretches, at these lengths of all muscles of the body in all postures and, last, in the
+    /// baseline (m), then of the auxiliary data.
+    pub fn residuals(&self, lengths: &[f64], auxiliary: &[f64]) -> DVector<f64> {
         let seen = &self.seen;
+        let baseline = &lengths[lengths.len() - self.posterior_model.muscles.len()..];
         let stretches = seen.stretches.iter().enumerate();
         let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[seen.muscles[i]]);
-        let measured = seen.beside.iter().flat_map(|b| &b.measured);
-        let all = stretches.chain(measured.zip(beside).map(|(measured, value)| measured - value));
+        let measured = seen.auxiliary.iter().flat_map(|b| &b.measured);
+        let all = stretches.chain(measured.zip(auxiliary).map(|(measured, value)| measured - value));
         DVector::from_iterator(self.rows.len(), all)
     }
 }
 
-impl WarmStart {
+impl SolvedPoint {
     /// `unit` times the rate of the stretch in a row of the list of all muscles in all postures, `d(L/L0) = dL/L0 - s dL0/L0`, from the
     /// rates of the lengths by shape and muscle.
     pub(super) fn stretch_rate(&self, row: usize, unit: f64, rate: impl Fn(usize, usize) -> f64) -> f64 {
-        let (posture, m) = (row / self.baseline_lengths.len(), row % self.baseline_lengths.len());
-        let over = self.baseline_lengths[m];
-        unit * (rate(posture, m) - self.lengths[row] / over * rate(self.postures.len(), m)) / over
+        let (count, baseline) = (self.lengths.len() / self.shapes.len(), self.shapes.len() - 1);
+        let (posture, m) = (row / count, row % count);
+        let over = self.lengths[baseline * count + m];
+        unit * (rate(posture, m) - self.lengths[row] / over * rate(baseline, m)) / over
     }
 
     /// Positions and lengths of posture `shape`, numbered as in [`PosteriorModel::load`].
     pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
-        let count = self.baseline_lengths.len();
-        match self.postures.get(shape) {
-            Some(positions) => (positions, &self.lengths[shape * count..(shape + 1) * count]),
-            None => (&self.baseline, &self.baseline_lengths),
-        }
+        let count = self.lengths.len() / self.shapes.len();
+        (&self.shapes[shape], &self.lengths[shape * count..][..count])
     }
 }
 

@@ -11,7 +11,7 @@ use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
 use super::from_rest::reached_with_jumps;
 use super::hmc::{DensityPoint, SampledDensity};
-use super::parameters::{Draw, Parameter, ParameterValues, WarmStart};
+use super::parameters::{Draw, Parameter, ParameterValues, SolvedPoint};
 use super::shape;
 
 /// The likelihood of the residuals of the measurements.
@@ -30,9 +30,10 @@ impl ResidualLikelihood for Density<'_> {
 /// Linearised stretches of all muscles of the body in all postures, at a point.
 #[derive(Debug, Clone)]
 pub struct LinearisationPoint {
-    /// Stretches of all muscles of the body in the first posture, then in the second one, and so on; then the other measurements.
-    pub values: DVector<f64>,
-    /// Derivatives by the scores, one row for each value.
+    /// Computed numbers: the stretches of all muscles of the body in the first posture, then in the second one, and so on; then those of
+    /// the auxiliary data.
+    pub computed: DVector<f64>,
+    /// Derivatives by the scores, one row for each of these numbers.
     pub jacobian: DMatrix<f64>,
     /// Responses to the sources of geometry and constants.
     pub geometry: FiniteDifferences,
@@ -48,10 +49,10 @@ pub struct Evaluator<'a> {
     from_rest: Vec<LaneGroup<'a, 2>>,
 }
 
-/// Physical quantities and derivatives of the points, and the solved shapes.
-type SolvedPoints = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<WarmStart>>);
+/// The values of the parameters at the points, their derivatives by the scores, and the solved points.
+type SolvedPoints = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<SolvedPoint>>);
 
-/// The number of the shape that a measurement follows from and its adjoint at each point; `None` where it follows from tensions.
+/// The number of the shape from which an auxiliary number follows, and its adjoint at each point; `None` where it follows from tensions.
 type DataAdjoint = Option<(usize, Vec<Option<Adjoint<2>>>)>;
 
 /// The adjoints of all lengths of one shape at each point.
@@ -68,43 +69,40 @@ impl<'a> Evaluator<'a> {
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
-    fn solve(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> SolvedPoints {
+    fn solve(&mut self, points: &[(&DVector<f64>, &SolvedPoint)]) -> SolvedPoints {
         let density = self.density;
-        let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
+        let values: Vec<_> = points.iter().map(|(g, _)| density.parameter_values(g)).collect();
         for (shape, group) in self.shapes.iter_mut().enumerate() {
             let loads = Vec::from_iter((0..points.len()).map(|i| {
-                density.posterior_model.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0))
+                density.posterior_model.load(&values[i].0, shape, Some(points[i].1.shape(shape).0))
             }));
             group.solve(&loads, density.settings());
         }
         let system = &density.posterior_model.system;
-        let places = Vec::from_iter((0..points.len()).map(|point| {
-            let mut found: Vec<&LaneEquilibrium<2>> =
+        let solved = Vec::from_iter((0..points.len()).map(|point| {
+            let found: Vec<&LaneEquilibrium<2>> =
                 self.shapes.iter().map(|group| &group.answers()[point]).collect();
             if !found.iter().all(|shape| is_found(shape)) {
                 return None;
             }
-            let baseline = found.pop()?;
-            let mut place = WarmStart {
+            let mut solved = SolvedPoint {
                 lengths: found.iter().flat_map(|shape| system.lengths(&shape.positions)).collect(),
-                baseline_lengths: system.lengths(&baseline.positions),
-                postures: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
-                baseline: Arc::new(baseline.positions.clone()),
-                beside: Vec::new(),
+                shapes: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
+                auxiliary: Vec::new(),
             };
-            place.beside =
-                density.seen.beside.iter().flat_map(|b| b.values(&meanings[point].0, &place)).collect();
-            place.beside.iter().all(|v| v.is_finite()).then_some(place)
+            solved.auxiliary =
+                density.seen.auxiliary.iter().flat_map(|b| b.values(&values[point].0, &solved)).collect();
+            solved.auxiliary.iter().all(|v| v.is_finite()).then_some(solved)
         }));
-        (meanings, places)
+        (values, solved)
     }
 
     /// The linearisation at a point; `None` where the density is zero.
     pub fn linearise(
         &mut self,
         scores: &DVector<f64>,
-        begin: &WarmStart,
-    ) -> Option<(LinearisationPoint, WarmStart)> {
+        begin: &SolvedPoint,
+    ) -> Option<(LinearisationPoint, SolvedPoint)> {
         self.linearise_all(&[(scores, begin)], true).pop()?
     }
 
@@ -112,14 +110,14 @@ impl<'a> Evaluator<'a> {
     /// are computed only if `geometry` is set.
     pub(super) fn linearise_all(
         &mut self,
-        points: &[(&DVector<f64>, &WarmStart)],
+        points: &[(&DVector<f64>, &SolvedPoint)],
         geometry: bool,
-    ) -> Vec<Option<(LinearisationPoint, WarmStart)>> {
-        let (meanings, places) = self.solve(points);
+    ) -> Vec<Option<(LinearisationPoint, SolvedPoint)>> {
+        let (values, solved) = self.solve(points);
         let mut rates: Vec<LengthRates> = self.shapes.iter_mut().map(LaneGroup::length_rates).collect();
-        let mut data = self.data_adjoints(&places);
+        let mut data = self.data_adjoints(&solved);
         let mut out = Vec::with_capacity(points.len());
-        for (i, place) in places.into_iter().enumerate() {
+        for (i, solved) in solved.into_iter().enumerate() {
             let lengths: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
             // `None` where the adjoint of a measurement that follows from a shape was not found.
             let data: Option<Vec<_>> = data
@@ -129,27 +127,27 @@ impl<'a> Evaluator<'a> {
                     None => Some(None),
                 })
                 .collect();
-            out.push(place.zip(lengths).zip(data).and_then(|((place, lengths), data)| {
-                let linear = self.linear(&meanings[i], &place, &Adjoints { lengths, data }, geometry)?;
-                Some((linear, place))
+            out.push(solved.zip(lengths).zip(data).and_then(|((solved, lengths), data)| {
+                let linear = self.linear(&values[i], &solved, &Adjoints { lengths, data }, geometry)?;
+                Some((linear, solved))
             }));
         }
         out
     }
 
-    /// For every other measurement that follows from a shape, the number of the shape and its adjoint at every point.
-    fn data_adjoints(&mut self, places: &[Option<WarmStart>]) -> Vec<DataAdjoint> {
+    /// For every number of the auxiliary data that follows from a shape, the number of the shape and its adjoint at every point.
+    fn data_adjoints(&mut self, solved: &[Option<SolvedPoint>]) -> Vec<DataAdjoint> {
         let nodes = self.density.posterior_model.system.rest().len();
-        Vec::from_iter(self.density.seen.numbers().map(|(beside, number)| {
-            let posture = beside.posture(number)?;
+        Vec::from_iter(self.density.seen.auxiliary_numbers().map(|(auxiliary, number)| {
+            let posture = auxiliary.posture(number)?;
             let shape = posture.unwrap_or(self.shapes.len() - 1);
-            let gradients: Vec<_> = places
+            let gradients: Vec<_> = solved
                 .iter()
-                .map(|place| {
+                .map(|solved| {
                     let mut gradient = vec![SVector::zeros(); nodes];
-                    if let Some(place) = place {
-                        let at = (posture, place.shape(shape).0);
-                        beside.gradient(at, &beside.only(number), &mut gradient);
+                    if let Some(solved) = solved {
+                        let at = (posture, solved.shape(shape).0);
+                        auxiliary.gradient(at, &auxiliary.only(number), &mut gradient);
                     }
                     gradient
                 })
@@ -161,64 +159,62 @@ impl<'a> Evaluator<'a> {
     /// The linearisation at a solved point with known adjoints.
     fn linear(
         &self,
-        (meaning, slopes): &(ParameterValues, Vec<f64>),
-        place: &WarmStart,
+        (values, slopes): &(ParameterValues, Vec<f64>),
+        solved: &SolvedPoint,
         rates: &Adjoints,
         geometry: bool,
     ) -> Option<LinearisationPoint> {
         let posterior_model = self.density.posterior_model;
         let (count, postures) = (posterior_model.muscles.len(), self.density.postures());
-        let over = &place.baseline_lengths;
+        let (_, over) = solved.shape(postures);
         let of_muscles = postures * count;
-        let values = (0..of_muscles).map(|row| place.lengths[row] / over[row % count]);
-        let values = DVector::from_iterator(
-            of_muscles + place.beside.len(),
-            values.chain(place.beside.iter().copied()),
-        );
-        let mut jacobian = DMatrix::from_fn(values.len(), slopes.len(), |row, p| {
+        let stretches = (0..of_muscles).map(|row| solved.lengths[row] / over[row % count]);
+        let computed = stretches.chain(solved.auxiliary.iter().copied());
+        let computed = DVector::from_iterator(of_muscles + solved.auxiliary.len(), computed);
+        let mut jacobian = DMatrix::from_fn(computed.len(), slopes.len(), |row, p| {
             if row >= of_muscles {
                 return 0.0;
             }
-            place.stretch_rate(row, slopes[p], |shape, m| {
+            solved.stretch_rate(row, slopes[p], |shape, m| {
                 let (adjoint, parameter) = (&rates.lengths[shape][m], self.density.parameters[p]);
-                by_parameter(posterior_model, meaning, (shape, postures), adjoint, parameter)
+                by_parameter(posterior_model, values, (shape, postures), adjoint, parameter)
             })
         });
-        let numbers = self.density.seen.numbers().zip(&rates.data);
-        for (row, ((beside, number), own)) in numbers.enumerate() {
-            let weights = beside.only(number);
+        let numbers = self.density.seen.auxiliary_numbers().zip(&rates.data);
+        for (row, ((auxiliary, number), own)) in numbers.enumerate() {
+            let weights = auxiliary.only(number);
             for (p, &parameter) in self.density.parameters.iter().enumerate() {
                 let by_shape = own.as_ref().map_or(0.0, |(shape, adjoint)| {
-                    by_parameter(posterior_model, meaning, (*shape, postures), adjoint, parameter)
+                    by_parameter(posterior_model, values, (*shape, postures), adjoint, parameter)
                 });
-                let by = by_shape + beside.slope(meaning, &weights, parameter);
+                let by = by_shape + auxiliary.slope(values, &weights, parameter);
                 jacobian[(of_muscles + row, p)] = slopes[p] * by;
             }
         }
-        let point = GeometrySensitivity { place, meaning, rates, beside: &self.density.seen.beside };
+        let point = GeometrySensitivity { solved, values, rates, auxiliary: &self.density.seen.auxiliary };
         let geometry = match (geometry, posterior_model.is_of_springs()) {
             (true, true) => shape::of_springs(posterior_model, &point)?,
             (true, false) => finite_differences::answers(posterior_model, &point)?,
-            (false, _) => FiniteDifferences::none(values.len()),
+            (false, _) => FiniteDifferences::none(computed.len()),
         };
-        Some(LinearisationPoint { values, jacobian, geometry })
+        Some(LinearisationPoint { computed, jacobian, geometry })
     }
 
     /// Derivatives of the logarithm of the density by the scores, from the derivatives by the shapes.
     fn gradient(
         &self,
         scores: &DVector<f64>,
-        (meaning, slopes): &(ParameterValues, Vec<f64>),
+        (values, slopes): &(ParameterValues, Vec<f64>),
         (adjoints, weights): (&[&Adjoint<2>], &[f64]),
     ) -> DVector<f64> {
         let density = self.density;
         DVector::from_fn(scores.len(), |i, _| {
             let p = density.parameters[i];
             let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
-                by_parameter(density.posterior_model, meaning, (shape, density.postures()), adjoint, p)
+                by_parameter(density.posterior_model, values, (shape, density.postures()), adjoint, p)
             });
-            let beside = density.seen.weighed(weights).map(|(beside, w)| beside.slope(meaning, w, p));
-            slopes[i] * (each.sum::<f64>() + beside.sum::<f64>()) - scores[i]
+            let auxiliary = density.seen.weighed(weights).map(|(auxiliary, w)| auxiliary.slope(values, w, p));
+            slopes[i] * (each.sum::<f64>() + auxiliary.sum::<f64>()) - scores[i]
         })
     }
 }
@@ -226,13 +222,13 @@ impl<'a> Evaluator<'a> {
 /// Derivative of a function of one shape by a sampled unknown; `shape` is the number of a posture, or `postures` for the baseline.
 fn by_parameter(
     posterior_model: &super::PosteriorModel,
-    meaning: &ParameterValues,
+    values: &ParameterValues,
     (shape, postures): (usize, usize),
     adjoint: &Adjoint<2>,
     parameter: Parameter,
 ) -> f64 {
-    let by_hyoid = |which: usize| match meaning.postures.get(shape) {
-        Some(own) => posterior_model.hyoid_rates(adjoint, own.hyoid, meaning.tilt)[which],
+    let by_hyoid = |which: usize| match values.postures.get(shape) {
+        Some(own) => posterior_model.hyoid_rates(adjoint, own.hyoid, values.tilt)[which],
         None => 0.0,
     };
     match parameter {
@@ -245,89 +241,90 @@ fn by_parameter(
 }
 
 impl SampledDensity for Evaluator<'_> {
-    type WarmStart = WarmStart;
+    type Solved = SolvedPoint;
     type Kept = Draw;
 
-    fn evaluate(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> Vec<Option<DensityPoint<WarmStart>>> {
-        let (meanings, places) = self.solve(points);
+    fn evaluate(
+        &mut self,
+        points: &[(&DVector<f64>, &SolvedPoint)],
+    ) -> Vec<Option<DensityPoint<SolvedPoint>>> {
+        let (values, solved) = self.solve(points);
         let (density, errors) = (self.density, self.errors);
         let (seen, system) = (&density.seen, &density.posterior_model.system);
         let (nodes, postures) = (system.rest().len(), density.postures());
         // For every point the logarithm of the likelihood, and minus its derivatives by the residuals.
-        let weighed: Vec<Option<(f64, DVector<f64>)>> = places
+        let weighed: Vec<Option<(f64, DVector<f64>)>> = solved
             .iter()
-            .map(|place| {
-                let place = place.as_ref()?;
-                Some(errors.log(&density.residuals(&place.lengths, &place.baseline_lengths, &place.beside)))
+            .map(|solved| {
+                let solved = solved.as_ref()?;
+                Some(errors.log(&density.residuals(&solved.lengths, &solved.auxiliary)))
             })
             .collect();
         let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
-            group.adjoint(&Vec::from_iter(places.iter().zip(&weighed).map(|(place, weighed)| {
+            group.adjoint(&Vec::from_iter(solved.iter().zip(&weighed).map(|(solved, weighed)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
-                let Some((place, (_, weights))) = place.as_ref().zip(weighed.as_ref()) else {
+                let Some((solved, (_, weights))) = solved.as_ref().zip(weighed.as_ref()) else {
                     return gradient;
                 };
                 for (i, &m) in seen.muscles.iter().enumerate() {
-                    let over = place.baseline_lengths[m];
+                    let over = solved.shape(postures).1[m];
                     let part = match seen.postures[i] {
-                        _ if shape == postures => -place.lengths[density.rows()[i]] / (over * over),
+                        _ if shape == postures => -solved.lengths[density.rows()[i]] / (over * over),
                         posture if posture == shape => 1.0 / over,
                         _ => continue,
                     };
-                    length_gradient(system, place.shape(shape).0, m, weights[i] * part, &mut gradient);
+                    length_gradient(system, solved.shape(shape).0, m, weights[i] * part, &mut gradient);
                 }
-                let at = ((shape < postures).then_some(shape), place.shape(shape).0);
-                for (beside, weights) in seen.weighed(&weights.as_slice()[seen.len()..]) {
-                    beside.gradient(at, weights, &mut gradient);
+                let at = ((shape < postures).then_some(shape), solved.shape(shape).0);
+                for (auxiliary, weights) in seen.weighed(&weights.as_slice()[seen.len()..]) {
+                    auxiliary.gradient(at, weights, &mut gradient);
                 }
                 gradient
             })))
         });
         let adjoints: Vec<Vec<Option<Adjoint<2>>>> = adjoints.collect();
         let mut out = Vec::with_capacity(points.len());
-        for (i, (place, weighed)) in places.into_iter().zip(weighed).enumerate() {
+        for (i, (solved, weighed)) in solved.into_iter().zip(weighed).enumerate() {
             let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
-            out.push(place.zip(weighed).zip(own).map(|((place, (log, weights)), own)| {
-                let beside = &weights.as_slice()[seen.len()..];
-                let gradient = self.gradient(points[i].0, &meanings[i], (&own, beside));
-                DensityPoint { log: log - 0.5 * points[i].0.norm_squared(), gradient, place }
+            out.push(solved.zip(weighed).zip(own).map(|((solved, (log, weights)), own)| {
+                let auxiliary = &weights.as_slice()[seen.len()..];
+                let gradient = self.gradient(points[i].0, &values[i], (&own, auxiliary));
+                DensityPoint { log: log - 0.5 * points[i].0.norm_squared(), gradient, solved }
             }));
         }
         out
     }
 
     /// The shapes after another step like the last one, to first order.
-    fn ahead(here: &WarmStart, before: &WarmStart) -> WarmStart {
-        let further = |here: &[SVector<f64, 2>], before: &[SVector<f64, 2>]| {
-            Arc::new(here.iter().zip(before).map(|(x, y)| x + (x - y)).collect())
-        };
-        let postures = here.postures.iter().zip(&before.postures).map(|(x, y)| further(x, y)).collect();
-        WarmStart { postures, baseline: further(&here.baseline, &before.baseline), ..here.clone() }
+    fn ahead(here: &SolvedPoint, before: &SolvedPoint) -> SolvedPoint {
+        let each = here.shapes.iter().zip(&before.shapes);
+        let further = each
+            .map(|(here, before)| Arc::new(here.iter().zip(&**before).map(|(x, y)| x + (x - y)).collect()));
+        SolvedPoint { shapes: further.collect(), ..here.clone() }
     }
 
     /// Whether the tensions of each point lead from rest to its shapes, in all postures and in the baseline.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<WarmStart>)]) -> Vec<bool> {
+    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<SolvedPoint>)]) -> Vec<bool> {
         let density = self.density;
-        let meanings: Vec<ParameterValues> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
+        let values: Vec<ParameterValues> =
+            points.iter().map(|(g, _)| density.parameter_values(g).0).collect();
         let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
             let with: Vec<(&ParameterValues, &[f64])> =
-                meanings.iter().zip(points).map(|(m, (_, p))| (m, p.place.shape(shape).1)).collect();
+                values.iter().zip(points).map(|(values, (_, p))| (values, p.solved.shape(shape).1)).collect();
             reached_with_jumps(density, group, &with, shape)
         });
         let found: Vec<Vec<bool>> = found.collect();
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()
     }
 
-    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<WarmStart>) -> Draw {
-        let (meaning, _) = self.density.meaning(at);
-        let WarmStart { lengths, baseline_lengths, beside, .. } = &point.place;
+    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<SolvedPoint>) -> Draw {
+        let (values, _) = self.density.parameter_values(at);
         Draw {
             chain: 0,
             number: 0,
-            meaning,
-            lengths: lengths.clone(),
-            baseline_lengths: baseline_lengths.clone(),
-            beside: beside.clone(),
+            values,
+            lengths: point.solved.lengths.clone(),
+            auxiliary: point.solved.auxiliary.clone(),
             log: point.log,
             log_likelihood: point.log + 0.5 * at.norm_squared(),
         }

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use super::auxiliary::AuxiliaryData;
 use super::model::{PerturbedBody, PerturbedPair, PosteriorModel};
-use super::parameters::{ParameterValues, WarmStart};
+use super::parameters::{ParameterValues, SolvedPoint};
 use tongue_core::effect::Configuration;
 use tongue_core::statics::lanes::{Adjoint, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
@@ -46,14 +46,14 @@ pub(crate) fn by_kappa(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
 ) -> Option<DMatrix<f64>> {
-    let &GeometrySensitivity { place, meaning, beside, .. } = point;
-    let (count, of_muscles, base) =
-        (posterior_model.muscles.len(), place.lengths.len(), place.postures.len());
-    let rows = of_muscles + place.beside.len();
+    let &GeometrySensitivity { solved, values, auxiliary, .. } = point;
+    let (count, base) = (posterior_model.muscles.len(), solved.shapes.len() - 1);
+    let of_muscles = base * count;
+    let rows = of_muscles + solved.auxiliary.len();
     let Some(sides) = &posterior_model.kappa else { return Some(DMatrix::zeros(rows, 0)) };
-    let solved = |system: &System<2>| -> Option<DVector<f64>> {
+    let with = |system: &System<2>| -> Option<DVector<f64>> {
         let loads: Vec<_> = (0..=base)
-            .map(|shape| posterior_model.load(meaning, shape, Some(place.shape(shape).0)))
+            .map(|shape| posterior_model.load(values, shape, Some(solved.shape(shape).0)))
             .collect();
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
@@ -62,11 +62,11 @@ pub(crate) fn by_kappa(
             (0..of_muscles).map(|row| lengths[row / count][row % count] / lengths[base][row % count]);
         // Activity follows from tensions, which kappa does not change.
         let of_shape = |posture: Option<usize>| found[posture.unwrap_or(base)].positions.as_slice();
-        let others = beside.iter().flat_map(|b| b.of_shapes(of_shape));
+        let others = auxiliary.iter().flat_map(|b| b.of_shapes(of_shape));
         let all = DVector::from_iterator(rows, stretches.chain(others));
         (converged && all.iter().all(|v| v.is_finite())).then_some(all)
     };
-    let half = (solved(&sides[1])? - solved(&sides[0])?) / 2.0;
+    let half = (with(&sides[1])? - with(&sides[0])?) / 2.0;
     Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
 }
 
@@ -92,16 +92,16 @@ impl FiniteDifferences {
 pub struct Adjoints {
     /// Of all lengths, shape by shape.
     pub lengths: Vec<Vec<Adjoint<2>>>,
-    /// For every other measurement that follows from a shape, the number of the shape and its adjoint; `None` for the rest of them.
+    /// For every number of the auxiliary data that follows from a shape, the number of the shape and its adjoint; `None` for the others.
     pub data: Vec<Option<(usize, Adjoint<2>)>>,
 }
 
 /// A solved point with its adjoints.
 pub struct GeometrySensitivity<'a> {
-    pub place: &'a WarmStart,
-    pub meaning: &'a ParameterValues,
+    pub solved: &'a SolvedPoint,
+    pub values: &'a ParameterValues,
     pub rates: &'a Adjoints,
-    pub beside: &'a [AuxiliaryData],
+    pub auxiliary: &'a [AuxiliaryData],
 }
 
 /// Responses of all measurements at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
@@ -109,16 +109,16 @@ pub fn answers(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
 ) -> Option<FiniteDifferences> {
-    let &GeometrySensitivity { place, meaning, rates, .. } = point;
+    let &GeometrySensitivity { solved, values, rates, .. } = point;
     let sides = posterior_model.sides.as_ref()?;
-    let (count, of_muscles, base) =
-        (posterior_model.muscles.len(), place.lengths.len(), place.postures.len());
-    let rows = of_muscles + place.beside.len();
+    let (count, base) = (posterior_model.muscles.len(), solved.shapes.len() - 1);
+    let of_muscles = base * count;
+    let rows = of_muscles + solved.auxiliary.len();
     // For every shape, by how much each length is larger in the second body than in the first, m.
     let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
         let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
-        let stretches = (0..of_muscles).map(|row| place.stretch_rate(row, 1.0, |shape, m| slopes[shape][m]));
-        // The other measurements of a shape follow its lengths.
+        let stretches = (0..of_muscles).map(|row| solved.stretch_rate(row, 1.0, |shape, m| slopes[shape][m]));
+        // The auxiliary data of a shape follow its lengths.
         let mut next = vec![count; base + 1];
         let others = rates.data.iter().map(|own| {
             own.as_ref().map_or(0.0, |&(shape, _)| {
@@ -129,20 +129,20 @@ pub fn answers(
         Some(DVector::from_iterator(rows, stretches.chain(others)))
     };
     let hyoid = |shape: usize| {
-        let own = meaning.postures.get(shape);
-        own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, meaning.tilt * p.hyoid.x))
+        let own = values.postures.get(shape);
+        own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, values.tilt * p.hyoid.x))
     };
     let of_pair = |([low, high], step): &PerturbedPair| {
         stretches(&|shape| {
             let at = SolvedShape {
-                positions: place.shape(shape).0,
-                tensions: meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions),
+                positions: solved.shape(shape).0,
+                tensions: values.postures.get(shape).map_or(&values.tones, |p| &p.tensions),
                 hyoid: hyoid(shape),
                 lengths: &rates.lengths[shape],
                 data: rates.data.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
                 values: &|x| {
                     let posture = (shape < base).then_some(shape);
-                    point.beside.iter().flat_map(|b| b.of_shape(posture, x)).collect()
+                    point.auxiliary.iter().flat_map(|b| b.of_shape(posture, x)).collect()
                 },
             };
             Some(slopes_of(posterior_model, [low, high], &at)? / (2.0 * step))
@@ -166,20 +166,20 @@ struct SolvedShape<'a> {
     tensions: &'a [f64],
     hyoid: (SVector<f64, 2>, f64),
     lengths: &'a [Adjoint<2>],
-    /// Adjoints of the other measurements that follow from this shape, and their values at positions of all nodes.
+    /// Adjoints of the auxiliary data that follow from this shape, and their values at positions of all nodes.
     data: Vec<&'a Adjoint<2>>,
     values: &'a dyn Fn(&[SVector<f64, 2>]) -> Vec<f64>,
 }
 
-/// By how much every length, m, and every other measurement is larger in the second body than in the first, to first order.
+/// By how much every length, m, and every number of the auxiliary data is larger in the second body than in the first, to first order.
 fn slopes_of(
     posterior_model: &PosteriorModel,
     [low, high]: [&PerturbedBody; 2],
     shape: &SolvedShape<'_>,
 ) -> Option<DVector<f64>> {
     let unknowns = posterior_model.system.pattern().nodes();
-    let same = [low, high].iter().all(|beside| {
-        let pattern = beside.system.pattern();
+    let same = [low, high].iter().all(|auxiliary| {
+        let pattern = auxiliary.system.pattern();
         pattern.unknowns() == unknowns.len() && unknowns.iter().all(|&n| pattern.unknown(n).is_some())
     });
     if !same {

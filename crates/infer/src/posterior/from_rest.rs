@@ -31,8 +31,8 @@ pub fn reached_with_jumps(
         if left.is_empty() {
             break;
         }
-        let meanings: Vec<&ParameterValues> = left.iter().map(|&i| shapes[i].0).collect();
-        for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, shape, steps)) {
+        let values: Vec<&ParameterValues> = left.iter().map(|&i| shapes[i].0).collect();
+        for (&i, lengths) in left.iter().zip(follow(density, group, &values, shape, steps)) {
             found[i] =
                 lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(|(a, b)| (a - b).abs() < SAME_SHAPE_M));
         }
@@ -44,16 +44,16 @@ pub fn reached_with_jumps(
 fn follow(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
-    meanings: &[&ParameterValues],
+    values: &[&ParameterValues],
     shape: usize,
     steps: usize,
 ) -> Vec<Option<Vec<f64>>> {
     let system = &density.posterior_model.system;
-    let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); meanings.len()];
-    let mut good = vec![true; meanings.len()];
+    let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); values.len()];
+    let mut good = vec![true; values.len()];
     for step in 1..=steps {
         let part = step as f64 / steps as f64;
-        let loads: Vec<Load<'_, 2>> = meanings
+        let loads: Vec<Load<'_, 2>> = values
             .iter()
             .zip(&shapes)
             .map(|(m, positions)| {

@@ -29,27 +29,27 @@ const MOST_STEPS: usize = 100;
 /// A density to sample, of which up to [`LANES`] points are evaluated at once.
 pub trait SampledDensity {
     /// State of a solved point, from which its neighbours are solved.
-    type WarmStart: Clone + Send + Sync;
+    type Solved: Clone + Send + Sync;
     type Kept: Clone + Send + Sync;
 
-    /// The logarithm of the density and its derivatives at each point, solved from the place given with it; `None` where the density is
+    /// The logarithm of the density and its derivatives at each point, solved from the state given with it; `None` where the density is
     /// zero.
     fn evaluate(
         &mut self,
-        points: &[(&DVector<f64>, &Self::WarmStart)],
-    ) -> Vec<Option<DensityPoint<Self::WarmStart>>>;
+        points: &[(&DVector<f64>, &Self::Solved)],
+    ) -> Vec<Option<DensityPoint<Self::Solved>>>;
 
-    /// A place from which the next point of a trajectory is solved, after steps that led from `before` to `here`.
-    fn ahead(here: &Self::WarmStart, _before: &Self::WarmStart) -> Self::WarmStart {
+    /// A state from which the next point of a trajectory is solved, after steps that led from `before` to `here`.
+    fn ahead(here: &Self::Solved, _before: &Self::Solved) -> Self::Solved {
         here.clone()
     }
 
     /// Whether each point, at which the density is not zero, is allowed as a draw; trajectories to other points are refused.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<Self::WarmStart>)]) -> Vec<bool> {
+    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<Self::Solved>)]) -> Vec<bool> {
         vec![true; points.len()]
     }
 
-    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<Self::WarmStart>) -> Self::Kept;
+    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<Self::Solved>) -> Self::Kept;
 }
 
 #[derive(Debug, Clone)]
@@ -57,7 +57,7 @@ pub struct DensityPoint<P> {
     /// Logarithm of the density, up to a constant.
     pub log: f64,
     pub gradient: DVector<f64>,
-    pub place: P,
+    pub solved: P,
 }
 
 /// Size of a run.
@@ -94,15 +94,15 @@ impl<K> Chain<K> {
 /// Energy error beyond which a trajectory counts as diverged (as in Stan).
 pub const DIVERGED: f64 = 1000.0;
 
-/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from `place`. Where the density there is
+/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from the state `from`. Where the density there is
 /// zero the draws are moved towards the centre, and where it is zero at the centre too others are tried.
 pub fn sample<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
-    place: &T::WarmStart,
+    from: &T::Solved,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
-    let groups = in_groups(&make, whitened, place, settings, None, |g| g.warmed_up(settings.warm_up));
+    let groups = in_groups(&make, whitened, from, settings, None, |g| g.warmed_up(settings.warm_up));
     let begun = groups.iter().all(|g| g.states.len() == g.random.len());
     let seen: Vec<_> = groups.iter().flat_map(|g| &g.seen).collect();
     let Some(learned) = begun.then(|| whitened.learned(&seen)).flatten() else {
@@ -118,11 +118,11 @@ pub fn sample<T: SampledDensity>(
 pub(super) fn sample_briefly<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
-    place: &T::WarmStart,
+    from: &T::Solved,
     settings: &Settings,
     only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
-    let sampled = in_groups(&make, whitened, place, settings, only, |group| group.run_briefly(settings));
+    let sampled = in_groups(&make, whitened, from, settings, only, |group| group.run_briefly(settings));
     sampled.into_iter().flatten().collect()
 }
 
@@ -130,7 +130,7 @@ pub(super) fn sample_briefly<T: SampledDensity>(
 fn in_groups<'w, T: SampledDensity, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
-    place: &T::WarmStart,
+    from: &T::Solved,
     settings: &Settings,
     only: Option<usize>,
     work: impl Fn(ChainGroup<'w, T>) -> R + Sync,
@@ -139,7 +139,7 @@ fn in_groups<'w, T: SampledDensity, R: Send>(
     firsts.retain(|first| only.is_none_or(|group| *first == group * LANES));
     parallel::map(&firsts, |&first| {
         let chains = (settings.chains - first).min(LANES);
-        work(ChainGroup::new(make(), whitened, place, settings, first, chains))
+        work(ChainGroup::new(make(), whitened, from, settings, first, chains))
     })
 }
 
@@ -156,7 +156,7 @@ struct ChainState<P> {
 struct ChainGroup<'a, T: SampledDensity> {
     target: T,
     whitened: &'a Whitened,
-    states: Vec<ChainState<T::WarmStart>>,
+    states: Vec<ChainState<T::Solved>>,
     /// A generator for each chain.
     random: Vec<fastrand::Rng>,
     /// Generator shared by all chains, for the lengths of trajectories.
@@ -178,7 +178,7 @@ struct Warm<P> {
 
 impl<P: Clone> Warm<P> {
     /// The same chains in other coordinates.
-    fn go_on<'a, T: SampledDensity<WarmStart = P>>(
+    fn go_on<'a, T: SampledDensity<Solved = P>>(
         &self,
         target: T,
         whitened: &'a Whitened,
@@ -202,7 +202,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
     fn new(
         mut target: T,
         whitened: &'a Whitened,
-        place: &T::WarmStart,
+        from: &T::Solved,
         settings: &Settings,
         first: usize,
         chains: usize,
@@ -211,7 +211,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         let generator = |number: usize| fastrand::Rng::with_seed(seed_of(settings.seed, number));
         let mut random: Vec<fastrand::Rng> = (first..first + chains).map(generator).collect();
         let common = generator((1 << 20) + first);
-        let mut states: Vec<Option<ChainState<T::WarmStart>>> = (0..chains).map(|_| None).collect();
+        let mut states: Vec<Option<ChainState<T::Solved>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
         // Draws are moved towards the centre until all chains have a start with a density above zero. Where it is zero at the centre too,
         // whole draws are tried.
@@ -226,7 +226,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             };
             let z: Vec<DVector<f64>> = random.iter_mut().map(|r| normals(n, r) * part).collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.at(z)).collect();
-            let points: Vec<_> = x.iter().map(|x| (x, place)).collect();
+            let points: Vec<_> = x.iter().map(|x| (x, from)).collect();
             evaluations += points.len();
             for ((state, point), (z, x)) in
                 states.iter_mut().zip(target.evaluate(&points)).zip(z.into_iter().zip(&x))
@@ -243,7 +243,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
     }
 
     /// Runs the first half of the warm-up.
-    fn warmed_up(mut self, warm_up: usize) -> Warm<T::WarmStart> {
+    fn warmed_up(mut self, warm_up: usize) -> Warm<T::Solved> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
             for block in blocks(warm_up, CHECKED) {
@@ -332,10 +332,10 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
         let mut momenta: Vec<DVector<f64>> = self.random.iter_mut().map(|r| normals(n, r)).collect();
         let energy =
-            |state: &ChainState<T::WarmStart>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
+            |state: &ChainState<T::Solved>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
         let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
         let mut moved = self.states.clone();
-        let mut before_last: Vec<Option<T::WarmStart>> = vec![None; count];
+        let mut before_last: Vec<Option<T::Solved>> = vec![None; count];
         let mut alive = vec![true; count];
         for _ in 0..steps {
             for (p, s) in momenta.iter_mut().zip(&moved) {
@@ -347,10 +347,10 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             let z: Vec<DVector<f64>> = (0..count).map(next).collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
             let starts = moved.iter().zip(&before_last).map(|(s, before)| match before {
-                Some(before) => T::ahead(&s.point.place, before),
-                None => s.point.place.clone(),
+                Some(before) => T::ahead(&s.point.solved, before),
+                None => s.point.solved.clone(),
             });
-            let starts: Vec<T::WarmStart> = starts.collect();
+            let starts: Vec<T::Solved> = starts.collect();
             let points: Vec<_> = x.iter().zip(&starts).collect();
             let found = self.target.evaluate(&points);
             self.evaluations += count;
@@ -358,7 +358,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
                 match point {
                     Some(point) if alive[i] => {
                         let here = ChainState::new(self.whitened, z, x.clone(), point);
-                        before_last[i] = Some(std::mem::replace(&mut moved[i], here).point.place);
+                        before_last[i] = Some(std::mem::replace(&mut moved[i], here).point.solved);
                         momenta[i] += &moved[i].slope * (0.5 * size);
                     }
                     _ => alive[i] = false,

@@ -38,18 +38,18 @@ const SEED: u64 = 5;
 /// The posterior without the stretch at a position.
 struct Without<'a> {
     density: Density<'a>,
-    mode: MapEstimate,
+    map_estimate: MapEstimate,
     /// Minus the logarithm of the marginal density, up to a constant.
     weight: f64,
 }
 
 impl<'a> Without<'a> {
-    fn new(whole: &Density<'a>, mode: &MapEstimate, position: usize) -> Result<Self, PosteriorError> {
+    fn new(whole: &Density<'a>, map_estimate: &MapEstimate, position: usize) -> Result<Self, PosteriorError> {
         let mut density = whole.of(whole.seen.without(position))?;
-        let mode = MapEstimate::find_near(&mut density, mode)?;
-        let factor = mode.precision.clone().cholesky().ok_or(PosteriorError::Covariance)?;
-        let weight = factor.l_dirty().diagonal().map(f64::ln).sum() - mode.log;
-        Ok(Self { density, mode, weight })
+        let map_estimate = MapEstimate::find_near(&mut density, map_estimate)?;
+        let factor = map_estimate.precision.clone().cholesky().ok_or(PosteriorError::Covariance)?;
+        let weight = factor.l_dirty().diagonal().map(f64::ln).sum() - map_estimate.log;
+        Ok(Self { density, map_estimate, weight })
     }
 }
 
@@ -76,26 +76,31 @@ impl ResidualLikelihood for Mixture<'_> {
 }
 
 /// Predictions of every measured stretch without its own measurement; `mode` is the mode of the whole posterior.
-pub fn without_each(density: &Density<'_>, mode: &MapEstimate) -> Result<Vec<LeftOut>, PosteriorError> {
+pub fn without_each(
+    density: &Density<'_>,
+    map_estimate: &MapEstimate,
+) -> Result<Vec<LeftOut>, PosteriorError> {
     let positions: Vec<usize> = (0..density.seen.len()).collect();
     if positions.is_empty() {
         return Ok(Vec::new());
     }
-    let all = parallel::map(&positions, |&position| Ok((position, Without::new(density, mode, position)?)));
+    let all =
+        parallel::map(&positions, |&position| Ok((position, Without::new(density, map_estimate, position)?)));
     let mixture = Mixture(all.into_iter().collect::<Result<_, PosteriorError>>()?);
     let count = positions.len() as f64;
-    let modes = mixture.0.iter().map(|(_, without)| &without.mode);
+    let modes = mixture.0.iter().map(|(_, without)| &without.map_estimate);
     let centre = modes.clone().map(|m| &m.scores).sum::<DVector<f64>>() / count;
     let n = centre.len();
     let precision = modes.fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
     let postures = density.postures();
     let settings = Sampling { draws: DRAWS_EACH * positions.len() / postures, seed: SEED };
-    let draws = numbered(chains(density, &mixture, &whitened, &mode.place, &settings, postures.min(2)));
+    let draws =
+        numbered(chains(density, &mixture, &whitened, &map_estimate.solved, &settings, postures.min(2)));
     let weights: Vec<Vec<f64>> = draws
         .iter()
         .map(|d| {
-            let residuals = density.residuals(&d.lengths, &d.baseline_lengths, &d.beside);
+            let residuals = density.residuals(&d.lengths, &d.auxiliary);
             shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
         })
         .collect();
@@ -117,11 +122,12 @@ pub fn without_each(density: &Density<'_>, mode: &MapEstimate) -> Result<Vec<Lef
             return Ok(found);
         }
         let settings = Sampling { draws: OWN_DRAWS, seed: SEED };
-        let own = sample_at(without.density, without.mode, &settings)?;
+        let own = sample_at(without.density, without.map_estimate, &settings)?;
         let weights = vec![1.0; own.draws.len()];
         let found =
             predicted(density, position, &own.density, (&own.draws, &weights), PredictionMethod::Sampled);
-        Ok(LeftOut { effective: own.mixing.bulk.min(own.mixing.tail), ..found })
+        let ess = own.diagnostics.ess;
+        Ok(LeftOut { effective: ess.bulk.min(ess.tail), ..found })
     });
     each.collect()
 }
@@ -137,7 +143,7 @@ fn predicted(
     let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
     let (gain, sd) = conditional(whole, other, position);
     let parts: Vec<MixtureComponent> = Vec::from_iter(draws.iter().zip(weights).map(|(d, &weight)| {
-        let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths, &d.beside));
+        let error = gain.dot(&other.residuals(&d.lengths, &d.auxiliary));
         MixtureComponent { mean: d.stretch(row) + error, weight }
     }));
     left_out(&parts, sd, measured, how, seed_of(SEED, position))
@@ -161,7 +167,7 @@ pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut all = vec![Vec::with_capacity(posterior.draws.len()); stretches.len()];
     for d in &posterior.draws {
-        let residuals = density.residuals(&d.lengths, &d.baseline_lengths, &d.beside);
+        let residuals = density.residuals(&d.lengths, &d.auxiliary);
         let error = &gain * residuals + &root * normals(rows.len(), &mut random);
         for (i, &row) in stretches.iter().enumerate() {
             all[i].push(d.stretch(row) + error[i]);

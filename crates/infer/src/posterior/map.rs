@@ -20,12 +20,12 @@ use super::density::Density;
 use super::evaluator::{Evaluator, LinearisationPoint};
 use super::finite_differences::FiniteDifferences;
 use super::hmc::Whitened;
-use super::parameters::WarmStart;
+use super::parameters::SolvedPoint;
 
-/// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements: the
+/// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the auxiliary data: the
 /// mean over several linearisations; `None` without any.
 fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
-    let count = all.first()?.values.len();
+    let count = all.first()?.computed.len();
     let mean = |of: fn(&FiniteDifferences) -> &DMatrix<f64>| {
         all.iter().fold(DMatrix::zeros(count, count), |sum, linear| {
             sum + of(&linear.geometry) * of(&linear.geometry).transpose()
@@ -44,7 +44,7 @@ fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
 #[derive(Debug, Clone)]
 pub struct MapEstimate {
     pub scores: DVector<f64>,
-    pub place: WarmStart,
+    pub solved: SolvedPoint,
     pub linear: LinearisationPoint,
     /// Covariance due to geometry and constants about it.
     pub geometry: DMatrix<f64>,
@@ -73,30 +73,30 @@ impl MapEstimate {
         let (n, rest) = (density.parameters.len(), density.rest());
         let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
             let start = DVector::from_element(n, score);
-            let (linear, place) = Evaluator::new(density).linearise(&start, &rest)?;
-            Some((start, linear, place))
+            let (linear, solved) = Evaluator::new(density).linearise(&start, &rest)?;
+            Some((start, linear, solved))
         });
-        let (start, linear, place) = begin.ok_or(PosteriorError::NoMode)?;
+        let (start, linear, solved) = begin.ok_or(PosteriorError::NoMode)?;
         let geometry = geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
         density.set_geometry(geometry.clone())?;
-        let mut mode = Self::at(density, start, linear, geometry, place);
+        let mut map_estimate = Self::at(density, start, linear, geometry, solved);
         for _ in 0..ROUNDS {
-            mode.climb(density);
-            mode.average(density)?;
+            map_estimate.climb(density);
+            map_estimate.average(density)?;
         }
-        mode.climb(density);
-        Ok(mode)
+        map_estimate.climb(density);
+        Ok(map_estimate)
     }
 
     /// As [`MapEstimate::find`], started at the mode for nearly the same stretches.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         density.set_geometry(near.geometry.clone())?;
-        let Self { scores, linear, geometry, place, .. } = near.clone();
-        let mut mode = Self::at(density, scores, linear, geometry, place);
-        mode.climb(density);
-        mode.average(density)?;
-        mode.climb(density);
-        Ok(mode)
+        let Self { scores, linear, geometry, solved, .. } = near.clone();
+        let mut map_estimate = Self::at(density, scores, linear, geometry, solved);
+        map_estimate.climb(density);
+        map_estimate.average(density)?;
+        map_estimate.climb(density);
+        Ok(map_estimate)
     }
 
     /// Sets the covariance due to geometry about this point.
@@ -120,7 +120,7 @@ impl MapEstimate {
             .collect();
         let groups: Vec<&[DVector<f64>]> = draws.chunks(LANES).collect();
         let found = parallel::map(&groups, |group| {
-            let points: Vec<_> = group.iter().map(|x| (x, &self.place)).collect();
+            let points: Vec<_> = group.iter().map(|x| (x, &self.solved)).collect();
             Evaluator::new(density).linearise_all(&points, true)
         });
         Ok(found.into_iter().flatten().flatten().map(|(linear, _)| linear).collect())
@@ -131,26 +131,25 @@ impl MapEstimate {
         scores: DVector<f64>,
         linear: LinearisationPoint,
         geometry: DMatrix<f64>,
-        place: WarmStart,
+        solved: SolvedPoint,
     ) -> Self {
         let jacobian = linear.jacobian.select_rows(density.rows());
         let n = scores.len();
         let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
-        let residuals = density.residuals(&place.lengths, &place.baseline_lengths, &place.beside);
+        let residuals = density.residuals(&solved.lengths, &solved.auxiliary);
         let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
-        Self { scores, place, linear, geometry, precision, log }
+        Self { scores, solved, linear, geometry, precision, log }
     }
 
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
-        let Self { scores, linear, geometry, place, .. } = self.clone();
+        let Self { scores, linear, geometry, solved, .. } = self.clone();
         // The density there with the present covariance.
-        let begin = Self::at(density, scores, linear, geometry, place);
+        let begin = Self::at(density, scores, linear, geometry, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
-            let WarmStart { lengths, baseline_lengths, beside, .. } = &here.place;
-            let residuals = density.residuals(lengths, baseline_lengths, beside);
+            let residuals = density.residuals(&here.solved.lengths, &here.solved.auxiliary);
             let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
@@ -158,10 +157,11 @@ impl MapEstimate {
         };
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;
-            let (linear, place) = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten()?;
-            Some(Self::at(density, next, linear, here.geometry.clone(), place))
+            let (linear, solved) =
+                evaluator.linearise_all(&[(&next, &here.solved)], false).pop().flatten()?;
+            Some(Self::at(density, next, linear, here.geometry.clone(), solved))
         };
-        *self = descend(begin, &CLIMB, |mode| -mode.log, step, moved).here;
+        *self = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
     }
 
     /// Coordinates in which the posterior is nearly a standard normal distribution.

@@ -18,7 +18,7 @@ pub struct Measurements {
     pub labels: Vec<String>,
     /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
     pub is_baseline_active: bool,
-    pub beside: Vec<AuxiliaryData>,
+    pub auxiliary: Vec<AuxiliaryData>,
 }
 
 impl Measurements {
@@ -32,7 +32,7 @@ impl Measurements {
             rounding: DMatrix::zeros(0, 0),
             labels: vec![String::new()],
             is_baseline_active: false,
-            beside: Vec::new(),
+            auxiliary: Vec::new(),
         }
     }
 
@@ -91,39 +91,39 @@ impl Measurements {
     }
 
     /// The index of each measured number in a list of the stretches of all muscles of the body in the first posture, then in the second
-    /// one, and so on, followed by the other measurements.
+    /// one, and so on, followed by the auxiliary data.
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
         let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
         let from = self.labels.len() * muscles;
-        stretches.chain(from..from + self.beside_len()).collect()
+        stretches.chain(from..from + self.auxiliary_len()).collect()
     }
 
-    pub(crate) fn beside_len(&self) -> usize {
-        self.beside.iter().map(AuxiliaryData::len).sum()
+    pub(crate) fn auxiliary_len(&self) -> usize {
+        self.auxiliary.iter().map(AuxiliaryData::len).sum()
     }
 
-    /// The other measurements one by one: each with its kind and its number in it.
-    pub fn numbers(&self) -> impl Iterator<Item = (&AuxiliaryData, usize)> {
-        self.beside.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
+    /// The auxiliary data, number by number: each with its kind and its place in that.
+    pub fn auxiliary_numbers(&self) -> impl Iterator<Item = (&AuxiliaryData, usize)> {
+        self.auxiliary.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
     }
 
-    /// Each kind of the other measurements with its part of `weights`, which run over all of them.
+    /// Each kind of auxiliary data with its part of `weights`, which run over all of them.
     pub(crate) fn weighed<'a>(
         &'a self,
         weights: &'a [f64],
     ) -> impl Iterator<Item = (&'a AuxiliaryData, &'a [f64])> {
-        self.beside.iter().scan(weights, |left, beside| {
-            let (own, rest) = left.split_at(beside.len());
+        self.auxiliary.iter().scan(weights, |left, auxiliary| {
+            let (own, rest) = left.split_at(auxiliary.len());
             *left = rest;
-            Some((beside, own))
+            Some((auxiliary, own))
         })
     }
 
-    pub(crate) fn beside_errors(&self) -> DMatrix<f64> {
-        let n = self.beside_len();
+    pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
+        let n = self.auxiliary_len();
         let mut errors = DMatrix::zeros(n, n);
         let mut from = 0;
-        for b in &self.beside {
+        for b in &self.auxiliary {
             errors.view_mut((from, from), (b.len(), b.len())).copy_from(&b.errors);
             from += b.len();
         }

@@ -55,13 +55,13 @@ pub use map::MapEstimate;
 pub use measurements::Measurements;
 pub use model::{Field, PosteriorModel};
 pub use over_speakers::OverSpeakers;
-pub use parameters::{Draw, Parameter, ParameterValues, Posture, WarmStart};
+pub use parameters::{Draw, Parameter, ParameterValues, Posture, SolvedPoint};
 pub use priors::*;
 pub use quantiles::Quantiles;
-pub use run::{Posterior, Sampling, Status, sample};
+pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample};
 pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
-pub use summary::{Change, Effective, Report, StretchSummary, Summary, Tension};
+pub use summary::{Change, Report, StretchSummary, Summary, Tension};
 pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom};
 
 use tongue_core::system::SystemError;

@@ -55,14 +55,14 @@ impl PosteriorModel {
     /// Load of posture number `shape`, solved from given positions; the number after the last posture is the baseline.
     pub fn load<'l>(
         &'l self,
-        meaning: &ParameterValues,
+        values: &ParameterValues,
         shape: usize,
         start: Option<&'l [SVector<f64, 2>]>,
     ) -> Load<'l, 2> {
-        let own = meaning.postures.get(shape);
-        let load = Load { start, ..Load::new(own.map_or(&meaning.tones, |p| &p.tensions).clone()) };
+        let own = values.postures.get(shape);
+        let load = Load { start, ..Load::new(own.map_or(&values.tones, |p| &p.tensions).clone()) };
         match own.filter(|_| self.moves_hyoid()) {
-            Some(own) => self.with_hyoid(load, own.hyoid, meaning.tilt),
+            Some(own) => self.with_hyoid(load, own.hyoid, values.tilt),
             None => load,
         }
     }
@@ -229,7 +229,7 @@ impl PosteriorModel {
         let (kappa, sides) = (None, None);
         let whole = Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, kappa, sides };
         let sides = whole.body.mesh.continuum.as_ref().map(|_| PerturbedBodies::new(&whole)).transpose()?;
-        Ok(Self { kappa: beside_in_kappa(&whole)?, sides, ..whole })
+        Ok(Self { kappa: with_other_kappa(&whole)?, sides, ..whole })
     }
 }
 
@@ -312,7 +312,7 @@ impl PerturbedBodies {
 }
 
 /// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
-fn beside_in_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2>; 2]>, PosteriorError> {
+fn with_other_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2>; 2]>, PosteriorError> {
     let prior = &posterior_model.priors.compressibility;
     if prior.off {
         return Ok(None);

@@ -119,27 +119,27 @@ impl ParameterValues {
     }
 }
 
-/// A solved point; nearby points are solved from its positions.
+/// A solved point; nearby points are solved from its shapes.
 #[derive(Debug, Clone)]
-pub struct WarmStart {
-    pub postures: Vec<Arc<Vec<SVector<f64, 2>>>>,
-    pub baseline: Arc<Vec<SVector<f64, 2>>>,
-    /// Lengths of all muscles of the body in each posture, one after the other, m.
+pub struct SolvedPoint {
+    /// Positions of all nodes in each posture and, last, in the baseline, m.
+    pub shapes: Vec<Arc<Vec<SVector<f64, 2>>>>,
+    /// Lengths of all muscles of the body in each of these shapes, one shape after the other, m.
     pub lengths: Vec<f64>,
-    pub baseline_lengths: Vec<f64>,
-    pub beside: Vec<f64>,
+    /// Computed numbers of the auxiliary data.
+    pub auxiliary: Vec<f64>,
 }
 
-/// A draw. Its lists of lengths contain all muscles of the body in the first posture, then in the second one, and so on.
+/// A draw.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Draw {
     pub chain: usize,
     pub number: usize,
-    pub meaning: ParameterValues,
+    pub values: ParameterValues,
+    /// Lengths of all muscles of the body in each posture and, last, in the baseline, m.
     pub lengths: Vec<f64>,
-    pub baseline_lengths: Vec<f64>,
-    /// Computed numbers of the other measurements.
-    pub beside: Vec<f64>,
+    /// Computed numbers of the auxiliary data.
+    pub auxiliary: Vec<f64>,
     /// Logarithm of its density in the scores, up to a constant.
     pub log: f64,
     /// The contribution of the measurements to `log`.
@@ -149,15 +149,16 @@ pub struct Draw {
 impl Draw {
     /// The stretch in a row of the list of all muscles in all postures.
     pub fn stretch(&self, row: usize) -> f64 {
-        self.lengths[row] / self.baseline_lengths[row % self.baseline_lengths.len()]
+        let muscles = self.values.tones.len();
+        self.lengths[row] / self.lengths[self.lengths.len() - muscles + row % muscles]
     }
 
     pub fn tension(&self, posture: usize, muscle: usize) -> f64 {
-        self.meaning.postures[posture].tensions[muscle]
+        self.values.postures[posture].tensions[muscle]
     }
 
     pub fn change(&self, posture: usize, muscle: usize) -> f64 {
-        self.tension(posture, muscle) - self.meaning.tones[muscle]
+        self.tension(posture, muscle) - self.values.tones[muscle]
     }
 }
 

@@ -191,8 +191,8 @@ impl Priors {
         Ok(priors)
     }
 
-    /// The numbers of the model beside the priors: no file changes them.
-    pub fn beside() -> &'static [sd::StandardDeviation] {
+    /// The other standard deviations of the model, which no file of priors changes.
+    pub fn standard_deviations() -> &'static [sd::StandardDeviation] {
         sd::TABLE
     }
 

@@ -10,7 +10,7 @@ use super::hmc::{self, Whitened};
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
-use super::parameters::{Draw, WarmStart};
+use super::parameters::{Draw, SolvedPoint};
 
 /// Number of chains: two groups of four.
 const CHAINS: usize = 8;
@@ -51,24 +51,48 @@ pub enum Status {
     NotMixed,
 }
 
+/// Smallest effective sample sizes of all sampled and reported quantities.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Effective {
+    pub bulk: f64,
+    pub tail: f64,
+}
+
+/// How the chains of a posterior ran.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SamplerDiagnostics {
+    pub status: Status,
+    /// Why the chains have not mixed, in words; empty where they have.
+    pub why: String,
+    /// Number of kept draws.
+    pub draws: usize,
+    /// Largest rank-normalised split R-hat of all sampled and reported quantities, from the kept draws.
+    pub r_hat: f64,
+    pub ess: Effective,
+    /// Trajectories whose energy error was too large.
+    pub divergences: usize,
+    /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
+    pub folds: usize,
+    /// How often a chain was sent back from a shape to which its tensions do not lead from rest; the density is zero there too.
+    #[serde(rename = "off_branch")]
+    pub refused: usize,
+    pub equilibria: usize,
+}
+
 /// A sampled posterior.
 #[derive(Debug)]
 pub struct Posterior<'a> {
     pub density: Density<'a>,
-    pub mode: MapEstimate,
+    pub map_estimate: MapEstimate,
     pub draws: Vec<Draw>,
-    pub status: Status,
-    /// Why not, in words; empty where the chains have mixed.
-    pub why: String,
-    /// Over all reported quantities, the largest R-hat and the smallest effective sample sizes.
-    pub mixing: Mixing,
-    /// Trajectories whose energy error was too large.
-    pub divergences: usize,
-    /// Trajectories that ended where there is no stable equilibrium.
-    pub folds: usize,
-    /// How often a chain was sent back from a shape to which its tensions do not lead from rest.
-    pub off_branch: usize,
-    pub equilibria: usize,
+    pub diagnostics: SamplerDiagnostics,
+}
+
+impl Posterior<'_> {
+    /// Whether the chains have mixed, so that intervals can be trusted.
+    pub fn is_mixed(&self) -> bool {
+        self.diagnostics.status == Status::Mixed
+    }
 }
 
 /// Samples the posterior of measurements in a body.
@@ -78,37 +102,32 @@ pub fn sample<'a>(
     settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
     let mut density = Density::new(posterior_model, seen)?;
-    let mode = MapEstimate::find(&mut density)?;
-    sample_at(density, mode, settings)
+    let map_estimate = MapEstimate::find(&mut density)?;
+    sample_at(density, map_estimate, settings)
 }
 
 /// Samples the posterior at a known mode.
 pub(crate) fn sample_at<'a>(
     density: Density<'a>,
-    mode: MapEstimate,
+    map_estimate: MapEstimate,
     settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
-    let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
+    let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
     let thin = THIN + THIN_EACH * density.postures().saturating_sub(1);
-    let chains = chains(&density, &density, &whitened, &mode.place, settings, thin);
+    let chains = chains(&density, &density, &whitened, &map_estimate.solved, settings, thin);
     let count: usize = chains.iter().map(|c| c.draws.len()).sum();
     let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };
-    let worst = by_quantity.iter().fold(
-        Mixing { r_hat: 1.0, bulk: f64::INFINITY, tail: f64::INFINITY },
-        |worst, m| Mixing {
-            r_hat: m.r_hat.max(worst.r_hat),
-            bulk: m.bulk.min(worst.bulk),
-            tail: m.tail.min(worst.tail),
-        },
-    );
+    let r_hat = by_quantity.iter().map(|m| m.r_hat).fold(1.0, f64::max);
+    let [bulk, tail] = [|m: &Mixing| m.bulk, |m: &Mixing| m.tail]
+        .map(|size| by_quantity.iter().map(size).fold(f64::INFINITY, f64::min));
     let divergences: usize = chains.iter().map(|c| c.divergences).sum();
-    let fewest = worst.bulk.min(worst.tail);
+    let fewest = bulk.min(tail);
     let most = most_r_hat(CHAINS, count / CHAINS, by_quantity.len().max(1));
     let why = if count == 0 {
         "no chain could begin".to_owned()
-    } else if worst.r_hat.is_nan() || worst.r_hat >= most {
-        format!("the chains differ (R-hat {:.4}, at most {most:.4}); ask for more draws", worst.r_hat)
+    } else if r_hat.is_nan() || r_hat >= most {
+        format!("the chains differ (R-hat {r_hat:.4}, at most {most:.4}); ask for more draws")
     } else if fewest.is_nan() || fewest < FEWEST_EFFECTIVE {
         format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
     } else if divergences > thin * count / 100 {
@@ -116,18 +135,18 @@ pub(crate) fn sample_at<'a>(
     } else {
         String::new()
     };
-    Ok(Posterior {
+    let diagnostics = SamplerDiagnostics {
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
         why,
-        mixing: worst,
+        draws: count,
+        r_hat,
+        ess: Effective { bulk, tail },
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
-        off_branch: chains.iter().map(|c| c.refused).sum(),
+        refused: chains.iter().map(|c| c.refused).sum(),
         equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
-        draws: numbered(chains),
-        density,
-        mode,
-    })
+    };
+    Ok(Posterior { density, map_estimate, draws: numbered(chains), diagnostics })
 }
 
 /// Chains for a density with the likelihood `errors` of the residuals.
@@ -135,7 +154,7 @@ pub(super) fn chains(
     density: &Density<'_>,
     errors: &dyn ResidualLikelihood,
     whitened: &Whitened,
-    place: &WarmStart,
+    solved: &SolvedPoint,
     settings: &Sampling,
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
@@ -146,17 +165,17 @@ pub(super) fn chains(
         thin,
         seed: settings.seed,
     };
-    hmc::sample(|| Evaluator::with(density, errors), whitened, place, &settings)
+    hmc::sample(|| Evaluator::with(density, errors), whitened, solved, &settings)
 }
 
 /// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. With `only`,
 /// those of one group of chains; none if it could not begin.
 pub(super) fn short_run(
     density: &Density<'_>,
-    mode: &MapEstimate,
+    map_estimate: &MapEstimate,
     only: Option<usize>,
 ) -> Result<Vec<Draw>, PosteriorError> {
-    let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
+    let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
     let settings = hmc::Settings {
         chains: CHAINS,
         warm_up: SHORT_WARM_UP,
@@ -164,7 +183,13 @@ pub(super) fn short_run(
         thin: 1,
         seed: SHORT_SEED,
     };
-    Ok(numbered(hmc::sample_briefly(|| Evaluator::new(density), &whitened, &mode.place, &settings, only)))
+    Ok(numbered(hmc::sample_briefly(
+        || Evaluator::new(density),
+        &whitened,
+        &map_estimate.solved,
+        &settings,
+        only,
+    )))
 }
 
 /// The draws of chains, each with the number of its chain and its number in the chain.
@@ -180,12 +205,12 @@ fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
         mixing(&chains.iter().map(|c| c.draws.iter().map(value).collect()).collect::<Vec<Vec<f64>>>())
     };
     let muscles = 0..density.posterior_model.muscles.len();
-    let mut out: Vec<Mixing> = muscles.clone().map(|m| of(&|d| d.meaning.tones[m])).collect();
+    let mut out: Vec<Mixing> = muscles.clone().map(|m| of(&|d| d.values.tones[m])).collect();
     for posture in 0..density.postures() {
         out.extend(muscles.clone().map(|m| of(&|d| d.tension(posture, m))));
         out.extend(muscles.clone().map(|m| of(&|d| d.change(posture, m))));
-        out.extend((0..2).map(|axis| of(&|d| d.meaning.postures[posture].hyoid[axis])));
+        out.extend((0..2).map(|axis| of(&|d| d.values.postures[posture].hyoid[axis])));
     }
-    out.extend([of(&|d| d.meaning.tilt), of(&|d| d.log)]);
+    out.extend([of(&|d| d.values.tilt), of(&|d| d.log)]);
     out
 }

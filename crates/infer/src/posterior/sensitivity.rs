@@ -52,7 +52,7 @@ impl Scaled {
         let prior = |d: &Draw| -> f64 {
             let each = density.parameters.iter().map(|p| match *p {
                 Parameter::Tension(posture, m) => (d.tension(posture, m) / scale).powi(2),
-                Parameter::Tone(m) => (d.meaning.tones[m] / base).powi(2),
+                Parameter::Tone(m) => (d.values.tones[m] / base).powi(2),
                 _ => 0.0,
             });
             -0.5 * each.sum::<f64>()

@@ -114,11 +114,11 @@ pub(super) fn of_springs(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
 ) -> Option<FiniteDifferences> {
-    let place = point.place;
+    let solved = point.solved;
     let count = posterior_model.muscles.len();
-    let of_muscles = place.lengths.len();
+    let of_muscles = (solved.shapes.len() - 1) * count;
     let shapes: Vec<LinearisedShape<'_>> =
-        (0..=place.postures.len()).map(|s| LinearisedShape::new(posterior_model, place.shape(s).0)).collect();
+        (0..solved.shapes.len()).map(|s| LinearisedShape::new(posterior_model, solved.shape(s).0)).collect();
     let slopes: Vec<Vec<_>> = point
         .rates
         .lengths
@@ -126,13 +126,13 @@ pub(super) fn of_springs(
         .zip(&shapes)
         .map(|(all, s)| all.iter().map(|a| s.slope(a)).collect())
         .collect();
-    let beside: Vec<Option<Vec<_>>> = point
+    let auxiliary: Vec<Option<Vec<_>>> = point
         .rates
         .data
         .iter()
         .map(|own| own.as_ref().map(|(shape, adjoint)| shapes[*shape].slope(adjoint)))
         .collect();
-    let rows = of_muscles + beside.len();
+    let rows = of_muscles + auxiliary.len();
     let of_fields = |fields: &[Field]| {
         let by = |slope: &Vec<SVector<f64, 2>>, f: usize| -> f64 {
             slope.iter().zip(&fields[f]).map(|(s, d)| s.dot(d)).sum()
@@ -142,9 +142,9 @@ pub(super) fn of_springs(
             slopes.iter().map(|all| DMatrix::from_fn(count, fields.len(), |m, f| by(&all[m], f))).collect();
         DMatrix::from_fn(rows, fields.len(), |row, f| {
             if row >= of_muscles {
-                return beside[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));
+                return auxiliary[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));
             }
-            place.stretch_rate(row, 1.0, |shape, m| lengths[shape][(m, f)])
+            solved.stretch_rate(row, 1.0, |shape, m| lengths[shape][(m, f)])
         })
     };
     Some(FiniteDifferences {

@@ -5,13 +5,12 @@ use serde::Serialize;
 use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
-use super::PosteriorError;
 use super::leave_out::{fitted, without_each};
 use super::model::PosteriorModel;
 use super::parameters::Draw;
 use super::priors::Priors;
 use super::quantiles::{Quantiles, part_above_zero};
-use super::run::{Posterior, Status};
+use super::run::{Posterior, SamplerDiagnostics};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
 
@@ -72,78 +71,43 @@ pub struct Summary {
     pub stretches: ByMuscle<StretchSummary>,
 }
 
-/// Effective sample sizes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Effective {
-    /// Smallest bulk effective sample size of all reported quantities.
-    pub bulk: f64,
-    pub tail: f64,
-}
-
 /// Report of a posterior for one posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    pub status: Status,
-    /// Why not; empty where they have.
-    pub why: String,
-    pub draws: usize,
+    #[serde(flatten)]
+    pub diagnostics: SamplerDiagnostics,
     /// Names of the postures that were sampled together; a single one where the posture was sampled alone.
     pub postures: Vec<String>,
     /// The results; null where the chains have not mixed, because such intervals cannot be trusted.
     pub summary: Option<Summary>,
-    /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws.
-    pub r_hat: f64,
-    pub ess: Effective,
-    /// Trajectories whose energy error was too large.
-    pub divergences: usize,
-    /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
-    pub folds: usize,
-    /// How often a chain was sent back from a shape to which its tensions do not lead from rest; the density is zero there too.
-    pub off_branch: usize,
-    pub equilibria: usize,
     pub poisson_ratio: f64,
     pub priors: Priors,
 }
 
 impl Report {
     /// Reports of a posterior, one for each posture; with predictions of every muscle without its own measurement if `leave_out` is set.
-    pub fn of_each(
-        posterior: &Posterior<'_>,
-        leave_out: bool,
-        seed: u64,
-    ) -> Result<Vec<Self>, PosteriorError> {
-        let mixed = posterior.status == Status::Mixed;
-        let left_out = match leave_out && mixed {
-            // Where that sampling cannot begin or has no draws, the rest is reported without it.
-            true => match without_each(&posterior.density, &posterior.mode) {
-                Ok(all) => all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
-                Err(_) => vec![None; posterior.density.seen.len()],
-            },
-            false => vec![None; posterior.density.seen.len()],
-        };
+    pub fn of_each(posterior: &Posterior<'_>, leave_out: bool, seed: u64) -> Vec<Self> {
+        let Posterior { density, map_estimate, draws, .. } = posterior;
+        let mixed = posterior.is_mixed();
+        // Where that sampling cannot begin or has no draws, the rest is reported without it.
+        let left_out = (leave_out && mixed).then(|| without_each(density, map_estimate).ok()).flatten();
+        let left_out = left_out.map_or_else(
+            || vec![None; density.seen.len()],
+            |all| all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
+        );
         let fitted = if mixed { fitted(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
-        let scaled = Scaled::new(&posterior.density, &posterior.draws);
-        let all = All { posterior, left_out, fitted, scaled, seed };
-        Ok((0..posterior.density.postures()).map(|posture| Self::new(&all, posture)).collect())
+        let all = All { posterior, left_out, fitted, scaled: Scaled::new(density, draws), seed };
+        (0..density.postures()).map(|posture| Self::new(&all, posture)).collect()
     }
 
     fn new(all: &All<'_>, posture: usize) -> Self {
-        let posterior = all.posterior;
-        let posterior_model = posterior.density.posterior_model;
+        let Posterior { density, diagnostics, .. } = all.posterior;
         Self {
-            status: posterior.status,
-            why: posterior.why.clone(),
-            draws: posterior.draws.len(),
-            postures: posterior.density.seen.labels.clone(),
-            summary: (posterior.status == Status::Mixed).then(|| Summary::new(all, posture)),
-            r_hat: posterior.mixing.r_hat,
-            ess: Effective { bulk: posterior.mixing.bulk, tail: posterior.mixing.tail },
-            divergences: posterior.divergences,
-            folds: posterior.folds,
-            off_branch: posterior.off_branch,
-            equilibria: posterior.equilibria,
-            poisson_ratio: posterior_model.model.constants.poisson_ratio,
-            priors: posterior_model.priors.clone(),
+            diagnostics: diagnostics.clone(),
+            postures: density.seen.labels.clone(),
+            summary: all.posterior.is_mixed().then(|| Summary::new(all, posture)),
+            poisson_ratio: density.posterior_model.model.constants.poisson_ratio,
+            priors: density.posterior_model.priors.clone(),
         }
     }
 }
@@ -188,7 +152,7 @@ impl Summary {
         let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
         let count = muscles.len();
         let changes = (0..count).map(|m| Change::new(&values(&|d| d.change(posture, m)), &all.scaled));
-        let (most_probable, _) = density.meaning(&posterior.mode.scores);
+        let (most_probable, _) = density.parameter_values(&posterior.map_estimate.scores);
         let modulus = &posterior_model.priors.young_modulus;
         let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
         let factors: Vec<f64> = draws
@@ -219,9 +183,9 @@ impl Summary {
         Self {
             changes_n: ByMuscle::new(muscles, changes),
             tensions_n: ByMuscle::new(muscles, tensions),
-            baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.meaning.tones[m]))),
-            hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.meaning.postures[posture].hyoid[axis])),
-            hyoid_tilt_rad_per_m: spread(&|d| d.meaning.tilt),
+            baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.values.tones[m]))),
+            hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.values.postures[posture].hyoid[axis])),
+            hyoid_tilt_rad_per_m: spread(&|d| d.values.tilt),
             stretches: ByMuscle::new(&names, stretches),
         }
     }

@@ -136,8 +136,8 @@ impl ShortRun {
     /// The same of one group or of all.
     fn draws_of(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
         let mut density = Density::new(&self.posterior_model, self.seen.clone())?;
-        let mode = MapEstimate::find(&mut density)?;
-        short_run(&density, &mode, group)
+        let map_estimate = MapEstimate::find(&mut density)?;
+        short_run(&density, &map_estimate, group)
     }
 
     /// The verdict from the draws of all groups, in their order.
@@ -168,7 +168,7 @@ impl Verdict {
         });
         let hyoid_mm = posterior_model.moves_hyoid().then(|| {
             [0, 1].map(|axis| {
-                Quantiles::of(draws.iter().map(|d| 1e3 * d.meaning.postures[0].hyoid[axis])).interval_95
+                Quantiles::of(draws.iter().map(|d| 1e3 * d.values.postures[0].hyoid[axis])).interval_95
             })
         });
         Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: said.collect() })

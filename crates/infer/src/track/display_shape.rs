@@ -45,7 +45,7 @@ struct Candidate {
 pub(super) struct DisplayShape {
     /// `None` for the placed body.
     pub body: Option<RestShape>,
-    pub courses: Vec<SmoothedRecording>,
+    pub recordings: Vec<SmoothedRecording>,
     pub levels: DVector<f64>,
 }
 
@@ -54,24 +54,24 @@ pub(super) struct DisplayShape {
 /// The static and the slow error are left out here, because they describe a body whose shape is not the speaker's. The prior limits the
 /// static error only once for all frames, so with many frames the search would change the static error instead of the shape.
 pub(super) struct Display<'a> {
-    stage: &'a TrackingContext<'a>,
+    context: &'a TrackingContext<'a>,
     settings: TrackSettings,
     knots: Knots,
 }
 
 impl<'a> Display<'a> {
-    pub fn new(stage: &'a TrackingContext<'a>, settings: &TrackSettings) -> Self {
+    pub fn new(context: &'a TrackingContext<'a>, settings: &TrackSettings) -> Self {
         let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
         let knots = Knots::new(errors, &[]);
         // Of two shapes that fit the frames equally well the one with levels nearer to the middle of the prior is displayed.
         let link = Softplus { level_sd_n: SHOWN_LEVEL * settings.link.scale_n(), ..settings.link };
-        Self { stage, settings: TrackSettings { errors, link, ..settings.clone() }, knots }
+        Self { context, settings: TrackSettings { errors, link, ..settings.clone() }, knots }
     }
 
     /// A recording without slow errors, at the states that it has on the placed body.
-    fn without_slow_errors(at: &Smoother<'_>, course: &SmoothedRecording) -> SmoothedRecording {
-        let mut out = at.start(Arc::clone(&course.frames));
-        for (here, before) in out.here.iter_mut().zip(&course.here) {
+    fn without_slow_errors(at: &Smoother<'_>, recording: &SmoothedRecording) -> SmoothedRecording {
+        let mut out = at.start(Arc::clone(&recording.frames));
+        for (here, before) in out.here.iter_mut().zip(&recording.here) {
             here.z.copy_from(&before.z.rows(0, at.sizes.state()));
             here.positions.clone_from(&before.positions);
         }
@@ -82,10 +82,10 @@ impl<'a> Display<'a> {
     pub fn recording(
         &self,
         shown: &DisplayShape,
-        course: &SmoothedRecording,
+        recording: &SmoothedRecording,
         sample: &SmoothedRecording,
     ) -> SmoothedRecording {
-        let (mut out, body) = (course.clone(), shown.body.as_ref());
+        let (mut out, body) = (recording.clone(), shown.body.as_ref());
         self.on(body, (&shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
         out
     }
@@ -96,15 +96,15 @@ impl<'a> Display<'a> {
         &self,
         body: Option<&RestShape>,
         (levels, holds): (&DVector<f64>, bool),
-        courses: &mut [SmoothedRecording],
+        recordings: &mut [SmoothedRecording],
         samples: &[SmoothedRecording],
     ) -> DVector<f64> {
-        let at = Smoother::new(self.stage.on(body), &self.settings, &self.knots);
+        let at = Smoother::new(self.context.on(body), &self.settings, &self.knots);
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
-        courses.iter_mut().for_each(|course| *course = Self::without_slow_errors(&at, course));
-        carry(courses, self.stage, at.stage);
-        courses.iter_mut().zip(samples).for_each(|(course, sample)| begin_beside(course, sample));
-        minimise(&mut at, courses, ROUNDS, &|_| ());
+        recordings.iter_mut().for_each(|recording| *recording = Self::without_slow_errors(&at, recording));
+        carry(recordings, self.context, at.context);
+        recordings.iter_mut().zip(samples).for_each(|(recording, sample)| begin_beside(recording, sample));
+        minimise(&mut at, recordings, ROUNDS, &|_| ());
         at.shared
     }
 
@@ -116,29 +116,30 @@ impl<'a> Display<'a> {
     pub fn fit_shape(
         &self,
         shape: &RestShape,
-        mode: &Smoother<'_>,
-        courses: &[SmoothedRecording],
+        smoother: &Smoother<'_>,
+        recordings: &[SmoothedRecording],
     ) -> DisplayShape {
-        let mut at = Smoother::new(*self.stage, &self.settings, &self.knots);
-        at.shared.copy_from(&mode.shared.rows(0, at.sizes.muscles));
+        let mut at = Smoother::new(*self.context, &self.settings, &self.knots);
+        at.shared.copy_from(&smoother.shared.rows(0, at.sizes.muscles));
         // Two bodies can differ less in cost than a linearisation at a state nearby is wrong, so none is kept.
         at.keeps = false;
         let plain: Vec<SmoothedRecording> =
-            courses.iter().map(|course| Self::without_slow_errors(&at, course)).collect();
+            recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
         let mut sample = sampled(&at, &plain);
         let cost = minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
             let here = from.body.as_ref().unwrap_or(shape);
-            let stage = TrackingContext { shape: Some(here), ..self.stage.on(from.body.as_ref()) };
-            let mode = Smoother { stage, shared: from.levels.clone(), ..at.clone() };
+            let context = TrackingContext { shape: Some(here), ..self.context.on(from.body.as_ref()) };
+            let smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-            let rates =
-                || from.sample.iter().map(|course| shape_jacobians(&mode, course)).collect::<Vec<_>>();
+            let rates = || {
+                from.sample.iter().map(|recording| shape_jacobians(&smoother, recording)).collect::<Vec<_>>()
+            };
             let rates = from.rates.get_or_init(rates);
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
-            let by = stepped(&mode, &from.sample, &damped, Some(of_shape))?;
+            let by = stepped(&smoother, &from.sample, &damped, Some(of_shape))?;
             Some(least_squares::TrialStep { size: by.0.amax(), by, promised: None, is_last: false })
         };
         let moved = |from: &Candidate, (step, steps): &(DVector<f64>, Vec<StateStep>)| {
@@ -146,36 +147,37 @@ impl<'a> Display<'a> {
             let there = shape.stepped(&from.amounts, &step.rows(n, step.len() - n).into_owned());
             let body = shape.moved(&there)?;
             let levels = &from.levels + step.rows(0, n);
-            let stage = self.stage.on(Some(&body));
-            let mut mode = Smoother { stage, shared: from.levels.clone(), ..at.clone() };
+            let context = self.context.on(Some(&body));
+            let mut smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let mut sample = from.sample.clone();
-            carry(&mut sample, &self.stage.on(from.body.as_ref()), stage);
-            follow(&mode, &mut sample, &levels, steps);
-            mode.shared = levels;
-            let cost = minimise(&mut mode, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
-            let levels = mode.shared.clone();
+            carry(&mut sample, &self.context.on(from.body.as_ref()), context);
+            follow(&smoother, &mut sample, &levels, steps);
+            smoother.shared = levels;
+            let cost =
+                minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
+            let levels = smoother.shared.clone();
             let body = Some(body.expanded(&there));
             Some(Candidate { amounts: there, body, levels, sample, cost, rates: OnceLock::new() })
         };
         let rule = Rule { steps: if shape.is_kept() { 0 } else { SEARCH.steps }, ..SEARCH };
         let Candidate { body, levels, sample, .. } =
             least_squares::descend(begin, &rule, |c| c.cost, step, moved).here;
-        let mut courses = courses.to_vec();
-        let levels = self.on(body.as_ref(), (&levels, false), &mut courses, &sample);
-        DisplayShape { body, courses, levels }
+        let mut recordings = recordings.to_vec();
+        let levels = self.on(body.as_ref(), (&levels, false), &mut recordings, &sample);
+        DisplayShape { body, recordings, levels }
     }
 }
 
 /// Frames evenly spread over recordings, by which the displayed shape is found.
-pub(super) fn sampled(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> Vec<SmoothedRecording> {
-    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
-    mode.thinned(courses, frames.div_ceil(SHAPE_FRAMES).max(1))
+pub(super) fn sampled(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> Vec<SmoothedRecording> {
+    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
+    smoother.thinned(recordings, frames.div_ceil(SHAPE_FRAMES).max(1))
 }
 
 /// Sets the state of every frame to that of the frame of a sample that is nearest in time.
-pub(super) fn begin_beside(course: &mut SmoothedRecording, sample: &SmoothedRecording) {
+pub(super) fn begin_beside(recording: &mut SmoothedRecording, sample: &SmoothedRecording) {
     let found: Vec<(f64, &FrameState)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
-    for (frame, here) in course.frames.iter().zip(&mut course.here) {
+    for (frame, here) in recording.frames.iter().zip(&mut recording.here) {
         let known = found.iter().filter(|(_, h)| h.linear.is_some());
         if let Some((_, nearest)) = least_by(known, |(time_s, _)| (time_s - frame.time_s).abs()) {
             here.z.copy_from(&nearest.z);
@@ -186,9 +188,9 @@ pub(super) fn begin_beside(course: &mut SmoothedRecording, sample: &SmoothedReco
 
 /// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
 /// moves.
-fn carry(courses: &mut [SmoothedRecording], before: &TrackingContext<'_>, after: TrackingContext<'_>) {
+fn carry(recordings: &mut [SmoothedRecording], before: &TrackingContext<'_>, after: TrackingContext<'_>) {
     let (before, rest) = (before.system.rest(), after.system.rest());
-    let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
+    let positions = recordings.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
     for positions in positions {
         let positions = Arc::make_mut(positions);
         positions.iter_mut().zip(before.iter().zip(rest)).for_each(|(p, (a, b))| *p += b - a);

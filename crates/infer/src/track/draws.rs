@@ -65,8 +65,8 @@ impl Means {
 
 /// What the draws of a recording are made of.
 pub(super) struct Sampler<'a> {
-    pub mode: &'a Smoother<'a>,
-    pub course: &'a SmoothedRecording,
+    pub smoother: &'a Smoother<'a>,
+    pub recording: &'a SmoothedRecording,
     pub linear: &'a Eliminated<'a>,
     pub by_shape: &'a [Option<ShapeJacobian>],
     /// Derivatives of the formants of every frame.
@@ -89,11 +89,11 @@ struct DrawBatch {
 impl Sampler<'_> {
     /// The means over the recording, and then the draws of every window of frames, which `take` gets in the order of time.
     pub fn draw(&self, mut take: impl FnMut(Range<usize>, &[FrameDraws], &Means)) {
-        let frames = self.course.frames.len();
+        let frames = self.recording.frames.len();
         let windows = windows(frames);
         let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
         let mut batches = parallel::map(&numbers, |&number| self.batch(number, &windows));
-        let muscles = self.mode.sizes.muscles;
+        let muscles = self.smoother.sizes.muscles;
         let mut means = Means(vec![vec![0.0; if frames > 0 { self.shared.ncols() } else { 0 }]; muscles]);
         let mut only = None;
         let mut spare = batches.clone();
@@ -111,13 +111,13 @@ impl Sampler<'_> {
 
     /// The state of a batch of draws before the first window.
     fn batch(&self, number: usize, windows: &[Range<usize>]) -> DrawBatch {
-        let seed = random::seed_of(!self.mode.settings.seed, self.number);
+        let seed = random::seed_of(!self.smoother.settings.seed, self.number);
         let mut random = Rng::with_seed(random::seed_of(seed, number));
         let mut generators = Vec::with_capacity(windows.len());
         for window in windows {
             generators.push(random.clone());
             // Every normal number takes two uniform ones.
-            (0..2 * window.len() * self.mode.sizes.state() * (BATCH / 2)).for_each(|_| {
+            (0..2 * window.len() * self.smoother.sizes.state() * (BATCH / 2)).for_each(|_| {
                 random.f64();
             });
         }
@@ -137,7 +137,7 @@ impl Sampler<'_> {
         mut random: Rng,
         after: Option<&DMatrix<f64>>,
     ) -> Vec<DMatrix<f64>> {
-        let n = self.mode.sizes.state();
+        let n = self.smoother.sizes.state();
         let mut noise: Vec<DMatrix<f64>> = Vec::from_iter(window.clone().map(|_| {
             let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
             half = half.resize_horizontally(BATCH, 0.0);
@@ -151,10 +151,12 @@ impl Sampler<'_> {
 
     /// The draws of a window of frames, from its batches.
     fn window(&self, window: &Range<usize>, batches: &mut [DrawBatch]) -> Vec<FrameDraws> {
-        let Self { mode, course, .. } = self;
-        let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
+        let Self { smoother, recording, .. } = self;
+        let (m, bones, link) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.settings.link);
         let errors_at: Vec<Vec<(DVector<f64>, f64)>> = Vec::from_iter(
-            window.clone().map(|t| course.frames[t].hidden.iter().map(|h| mode.knots.at(&h.along)).collect()),
+            window
+                .clone()
+                .map(|t| recording.frames[t].hidden.iter().map(|h| smoother.knots.at(&h.along)).collect()),
         );
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
@@ -170,7 +172,7 @@ impl Sampler<'_> {
                 let mut changes = by.rows(0, m + bones).into_owned();
                 let mut levels = changes.rows_mut(0, m);
                 levels += theta.rows(0, m);
-                let x = mode.unknowns(&course.here[t].z, &mode.shared);
+                let x = smoother.unknowns_of(recording, t);
                 let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
                 let shift = |i: usize, d: usize| (x[i] + by[(i, d)]) as f32;
                 FrameDraws {
@@ -197,7 +199,7 @@ impl Sampler<'_> {
 
     /// The part of draws of the shared unknowns that belongs to the shape at rest.
     fn of_shape<'t>(&self, theta: &'t DMatrix<f64>) -> DMatrixView<'t, f64> {
-        let first = self.mode.sizes.shared();
+        let first = self.smoother.sizes.shared();
         theta.rows(first, theta.nrows() - first)
     }
 
@@ -218,12 +220,12 @@ impl Sampler<'_> {
         (changes, by, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
         random: &mut Rng,
     ) -> Vec<Vec<f32>> {
-        let Self { mode, course, .. } = self;
-        let (m, k, own) = (mode.sizes.muscles, mode.sizes.knots, changes.nrows());
-        let Some(at) = course.here[t].linear.as_ref() else {
-            return vec![Vec::new(); course.frames[t].hidden.len()];
+        let Self { smoother, recording, .. } = self;
+        let (m, k, own) = (smoother.sizes.muscles, smoother.sizes.knots, changes.nrows());
+        let Some(at) = recording.here[t].linear.as_ref() else {
+            return vec![Vec::new(); recording.frames[t].hidden.len()];
         };
-        let z = course.here[t].z.rows(own, k) + mode.shared.rows(m, k);
+        let z = recording.here[t].z.rows(own, k) + smoother.shared.rows(m, k);
         let mut errors_at = by.rows(own, k) + theta.rows(m, k);
         errors_at.column_iter_mut().for_each(|mut c| c += &z);
         let mut there = &at.hidden_jacobian * changes;
@@ -252,12 +254,12 @@ pub(super) const BATCH: usize = 50;
 /// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each, from all recordings; `None` where the
 /// covariances cannot be factorised.
 pub(super) fn draws(
-    mode: &Smoother<'_>,
-    courses: &[SmoothedRecording],
+    smoother: &Smoother<'_>,
+    recordings: &[SmoothedRecording],
     linear: &[Eliminated<'_>],
 ) -> Option<DMatrix<f64>> {
-    let (m, k) = (mode.sizes.muscles, mode.sizes.knots);
-    let (prior, pull) = mode.shared_prior(mode.stage.shape.map(|shape| (shape, 1.0, 0.0)));
+    let (m, k) = (smoother.sizes.muscles, smoother.sizes.knots);
+    let (prior, pull) = smoother.shared_prior(smoother.context.shape.map(|shape| (shape, 1.0, 0.0)));
     let all = pull.len();
     // The information of the frames, with full weight.
     let (mut curvature, mut gradient) = (DMatrix::zeros(all, all), DVector::zeros(all));
@@ -266,7 +268,7 @@ pub(super) fn draws(
         gradient += &one.gradient;
     }
     // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
-    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
+    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let of_frames = TRUST * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
     let judged = |i: usize| if (m..m + k).contains(&i) { TRUST } else { 1.0 };
     let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
@@ -276,10 +278,10 @@ pub(super) fn draws(
     // With each draw of levels and shape the static error is drawn anew, with the full weight of the frames.
     let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
     let error = if k > 0 { Some(symmetric_cholesky(&of_error)?) } else { None };
-    let batches = mode.settings.draws.div_ceil(BATCH).max(1);
+    let batches = smoother.settings.draws.div_ceil(BATCH).max(1);
     let mut out = DMatrix::zeros(all, batches * BATCH);
     for batch in 0..batches {
-        let mut random = Rng::with_seed(random::seed_of(mode.settings.seed, batch));
+        let mut random = Rng::with_seed(random::seed_of(smoother.settings.seed, batch));
         for draw in 0..BATCH / 2 {
             let mut by = random::normals(all, &mut random);
             factor.l_dirty().tr_solve_lower_triangular_mut(&mut by);

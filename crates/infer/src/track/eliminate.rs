@@ -50,8 +50,8 @@ pub(super) struct Window {
 
 /// A recording whose states are eliminated.
 pub(super) struct Eliminated<'a> {
-    mode: &'a Smoother<'a>,
-    course: &'a SmoothedRecording,
+    smoother: &'a Smoother<'a>,
+    recording: &'a SmoothedRecording,
     damping: &'a [f64],
     by_shape: &'a [Option<ShapeJacobian>],
     columns: usize,
@@ -73,22 +73,22 @@ impl<'a> Eliminated<'a> {
     /// Eliminates the states of a recording; `by_shape` are the derivatives of its frames by so many `columns`, empty without a shape.
     /// `damping` holds the tensions and displacements of each frame, in units of their precision in the prior.
     pub fn new(
-        mode: &'a Smoother<'a>,
-        course: &'a SmoothedRecording,
+        smoother: &'a Smoother<'a>,
+        recording: &'a SmoothedRecording,
         damping: &'a [f64],
         (by_shape, columns): (&'a [Option<ShapeJacobian>], usize),
     ) -> Option<Self> {
-        let (n, s) = (mode.sizes.state(), mode.sizes.shared());
-        let z: Vec<DVector<f64>> = course.here.iter().map(|h| h.z.clone()).collect();
-        let held = course.chain.image(&z);
+        let (n, s) = (smoother.sizes.state(), smoother.sizes.shared());
+        let z: Vec<DVector<f64>> = recording.here.iter().map(|h| h.z.clone()).collect();
+        let held = recording.chain.image(&z);
         let mut curvature = DMatrix::zeros(s + columns, s + columns);
         let mut gradient = DVector::zeros(s + columns);
         let (mut own, mut steps) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
-        let (m, held_by) = (mode.sizes.muscles, mode.settings.link.course_sd_n.powi(-2));
+        let (m, held_by) = (smoother.sizes.muscles, smoother.settings.link.course_sd_n.powi(-2));
         let windows = windows(z.len());
         let mut kept = None;
         for window in &windows {
-            let all = contributions(mode, course, window, by_shape);
+            let all = contributions(smoother, recording, window, by_shape);
             for (t, found) in window.clone().zip(&all) {
                 let Some((_, found)) = found else {
                     own.push(DMatrix::zeros(n, n));
@@ -96,15 +96,15 @@ impl<'a> Eliminated<'a> {
                     continue;
                 };
                 for i in 0..s {
-                    gradient[i] += found.gradient[mode.beside(i)];
+                    gradient[i] += found.gradient[smoother.of_state(i)];
                     (0..s).for_each(|j| {
-                        curvature[(i, j)] += found.own[(mode.beside(i), mode.beside(j))];
+                        curvature[(i, j)] += found.own[(smoother.of_state(i), smoother.of_state(j))];
                     });
                 }
                 if let Some((with_state, own, pull)) = &found.of_shape {
                     for (i, k) in (0..s).flat_map(|i| (0..columns).map(move |k| (i, k))) {
-                        curvature[(i, s + k)] += with_state[(mode.beside(i), k)];
-                        curvature[(s + k, i)] += with_state[(mode.beside(i), k)];
+                        curvature[(i, s + k)] += with_state[(smoother.of_state(i), k)];
+                        curvature[(s + k, i)] += with_state[(smoother.of_state(i), k)];
                     }
                     let mut of_shape = curvature.view_mut((s, s), (columns, columns));
                     of_shape += own;
@@ -117,18 +117,18 @@ impl<'a> Eliminated<'a> {
                     by_state[(i, i)] += damping * held_by;
                     curvature[(i, i)] += damping * held_by;
                 }
-                (m..m + mode.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
+                (m..m + smoother.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
                 own.push(by_state);
                 steps.push(DMatrix::from_columns(&[&found.gradient + &held[t]]));
             }
             kept = Some(all).filter(|_| windows.len() == 1);
         }
-        let factors = course.chain.factorise(own)?;
+        let factors = recording.chain.factorise(own)?;
         factors.solve(&mut steps);
         let (before, after) = (Vec::new(), Vec::new());
         let mut out = Self {
-            mode,
-            course,
+            smoother,
+            recording,
             damping,
             by_shape,
             columns,
@@ -189,14 +189,15 @@ impl<'a> Eliminated<'a> {
         window: &Range<usize>,
         known: Option<Contributions>,
     ) -> (Vec<Option<WhitenedRows>>, Vec<DMatrix<f64>>) {
-        let found = known.unwrap_or_else(|| contributions(self.mode, self.course, window, self.by_shape));
-        let Sizes { muscles, .. } = self.mode.sizes;
-        let (n, s) = (self.mode.sizes.state(), self.mode.sizes.shared());
-        let held_by = self.mode.settings.link.course_sd_n.powi(-2);
+        let found =
+            known.unwrap_or_else(|| contributions(self.smoother, self.recording, window, self.by_shape));
+        let Sizes { muscles, .. } = self.smoother.sizes;
+        let (n, s) = (self.smoother.sizes.state(), self.smoother.sizes.shared());
+        let held_by = self.smoother.settings.link.course_sd_n.powi(-2);
         let states = window.clone().zip(found).map(|(t, found)| {
             let mut across = DMatrix::zeros(n, s + self.columns);
             let Some((rows, found)) = found else { return (None, across) };
-            (0..s).for_each(|i| across.column_mut(i).copy_from(&found.own.column(self.mode.beside(i))));
+            (0..s).for_each(|i| across.column_mut(i).copy_from(&found.own.column(self.smoother.of_state(i))));
             if let Some((with_state, ..)) = &found.of_shape {
                 across.columns_mut(s, self.columns).copy_from(with_state);
             }
@@ -221,13 +222,14 @@ impl<'a> Eliminated<'a> {
 type Contributions = Vec<Option<(WhitenedRows, Contribution)>>;
 
 fn contributions(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
     window: &Range<usize>,
     by_shape: &[Option<ShapeJacobian>],
 ) -> Contributions {
     let one = |&t: &usize| {
-        let rows = mode.rows(course, t, by_shape.get(t).and_then(Option::as_ref).map(|by| &by.seen))?;
+        let rows =
+            smoother.rows(recording, t, by_shape.get(t).and_then(Option::as_ref).map(|by| &by.seen))?;
         let found = Contribution::of(&rows);
         Some((rows, found))
     };

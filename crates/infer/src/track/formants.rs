@@ -60,14 +60,14 @@ fn opened_deg(mark: Point, shift: Point) -> f64 {
 
 /// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
 /// without an equilibrium or an airway.
-pub(super) fn rates(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
-    if course.frames.iter().all(|f| f.formants.is_empty()) {
-        return vec![None; course.frames.len()];
+pub(super) fn rates(smoother: &Smoother<'_>, recording: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
+    if recording.frames.iter().all(|f| f.formants.is_empty()) {
+        return vec![None; recording.frames.len()];
     }
-    in_chunks(0..course.frames.len(), |chunk| {
-        let mut solver = mode.solver();
+    in_chunks(0..recording.frames.len(), |chunk| {
+        let mut solver = smoother.solver();
         Vec::from_iter(chunk.iter().map(|&t| {
-            let (frame, here) = (&course.frames[t], &course.here[t]);
+            let (frame, here) = (&recording.frames[t], &recording.here[t]);
             let positions = &here.linear.as_ref()?.positions;
             if !frame.formants.iter().all(|h| h.value(positions).is_finite()) {
                 return None;
@@ -80,10 +80,10 @@ pub(super) fn rates(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<Opti
             });
             let hidden = hidden.collect();
             let frame = Frame { hidden, formants: Vec::new(), ..frame.clone() };
-            let x = mode.unknowns(&here.z, &mode.shared);
+            let x = smoother.unknowns(&here.z, &smoother.shared);
             let linear = solver.linearise(&frame, &x, Some(positions))?;
             let mut all = linear.hidden_jacobian * 1e-3;
-            if let Some(shape) = mode.stage.shape {
+            if let Some(shape) = smoother.context.shape {
                 let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&linear.positions))]).pop()??;
                 let own = all.ncols();
                 all = all.resize_horizontally(own + shape.count(), 0.0);

@@ -146,8 +146,8 @@ pub struct FrameSolver<'a> {
 
 impl<'a> FrameSolver<'a> {
     /// Of a body: there are two scores for each freed bone, after those of the tensions.
-    pub fn new(stage: TrackingContext<'a>, link: Softplus) -> Self {
-        let TrackingContext { system, followed, freed, .. } = stage;
+    pub fn new(context: TrackingContext<'a>, link: Softplus) -> Self {
+        let TrackingContext { system, followed, freed, .. } = context;
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
         let settings = SolveSettings::default();

@@ -54,26 +54,30 @@ pub(super) struct StateStep {
 /// Minimises the cost in at most this number of rounds and returns the cost at the end; `progress` is called with the number of every
 /// round.
 pub(super) fn minimise(
-    mode: &mut Smoother<'_>,
-    courses: &mut [SmoothedRecording],
+    smoother: &mut Smoother<'_>,
+    recordings: &mut [SmoothedRecording],
     rounds: usize,
     progress: &dyn Fn(usize),
 ) -> f64 {
-    for course in courses.iter_mut() {
-        course.here = begun(mode, course);
+    for recording in recordings.iter_mut() {
+        let is_open = |t: usize| recording.errors[t].is_some() && recording.here[t].linear.is_none();
+        for (t, linear) in linearised(smoother, recording, is_open) {
+            recording.here[t].take(linear);
+        }
     }
-    let mut damping: Vec<Vec<f64>> = courses.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
-    let frames: usize = courses.iter().map(|c| c.frames.len()).sum();
+    let mut damping: Vec<Vec<f64>> = recordings.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
+    let frames: usize = recordings.iter().map(|c| c.frames.len()).sum();
     let won = WON * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
     let mut quiet = 0;
     for round in 0..rounds {
-        let Some((step, steps)) = stepped(mode, courses, &damping, None) else { break };
-        let shared = &mode.shared + step;
-        let all = courses.iter().zip(&steps).zip(&damping);
-        let tried: Vec<Vec<Tried>> =
-            all.map(|((course, step), damping)| solved(mode, course, &shared, step, damping)).collect();
-        let before = prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z);
-        let after = prior(mode, courses, &shared, |nth, t| &tried[nth][t].here.z);
+        let Some((step, steps)) = stepped(smoother, recordings, &damping, None) else { break };
+        let shared = &smoother.shared + step;
+        let all = recordings.iter().zip(&steps).zip(&damping);
+        let tried: Vec<Vec<Tried>> = all
+            .map(|((recording, step), damping)| solved(smoother, recording, &shared, step, damping))
+            .collect();
+        let before = prior(smoother, recordings, &smoother.shared, |nth, t| &recordings[nth].here[t].z);
+        let after = prior(smoother, recordings, &shared, |nth, t| &tried[nth][t].here.z);
         let (mut cost, mut gain, mut held_back) = (before, before - after, 0);
         for (tried, damping) in tried.iter().zip(&mut damping) {
             for (tried, damping) in tried.iter().zip(damping) {
@@ -87,9 +91,9 @@ pub(super) fn minimise(
         progress(round + 1);
         quiet = if gain.abs() <= won * cost { quiet + 1 } else { 0 };
         if gain > 0.0 {
-            mode.shared = shared;
-            for (course, tried) in courses.iter_mut().zip(tried) {
-                course.here = tried.into_iter().map(|t| t.here).collect();
+            smoother.shared = shared;
+            for (recording, tried) in recordings.iter_mut().zip(tried) {
+                recording.here = tried.into_iter().map(|t| t.here).collect();
             }
             if quiet > 1 || quiet == 1 && held_back * MANY_FRAMES < frames.max(MANY_FRAMES) {
                 break;
@@ -101,18 +105,17 @@ pub(super) fn minimise(
             }
         }
     }
-    for course in courses.iter_mut() {
-        course.here = settled(mode, course);
-    }
-    costs(mode, courses)
+    recordings.iter_mut().for_each(|recording| settle(smoother, recording));
+    costs(smoother, recordings)
 }
 
 /// Total cost of states and shared unknowns.
-fn costs(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> f64 {
-    let frames = courses.iter().flat_map(|course| {
-        (0..course.frames.len()).filter_map(|t| own_cost(mode, course, t, &course.here[t], &mode.shared))
+fn costs(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> f64 {
+    let frames = recordings.iter().flat_map(|recording| {
+        (0..recording.frames.len())
+            .filter_map(|t| own_cost(smoother, recording, t, &recording.here[t], &smoother.shared))
     });
-    prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z) + frames.sum::<f64>()
+    prior(smoother, recordings, &smoother.shared, |nth, t| &recordings[nth].here[t].z) + frames.sum::<f64>()
 }
 
 /// A shape that takes a step together with the states.
@@ -128,23 +131,23 @@ pub(super) struct ShapeStep<'a> {
 
 /// The step of the shared unknowns, those of the shape behind the others, and of every state.
 pub(super) fn stepped(
-    mode: &Smoother<'_>,
-    courses: &[SmoothedRecording],
+    smoother: &Smoother<'_>,
+    recordings: &[SmoothedRecording],
     damping: &[Vec<f64>],
     shape: Option<ShapeStep<'_>>,
 ) -> Option<(DVector<f64>, Vec<StateStep>)> {
     let (mut curvature, mut gradient) =
-        mode.shared_prior(shape.map(|ShapeStep { shape, weight, damping, .. }| (shape, weight, damping)));
-    let more = gradient.len() - mode.sizes.shared();
-    let mut all = Vec::with_capacity(courses.len());
-    for (nth, (course, damping)) in courses.iter().zip(damping).enumerate() {
+        smoother.shared_prior(shape.map(|ShapeStep { shape, weight, damping, .. }| (shape, weight, damping)));
+    let more = gradient.len() - smoother.sizes.shared();
+    let mut all = Vec::with_capacity(recordings.len());
+    for (nth, (recording, damping)) in recordings.iter().zip(damping).enumerate() {
         let by_shape = shape.map_or(&[][..], |s| &s.rates[nth][..]);
-        let eliminated = Eliminated::new(mode, course, damping, (by_shape, more))?;
+        let eliminated = Eliminated::new(smoother, recording, damping, (by_shape, more))?;
         curvature += &eliminated.curvature;
         gradient += &eliminated.gradient;
         all.push(eliminated);
     }
-    let step = if mode.holds {
+    let step = if smoother.holds {
         DVector::zeros(gradient.len())
     } else {
         -symmetric_cholesky(&curvature)?.solve(&gradient)
@@ -158,7 +161,7 @@ pub(super) fn stepped(
                 let state = -(answer * &step) - e.steps[t].column(0);
                 expected.push(
                     rows.as_ref()
-                        .map_or(f64::INFINITY, |rows| mode.expected(rows, &state, &step).norm_squared()),
+                        .map_or(f64::INFINITY, |rows| smoother.expected(rows, &state, &step).norm_squared()),
                 );
                 states.push(state);
             }
@@ -172,16 +175,16 @@ pub(super) fn stepped(
 /// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can, on a body that is not the
 /// one of their linearisations.
 pub(super) fn follow(
-    mode: &Smoother<'_>,
-    courses: &mut [SmoothedRecording],
+    smoother: &Smoother<'_>,
+    recordings: &mut [SmoothedRecording],
     shared: &DVector<f64>,
     steps: &[StateStep],
 ) {
-    for (course, step) in courses.iter_mut().zip(steps) {
-        let damping = vec![0.0; course.frames.len()];
+    for (recording, step) in recordings.iter_mut().zip(steps) {
+        let damping = vec![0.0; recording.frames.len()];
         let after: Vec<FrameState> =
-            solved(mode, course, shared, step, &damping).into_iter().map(|t| t.here).collect();
-        for (here, after) in course.here.iter_mut().zip(after) {
+            solved(smoother, recording, shared, step, &damping).into_iter().map(|t| t.here).collect();
+        for (here, after) in recording.here.iter_mut().zip(after) {
             let is_old =
                 here.linear.as_ref().zip(after.linear.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
             let linear = after.linear.clone().filter(|_| !is_old);
@@ -192,95 +195,87 @@ pub(super) fn follow(
 
 /// Cost of states and shared unknowns in the prior.
 fn prior<'z>(
-    mode: &Smoother<'_>,
-    courses: &[SmoothedRecording],
+    smoother: &Smoother<'_>,
+    recordings: &[SmoothedRecording],
     shared: &DVector<f64>,
     state: impl Fn(usize, usize) -> &'z DVector<f64>,
 ) -> f64 {
-    let mut sum = shared.dot(&(&mode.shared_precision * shared));
-    for (nth, course) in courses.iter().enumerate() {
-        let z: Vec<DVector<f64>> = (0..course.frames.len()).map(|t| state(nth, t).clone()).collect();
-        sum += z.iter().zip(course.chain.image(&z)).map(|(z, q)| z.dot(&q)).sum::<f64>();
+    let mut sum = shared.dot(&(&smoother.shared_precision * shared));
+    for (nth, recording) in recordings.iter().enumerate() {
+        let z: Vec<DVector<f64>> = (0..recording.frames.len()).map(|t| state(nth, t).clone()).collect();
+        sum += z.iter().zip(recording.chain.image(&z)).map(|(z, q)| z.dot(&q)).sum::<f64>();
     }
     sum
 }
 
 /// Cost of the errors of a frame.
 fn own_cost(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
     t: usize,
     here: &FrameState,
     shared: &DVector<f64>,
 ) -> Option<f64> {
-    let residuals = mode.residuals_mm(course, t, here, shared)?;
-    let whitened = course.errors[t].as_ref()?.whitened(nalgebra::DMatrix::from_columns(&[residuals]));
+    let residuals = smoother.residuals_mm(recording, t, here, shared)?;
+    let whitened = recording.errors[t].as_ref()?.whitened(nalgebra::DMatrix::from_columns(&[residuals]));
     Some(whitened.norm_squared())
 }
 
-/// The frames of a recording at the states where the search begins. Frames that have not been solved yet start from the first one of
-/// their chunk, and that one from rest.
-fn begun(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<FrameState> {
-    in_chunks(0..course.frames.len(), |chunk| {
-        let mut solver = mode.solver();
-        let x: Vec<DVector<f64>> =
-            chunk.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
-        let open: Vec<usize> = (0..chunk.len())
-            .filter(|i| course.errors[chunk[*i]].is_some() && course.here[chunk[*i]].linear.is_none())
-            .collect();
-        let positions = |i: usize| course.here[chunk[i]].positions.as_deref();
-        let unsolved = open.iter().find(|i| positions(**i).is_none());
-        let solved = (0..chunk.len()).find_map(positions).map(<[_]>::to_vec);
-        let beside = unsolved.and_then(|&i| {
-            solved.or_else(|| solver.solve(&course.frames[chunk[i]], &x[i], None).map(<[_]>::to_vec))
+/// Linearisations of the frames that are `open`, in their states. Frames that have not been solved yet start from the first one of their
+/// chunk, and that one from rest.
+fn linearised(
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
+    is_open: impl Fn(usize) -> bool + Sync,
+) -> Vec<(usize, Option<Linearisation>)> {
+    in_chunks(0..recording.frames.len(), |chunk| {
+        let mut solver = smoother.solver();
+        let open: Vec<usize> = chunk.iter().copied().filter(|&t| is_open(t)).collect();
+        let x: Vec<DVector<f64>> = open.iter().map(|&t| smoother.unknowns_of(recording, t)).collect();
+        let positions = |t: usize| recording.here[t].positions.as_deref();
+        let unsolved = open.iter().zip(&x).find(|(t, _)| positions(**t).is_none());
+        let solved = chunk.iter().find_map(|&t| positions(t)).map(<[_]>::to_vec);
+        let first = unsolved.and_then(|(&t, x)| {
+            solved.or_else(|| solver.solve(&recording.frames[t], x, None).map(<[_]>::to_vec))
         });
-        let beside = beside.as_deref();
-        let postures = open.iter().map(|&i| (&course.frames[chunk[i]], &x[i], positions(i).or(beside)));
-        let postures: Vec<_> = postures.collect();
-        let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
-        for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
-            here[i].take(linear);
-        }
-        here
+        let postures = open.iter().zip(&x);
+        let postures: Vec<_> =
+            postures.map(|(&t, x)| (&recording.frames[t], x, positions(t).or(first.as_deref()))).collect();
+        let linear = solver.linearise_all(&postures);
+        open.into_iter().zip(linear).collect()
     })
 }
 
-/// The frames of a recording at the end of the search, each with a linearisation at its own state. A frame without an equilibrium there
-/// goes back to the state of its last one.
-fn settled(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<FrameState> {
-    in_chunks(0..course.frames.len(), |chunk| {
-        let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
-        let x: Vec<DVector<f64>> = here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
-        let open: Vec<usize> = (0..chunk.len())
-            .filter(|i| here[*i].linear.as_ref().is_some_and(|l| (&l.x - &x[*i]).amax() > SAME))
-            .collect();
-        let posture =
-            |&i: &usize| (&course.frames[chunk[i]], &x[i], course.here[chunk[i]].positions.as_deref());
-        let postures: Vec<_> = open.iter().map(posture).collect();
-        for (&i, linear) in open.iter().zip(mode.solver().linearise_all(&postures)) {
-            match (linear, here[i].linear.clone()) {
-                (None, Some(last)) => {
-                    let mut state = here[i].z.rows_mut(0, x[i].len());
-                    state += &last.x - &x[i];
-                }
-                (linear, _) => here[i].take(linear),
+/// Linearises frames at the end of the search that have another state than their linearisations. A frame without an equilibrium there goes
+/// back to the state of its last one.
+fn settle(smoother: &Smoother<'_>, recording: &mut SmoothedRecording) {
+    let has_moved = |t: usize| {
+        let linear = recording.here[t].linear.as_ref();
+        linear.is_some_and(|l| (&l.x - smoother.unknowns_of(recording, t)).amax() > SAME)
+    };
+    for (t, linear) in linearised(smoother, recording, has_moved) {
+        match (linear, recording.here[t].linear.clone()) {
+            (None, Some(last)) => {
+                let back = &last.x - smoother.unknowns_of(recording, t);
+                let mut state = recording.here[t].z.rows_mut(0, back.len());
+                state += back;
             }
+            (linear, _) => recording.here[t].take(linear),
         }
-        here
-    })
+    }
 }
 
 /// The frames of a recording after a step, each as far as it can move.
 fn solved(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
     shared: &DVector<f64>,
     step: &StateStep,
     damping: &[f64],
 ) -> Vec<Tried> {
-    in_chunks(0..course.frames.len(), |chunk| {
-        let mut solver = mode.solver();
-        let to_trial = |&t: &usize| Trial::new(mode, course, shared, step, (t, damping[t]));
+    in_chunks(0..recording.frames.len(), |chunk| {
+        let mut solver = smoother.solver();
+        let to_trial = |&t: &usize| Trial::new(smoother, recording, shared, step, (t, damping[t]));
         let trials: Vec<Trial<'_>> = chunk.iter().map(to_trial).collect();
         let mut tried: Vec<Option<Tried>> =
             trials.iter().map(|trial| trial.unseen().or_else(|| trial.near())).collect();
@@ -288,7 +283,7 @@ fn solved(
             let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
             let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
             let postures = Vec::from_iter(open.iter().zip(&x).map(|(&i, x)| {
-                (&course.frames[trials[i].t], x, course.here[trials[i].t].positions.as_deref())
+                (&recording.frames[trials[i].t], x, recording.here[trials[i].t].positions.as_deref())
             }));
             for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
                 tried[i] = linear.and_then(|linear| trials[i].judged(part, linear));
@@ -300,8 +295,8 @@ fn solved(
 
 /// A frame that is to take a step.
 struct Trial<'a> {
-    mode: &'a Smoother<'a>,
-    course: &'a SmoothedRecording,
+    smoother: &'a Smoother<'a>,
+    recording: &'a SmoothedRecording,
     /// The shared unknowns after the step.
     shared: &'a DVector<f64>,
     t: usize,
@@ -318,31 +313,31 @@ struct Trial<'a> {
 
 impl<'a> Trial<'a> {
     fn new(
-        mode: &'a Smoother<'a>,
-        course: &'a SmoothedRecording,
+        smoother: &'a Smoother<'a>,
+        recording: &'a SmoothedRecording,
         shared: &'a DVector<f64>,
         step: &StateStep,
         (t, damping): (usize, f64),
     ) -> Self {
-        let before = &course.here[t];
+        let before = &recording.here[t];
         let z = &before.z + &step.states[t];
-        let (was, whole) = (mode.unknowns(&before.z, &mode.shared), mode.unknowns(&z, shared));
-        let cost = own_cost(mode, course, t, before, &mode.shared);
-        Self { mode, course, shared, t, z, was, whole, cost, expected: step.expected[t], damping }
+        let (was, whole) = (smoother.unknowns(&before.z, &smoother.shared), smoother.unknowns(&z, shared));
+        let cost = own_cost(smoother, recording, t, before, &smoother.shared);
+        Self { smoother, recording, shared, t, z, was, whole, cost, expected: step.expected[t], damping }
     }
 
     fn before(&self) -> &'a FrameState {
-        &self.course.here[self.t]
+        &self.recording.here[self.t]
     }
 
     /// The cost of its errors after the step.
     fn cost_at(&self, here: &FrameState) -> Option<f64> {
-        own_cost(self.mode, self.course, self.t, here, self.shared)
+        own_cost(self.smoother, self.recording, self.t, here, self.shared)
     }
 
     /// The result for a frame without data.
     fn unseen(&self) -> Option<Tried> {
-        if self.course.errors[self.t].is_some() {
+        if self.recording.errors[self.t].is_some() {
             return None;
         }
         let here = FrameState { z: self.z.clone(), linear: None, positions: self.before().positions.clone() };
@@ -351,8 +346,8 @@ impl<'a> Trial<'a> {
 
     /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold, or if none is kept.
     fn near(&self) -> Option<Tried> {
-        let moved = &self.whole - &self.before().linear.as_ref().filter(|_| self.mode.keeps)?.x;
-        let (muscles, sd) = (self.mode.sizes.muscles, self.mode.settings.link.course_sd_n);
+        let moved = &self.whole - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
+        let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.course_sd_n);
         if !moved.iter().enumerate().all(|(i, by)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 }) {
             return None;
         }

@@ -21,32 +21,32 @@ pub(super) struct OrnsteinUhlenbeck {
     /// For every frame, the factor of the precision in its diagonal block.
     diagonal: Vec<f64>,
     /// For every frame but the last, minus the factor of the precision in the block that couples it to the next.
-    beside: Vec<f64>,
+    off_diagonal: Vec<f64>,
 }
 
 impl OrnsteinUhlenbeck {
     /// The prior of states with this precision in each single frame, remembered for `memory_s` (s; 0: all frames are independent).
     pub fn new(precision: DMatrix<f64>, memory_s: f64, times: &[f64]) -> Self {
         let mut diagonal = vec![1.0; times.len()];
-        let mut beside = Vec::with_capacity(times.len().saturating_sub(1));
+        let mut off_diagonal = Vec::with_capacity(times.len().saturating_sub(1));
         for (t, pair) in times.windows(2).enumerate() {
             let apart = ((pair[1] - pair[0]) / memory_s).max(NEAREST);
             let kept = if memory_s > 0.0 { (-apart).exp() } else { 0.0 };
             let left = 1.0 / (1.0 - kept * kept);
             diagonal[t] += kept * kept * left;
             diagonal[t + 1] = left;
-            beside.push(kept * left);
+            off_diagonal.push(kept * left);
         }
-        Self { precision, diagonal, beside }
+        Self { precision, diagonal, off_diagonal }
     }
 
     /// `Q z`.
     pub fn image(&self, z: &[DVector<f64>]) -> Vec<DVector<f64>> {
         let own: Vec<DVector<f64>> = z.iter().map(|z| &self.precision * z).collect();
         let mut out: Vec<DVector<f64>> = own.iter().zip(&self.diagonal).map(|(o, d)| o * *d).collect();
-        for (t, beside) in self.beside.iter().enumerate() {
-            out[t] -= &own[t + 1] * *beside;
-            out[t + 1] -= &own[t] * *beside;
+        for (t, off_diagonal) in self.off_diagonal.iter().enumerate() {
+            out[t] -= &own[t + 1] * *off_diagonal;
+            out[t + 1] -= &own[t] * *off_diagonal;
         }
         out
     }
@@ -54,15 +54,15 @@ impl OrnsteinUhlenbeck {
     /// Factorises `Q + G`; `None` where that is not positive definite.
     pub fn factorise(&self, curvature: Vec<DMatrix<f64>>) -> Option<Factors> {
         let mut own: Vec<Cholesky<f64, Dyn>> = Vec::with_capacity(curvature.len());
-        let mut gains: Vec<DMatrix<f64>> = Vec::with_capacity(self.beside.len());
+        let mut gains: Vec<DMatrix<f64>> = Vec::with_capacity(self.off_diagonal.len());
         for (t, curvature) in curvature.into_iter().enumerate() {
             let mut block = &self.precision * self.diagonal[t] + curvature;
             if let Some(before) = t.checked_sub(1) {
-                block -= &self.precision * (self.beside[before]) * &gains[before];
+                block -= &self.precision * (self.off_diagonal[before]) * &gains[before];
             }
             let factor = symmetric_cholesky(&block)?;
-            if let Some(beside) = self.beside.get(t) {
-                gains.push(factor.solve(&(&self.precision * *beside)));
+            if let Some(off_diagonal) = self.off_diagonal.get(t) {
+                gains.push(factor.solve(&(&self.precision * *off_diagonal)));
             }
             own.push(factor);
         }

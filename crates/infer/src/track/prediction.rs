@@ -63,16 +63,16 @@ const FEWEST_COILS: usize = 2;
 /// Predictions of the hidden points of every frame of a recording: contour points by the candidate that was judged best. `None` for a point
 /// that has too few others.
 pub(super) fn predict_hidden(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
     judged: Option<&Judged>,
 ) -> Vec<Vec<Option<HeldOutPrediction>>> {
-    Vec::from_iter((0..course.frames.len()).map(|t| {
-        let hidden = &course.frames[t].hidden;
+    Vec::from_iter((0..recording.frames.len()).map(|t| {
+        let hidden = &recording.frames[t].hidden;
         let mut out = vec![None; hidden.len()];
         for (channel, judged) in [(0, judged), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
             let Some(Judged(process, reach)) = judged else { continue };
-            let split = split(mode, course, t, channel);
+            let split = split(smoother, recording, t, channel);
             let split = split.filter(|s| channel == 0 || s.seen.places.len() >= FEWEST_COILS);
             let errors = split.and_then(|s| process.errors(&s)).unwrap_or_default();
             let own = (0..hidden.len()).filter(|&i| hidden[i].along.channel == channel);
@@ -89,12 +89,13 @@ pub(super) fn predict_hidden(
 pub(super) struct Judged(Process, f64);
 
 /// Judges the candidates; `None` for recordings without hidden contour points, and for contours of too few points.
-pub(super) fn judged(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> Option<Judged> {
-    if !courses.iter().flat_map(|c| c.frames.iter()).any(|f| f.hidden.iter().any(|h| h.along.channel == 0)) {
+pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> Option<Judged> {
+    if !recordings.iter().flat_map(|c| c.frames.iter()).any(|f| f.hidden.iter().any(|h| h.along.channel == 0))
+    {
         return None;
     }
     let mut names: Vec<(&str, f64)> = Vec::new();
-    for frame in courses.iter().flat_map(|c| c.frames.iter()) {
+    for frame in recordings.iter().flat_map(|c| c.frames.iter()) {
         for seen in frame.observations.iter().filter(|o| o.along.channel == 0) {
             if !names.iter().any(|(n, _)| *n == seen.name) {
                 names.push((&seen.name, seen.along.at_mm));
@@ -103,20 +104,20 @@ pub(super) fn judged(mode: &Smoother<'_>, courses: &[SmoothedRecording]) -> Opti
     }
     names.sort_by(|a, b| a.1.total_cmp(&b.1));
     let inner = names.get(1..names.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
-    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
+    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let mut splits = Vec::new();
     for fold in 0..FOLDS {
         let hide: Vec<&str> = inner.iter().skip(fold).step_by(FOLDS).map(|(n, _)| *n).collect();
-        let mut sample = mode.thinned(courses, frames.div_ceil(JUDGES).max(1));
-        for course in &mut sample {
-            Arc::make_mut(&mut course.frames).iter_mut().for_each(|f| without(f, &hide));
-            course.here.iter_mut().for_each(|h| h.linear = None);
-            mode.take_errors(course);
+        let mut sample = smoother.thinned(recordings, frames.div_ceil(JUDGES).max(1));
+        for recording in &mut sample {
+            Arc::make_mut(&mut recording.frames).iter_mut().for_each(|f| without(f, &hide));
+            recording.here.iter_mut().for_each(|h| h.linear = None);
+            smoother.take_errors(recording);
         }
-        let mut again = mode.clone();
+        let mut again = smoother.clone();
         minimise(&mut again, &mut sample, ROUNDS, &|_| ());
-        for course in &sample {
-            splits.extend((0..course.frames.len()).filter_map(|t| split(mode, course, t, 0)));
+        for recording in &sample {
+            splits.extend((0..recording.frames.len()).filter_map(|t| split(smoother, recording, t, 0)));
         }
     }
     let candidates = WEIGHTS.iter().flat_map(|&weight| {
@@ -144,9 +145,9 @@ fn without(frame: &mut Frame, hide: &[&str]) {
 }
 
 /// The points of a channel of a frame; `None` where there is no equilibrium.
-fn split(mode: &Smoother<'_>, course: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
-    let (frame, rest) = (&course.frames[t], mode.stage.system.rest());
-    let pulled = &course.here[t].linear.as_ref()?.positions;
+fn split(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
+    let (frame, rest) = (&recording.frames[t], smoother.context.system.rest());
+    let pulled = &recording.here[t].linear.as_ref()?.positions;
     let [seen, hidden] = [&frame.observations, &frame.hidden].map(|all| {
         let mut line = ContourLine::default();
         for FrameObservation { observation, along, .. } in all.iter().filter(|o| o.along.channel == channel) {

@@ -41,22 +41,22 @@ pub(super) enum Reachability {
 
 /// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
 pub(super) fn ways(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
     unknowns: &[DVector<f64>],
 ) -> Vec<Option<Reachability>> {
-    let count = course.frames.len();
-    let positions = |t: usize| course.here[t].linear.as_ref().map(|l| &*l.positions);
+    let count = recording.frames.len();
+    let positions = |t: usize| recording.here[t].linear.as_ref().map(|l| &*l.positions);
     let mut reached = in_chunks(0..count, |chunk| {
-        let mut solver = mode.solver();
-        let mut reached = |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?);
+        let mut solver = smoother.solver();
+        let mut reached = |&t: &usize| solver.reached((&recording.frames[t], &unknowns[t]), positions(t)?);
         Vec::from_iter(chunk.iter().map(&mut reached))
     });
-    let mut solver = mode.solver();
+    let mut solver = smoother.solver();
     let mut follow = |from: usize, to: usize, reached: &mut [Option<Reached>]| {
         let Some((start, end)) = positions(from).zip(positions(to)) else { return };
         if reached[from].is_some() && reached[to].is_none() {
-            let [before, after] = [from, to].map(|t| (&course.frames[t], &unknowns[t]));
+            let [before, after] = [from, to].map(|t| (&recording.frames[t], &unknowns[t]));
             if solver.leads_from_neighbour((before, start), (after, end)) {
                 reached[to] = Some(Reached::OtherWay);
             }
@@ -65,14 +65,17 @@ pub(super) fn ways(
     (1..count).for_each(|t| follow(t - 1, t, &mut reached));
     (1..count).rev().for_each(|t| follow(t, t - 1, &mut reached));
     in_chunks(0..count, |chunk| {
-        let mut solver = mode.solver();
+        let mut solver = smoother.solver();
         Vec::from_iter(chunk.iter().map(|&t| {
             positions(t)?;
             if let Some(own) = reached[t] {
                 return Some(Reachability::Own(own));
             }
-            let near =
-                solver.nearest_reached(&course.frames[t], &unknowns[t], mode.settings.link.course_sd_n);
+            let near = solver.nearest_reached(
+                &recording.frames[t],
+                &unknowns[t],
+                smoother.settings.link.course_sd_n,
+            );
             Some(near.map_or(Reachability::Lost, Reachability::Nearest))
         }))
     })
@@ -101,7 +104,7 @@ impl FrameSolver<'_> {
         }
         self.workspace.start_from_rest(self.system);
         let how = leads_from_rest(self.system, &mut self.workspace, &whole, &self.settings, positions);
-        matches!(how, FromRest::Branch | FromRest::Fell { .. })
+        matches!(how, Some(FromRest::Branch | FromRest::Fell { .. }))
     }
 
     /// How the equilibrium of a frame can be reached from rest; `None` where no way was found.
@@ -187,9 +190,9 @@ impl FrameSolver<'_> {
             self.carry(frame, x);
             self.workspace.start_from_rest(self.system);
             let stages = [vec![0.0; whole.len()], first, whole.clone()];
-            let arrives = stages.windows(2).all(|stage| {
+            let arrives = stages.windows(2).all(|pair| {
                 PARTS.iter().all(|part| {
-                    self.tensions = stage[0].iter().zip(&stage[1]).map(|(a, b)| a + (b - a) * part).collect();
+                    self.tensions = pair[0].iter().zip(&pair[1]).map(|(a, b)| a + (b - a) * part).collect();
                     self.is_led()
                 })
             });

@@ -41,7 +41,8 @@ pub enum FrameStatus {
     OutOfReach,
     /// No way was found in which a speaker could reach the equilibrium: not from rest, with all muscles together or some before the
     /// others, and not from the posture before or after it.
-    OffBranch,
+    #[serde(rename = "off_branch")]
+    NotReached,
 }
 
 impl FrameStatus {
@@ -51,8 +52,8 @@ impl FrameStatus {
     }
 }
 
-/// A shape that is reached from rest replaces that of a frame off the branch if its distance from the observations is larger by no more
-/// than this, m: less than the noise of a point.
+/// A shape that is reached from rest replaces one that is not if its distance from the observations is larger by no more than this, m: less
+/// than the noise of a point.
 const AS_WELL_M: f64 = 0.3e-3;
 
 /// The displacement found for a bone that was not observed.
@@ -216,7 +217,7 @@ pub(super) fn tracked(
     } else if linear.is_none() {
         FrameStatus::Gap
     } else if !as_well {
-        FrameStatus::OffBranch
+        FrameStatus::NotReached
     } else if rms_sd > MISSED_SD {
         FrameStatus::PoorFit
     } else if levels.iter().any(|l| l.median >= settings.upper_n) {
@@ -243,7 +244,7 @@ pub(super) fn tracked(
         status,
         courses,
         bones: bones.collect(),
-        rms_m: if status == FrameStatus::OffBranch { rms_m } else { reached_rms_m.or(rms_m) },
+        rms_m: if status == FrameStatus::NotReached { rms_m } else { reached_rms_m.or(rms_m) },
         rms_sd: is_seen.then_some(rms_sd),
         other_way: matches!(found.way, Some(Reachability::Own(Reached::OtherWay))),
         reached_rms_m,

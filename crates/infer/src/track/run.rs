@@ -58,7 +58,7 @@ pub struct NotFinite;
 
 /// Finds the tensions in all frames of recordings of one speaker.
 pub fn track(
-    stage: &TrackingContext<'_>,
+    context: &TrackingContext<'_>,
     recordings: Vec<Vec<Frame>>,
     settings: &TrackSettings,
     watch: &Watch<'_>,
@@ -67,66 +67,66 @@ pub fn track(
     let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
     let passes = ROUNDS + 2 + wanted.len();
     let knots = knots(&recordings, settings);
-    let mut mode = Smoother::new(*stage, settings, &knots);
-    let courses: Vec<SmoothedRecording> =
-        recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
-    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
+    let mut smoother = Smoother::new(*context, settings, &knots);
+    let recordings: Vec<SmoothedRecording> =
+        recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
+    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let is_whole = frames <= settings.shared_frames;
     let mut sample = if is_whole {
-        courses.clone()
+        recordings.clone()
     } else {
-        mode.thinned(&courses, frames.div_ceil(settings.shared_frames.max(1)))
+        smoother.thinned(&recordings, frames.div_ceil(settings.shared_frames.max(1)))
     };
-    let (usual, outliers) = placed(&mut mode, &mut sample, None, &|round| progress(round, passes));
+    let (usual, outliers) = placed(&mut smoother, &mut sample, None, &|round| progress(round, passes));
     progress(ROUNDS, passes);
-    let process = judged(&mode, &sample);
-    let display = Display::new(stage, settings);
-    let shown = stage.shape.map(|shape| display.fit_shape(shape, &mode, &sample));
+    let process = judged(&smoother, &sample);
+    let display = Display::new(context, settings);
+    let shown = context.shape.map(|shape| display.fit_shape(shape, &smoother, &sample));
     progress(ROUNDS + 1, passes);
-    let columns = stage.shape.map_or(0, RestShape::count);
-    let of_sample: Vec<_> = sample.iter().map(|course| shape_jacobians(&mode, course)).collect();
+    let columns = context.shape.map_or(0, RestShape::count);
+    let of_sample: Vec<_> = sample.iter().map(|recording| shape_jacobians(&smoother, recording)).collect();
     let linear = sample.iter().zip(&of_sample);
-    let linear = linear.map(|(course, by)| Eliminated::new(&mode, course, &[], (by, columns)));
+    let linear = linear.map(|(recording, by)| Eliminated::new(&smoother, recording, &[], (by, columns)));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
-    let shared = draws::draws(&mode, &sample, &linear).ok_or(NotFinite)?;
+    let shared = draws::draws(&smoother, &sample, &linear).ok_or(NotFinite)?;
     drop(linear);
     let done = AtomicUsize::new(ROUNDS + 2);
-    mode.holds = !is_whole;
+    smoother.holds = !is_whole;
     parallel::map(&wanted, |&number| {
-        let mut mode = mode.clone();
-        let mut course = sample[number].clone();
+        let mut smoother = smoother.clone();
+        let mut recording = sample[number].clone();
         let (mut faults, mut lost) = outliers[number].clone();
         if !is_whole {
-            course = courses[number].clone();
-            begin_beside(&mut course, &sample[number]);
-            let (_, own) = placed(&mut mode, slice::from_mut(&mut course), Some(usual), &|_| ());
+            recording = recordings[number].clone();
+            begin_beside(&mut recording, &sample[number]);
+            let (_, own) = placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
             (faults, lost) = own.into_iter().next().unwrap_or_default();
         }
-        let own = (!is_whole).then(|| shape_jacobians(&mode, &course));
+        let own = (!is_whole).then(|| shape_jacobians(&smoother, &recording));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
-        let linear = Eliminated::new(&mode, &course, &[], (by_shape, columns)).ok_or(NotFinite)?;
-        let predicted = predict_hidden(&mode, &course, process.as_ref());
+        let linear = Eliminated::new(&smoother, &recording, &[], (by_shape, columns)).ok_or(NotFinite)?;
+        let predicted = predict_hidden(&smoother, &recording, process.as_ref());
         let displayed = shown.as_ref().map(|shown| {
             if is_whole {
-                shown.courses[number].clone()
+                shown.recordings[number].clone()
             } else {
-                display.recording(shown, &course, &shown.courses[number])
+                display.recording(shown, &recording, &shown.recordings[number])
             }
         });
-        let levels = shown.as_ref().map_or(&mode.shared, |shown| &shown.levels).clone();
-        let stage_shown = stage.on(shown.as_ref().and_then(|shown| shown.body.as_ref()));
-        let again = Smoother { stage: stage_shown, shared: levels, ..mode.clone() };
-        let heard = formants::rates(&mode, &course);
+        let levels = shown.as_ref().map_or(&smoother.shared, |shown| &shown.levels).clone();
+        let context_shown = context.on(shown.as_ref().and_then(|shown| shown.body.as_ref()));
+        let again = Smoother { context: context_shown, shared: levels, ..smoother.clone() };
+        let heard = formants::rates(&smoother, &recording);
         let sampler = Sampler {
-            mode: &mode,
-            course: &course,
+            smoother: &smoother,
+            recording: &recording,
             linear: &linear,
             by_shape,
             heard,
             shared: &shared,
             number,
         };
-        let found = displayed.as_ref().unwrap_or(&course);
+        let found = displayed.as_ref().unwrap_or(&recording);
         take(number, summarise(&again, found, &sampler, &predicted, (faults, &lost)));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
         Ok(())
@@ -147,20 +147,21 @@ pub struct RestFound {
 /// The shape at rest with which a speaker's recordings are displayed, found from up to 60 of their frames, spread evenly. `progress` is
 /// called with the finished part of the whole. `None` where no frame has an equilibrium with enough points.
 pub fn rest_shape(
-    stage: &TrackingContext<'_>,
+    context: &TrackingContext<'_>,
     shape: &RestShape,
     recordings: Vec<Vec<Frame>>,
     settings: &TrackSettings,
     progress: &dyn Fn(usize, usize),
 ) -> Option<RestFound> {
     let knots = knots(&recordings, settings);
-    let mut mode = Smoother::new(*stage, settings, &knots);
-    let courses: Vec<SmoothedRecording> =
-        recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
-    let mut courses = sampled(&mode, &courses);
-    placed(&mut mode, &mut courses, None, &|round| progress(round, ROUNDS));
-    let DisplayShape { body, courses, .. } = Display::new(stage, settings).fit_shape(shape, &mode, &courses);
-    let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
+    let mut smoother = Smoother::new(*context, settings, &knots);
+    let recordings: Vec<SmoothedRecording> =
+        recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
+    let mut recordings = sampled(&smoother, &recordings);
+    placed(&mut smoother, &mut recordings, None, &|round| progress(round, ROUNDS));
+    let DisplayShape { body, recordings, .. } =
+        Display::new(context, settings).fit_shape(shape, &smoother, &recordings);
+    let frames = recordings.iter().flat_map(|recording| recording.frames.iter().zip(&recording.here));
     let (mut squares, mut count) = (0.0, 0);
     for (frame, linear) in frames.filter_map(|(frame, here)| Some((frame, here.linear.as_ref()?))) {
         let distances =
@@ -172,7 +173,7 @@ pub fn rest_shape(
         return None;
     }
     let rms_m = (squares / count as f64).sqrt();
-    Some(RestFound { nodes: stage.on(body.as_ref()).system.rest().to_vec(), rms_m })
+    Some(RestFound { nodes: context.on(body.as_ref()).system.rest().to_vec(), rms_m })
 }
 
 /// Knots of the errors, over all that the recordings show of the contour.
@@ -187,38 +188,38 @@ type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
 /// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the usual
 /// residual, in standard deviations, which is that of these recordings unless it is given, and the outliers of every recording.
 fn placed(
-    mode: &mut Smoother<'_>,
-    courses: &mut [SmoothedRecording],
+    smoother: &mut Smoother<'_>,
+    recordings: &mut [SmoothedRecording],
     usual: Option<f64>,
     progress: &dyn Fn(usize),
 ) -> (f64, Vec<Outliers>) {
-    minimise(mode, courses, ROUNDS, progress);
+    minimise(smoother, recordings, ROUNDS, progress);
     let usual = usual.unwrap_or_else(|| {
-        let far = courses.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(mode, c, t)));
+        let far = recordings.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(smoother, c, t)));
         1.4826 * upper_median(far).unwrap_or(0.0)
     });
-    let found: Vec<Outliers> = courses.iter_mut().map(|c| without_outliers(mode, c, usual)).collect();
+    let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
     if found.iter().flat_map(|(faults, _)| faults).any(|f| !f.is_empty()) {
-        minimise(mode, courses, ROUNDS, progress);
+        minimise(smoother, recordings, ROUNDS, progress);
     }
     (usual, found)
 }
 
 /// Absolute residuals of a frame, in standard deviations; none without an equilibrium.
-fn far(mode: &Smoother<'_>, course: &SmoothedRecording, t: usize) -> Vec<f64> {
-    let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
+fn far(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize) -> Vec<f64> {
+    let Some(residuals) = smoother.residuals_mm(recording, t, &recording.here[t], &smoother.shared) else {
         return Vec::new();
     };
-    residuals.iter().zip(&course.frames[t].observations).map(|(r, o)| r.abs() / o.along.sd_mm).collect()
+    residuals.iter().zip(&recording.frames[t].observations).map(|(r, o)| r.abs() / o.along.sd_mm).collect()
 }
 
 /// Removes observations of a recording that are much farther from the surface than their error and than is `usual`, because they are not
 /// points of this tongue.
-fn without_outliers(mode: &Smoother<'_>, course: &mut SmoothedRecording, usual: f64) -> Outliers {
-    let all: Vec<Vec<f64>> = (0..course.frames.len()).map(|t| far(mode, course, t)).collect();
+fn without_outliers(smoother: &Smoother<'_>, recording: &mut SmoothedRecording, usual: f64) -> Outliers {
+    let all: Vec<Vec<f64>> = (0..recording.frames.len()).map(|t| far(smoother, recording, t)).collect();
     let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
-    for ((t, frame), far) in Arc::make_mut(&mut course.frames).iter_mut().enumerate().zip(&all) {
-        let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
+    for ((t, frame), far) in Arc::make_mut(&mut recording.frames).iter_mut().enumerate().zip(&all) {
+        let mut lost = frame.observations.len() >= FEWEST && recording.here[t].linear.is_none();
         let mut faults = Vec::new();
         let is_far = frame.observations.iter().zip(far).filter(|(_, far)| **far > MOST_SD * usual.max(1.0));
         let mut points: Vec<String> = is_far.map(|(o, _)| o.name.clone()).collect();
@@ -226,52 +227,52 @@ fn without_outliers(mode: &Smoother<'_>, course: &mut SmoothedRecording, usual: 
         if !points.is_empty() {
             let all = points.len() * 3 > frame.observations.len();
             frame.observations.retain(|o| !all && !points.contains(&o.name));
-            course.here[t].linear = None;
+            recording.here[t].linear = None;
             faults.push(Fault { kind: FaultKind::FarFromFit, points });
             lost |= all;
         }
         of_frames.push(faults);
         lost_frames.push(lost);
     }
-    mode.take_errors(course);
+    smoother.take_errors(recording);
     (of_frames, lost_frames)
 }
 
 /// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.
 fn summarise(
-    mode: &Smoother<'_>,
-    course: &SmoothedRecording,
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
     draws: &Sampler<'_>,
     predicted: &[Vec<Option<HeldOutPrediction>>],
     (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
 ) -> TrackedRecording {
-    let count = course.frames.len();
-    let unknowns: Vec<_> = course.here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
-    let ways = if mode.settings.branch { ways(mode, course, &unknowns) } else { Vec::new() };
-    let mut segments = Segments::new(&course.frames, mode.settings.kept_draws);
+    let count = recording.frames.len();
+    let unknowns: Vec<_> = (0..count).map(|t| smoother.unknowns_of(recording, t)).collect();
+    let ways = if smoother.settings.branch { ways(smoother, recording, &unknowns) } else { Vec::new() };
+    let mut segments = Segments::new(&recording.frames, smoother.settings.kept_draws);
     let mut frames: Vec<Tracked> = Vec::with_capacity(count);
     draws.draw(|window, drawn, means| {
         frames.extend(in_chunks(window.clone(), |chunk| {
-            let mut solver = mode.solver();
+            let mut solver = smoother.solver();
             Vec::from_iter(chunk.iter().map(|&t| {
                 let found = FrameSolution {
                     way: ways.get(t).and_then(Option::as_ref),
-                    frame: &course.frames[t],
+                    frame: &recording.frames[t],
                     x: &unknowns[t],
-                    linear: course.here[t].linear.as_deref(),
-                    positions: course.here[t].positions.as_deref(),
-                    placed: draws.course.here[t].positions.as_deref(),
+                    linear: recording.here[t].linear.as_deref(),
+                    positions: recording.here[t].positions.as_deref(),
+                    placed: draws.recording.here[t].positions.as_deref(),
                     predicted: &predicted[t],
                     lost: lost[t],
                     means,
-                    is_shown: mode.settings.is_shown(t, count),
+                    is_shown: smoother.settings.is_shown(t, count),
                 };
-                tracked(&mut solver, &found, &drawn[t - window.start], mode.settings)
+                tracked(&mut solver, &found, &drawn[t - window.start], smoother.settings)
             }))
         }));
         segments.take(window, &frames, drawn, means);
     });
     frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));
-    let rest = mode.stage.system.rest().to_vec();
+    let rest = smoother.context.system.rest().to_vec();
     TrackedRecording { rest, frames, ..segments.finish() }
 }

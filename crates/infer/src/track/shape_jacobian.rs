@@ -17,16 +17,20 @@ pub(super) struct ShapeJacobian {
 }
 
 /// Derivatives of all frames by the shape; `None` for each where the shape is known.
-pub(super) fn shape_jacobians(mode: &Smoother<'_>, course: &SmoothedRecording) -> Vec<Option<ShapeJacobian>> {
-    let Some(shape) = mode.stage.shape else { return course.frames.iter().map(|_| None).collect() };
-    in_chunks(0..course.frames.len(), |chunk| {
-        let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
-        let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
+pub(super) fn shape_jacobians(
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
+) -> Vec<Option<ShapeJacobian>> {
+    let Some(shape) = smoother.context.shape else { return recording.frames.iter().map(|_| None).collect() };
+    in_chunks(0..recording.frames.len(), |chunk| {
+        let known: Vec<usize> =
+            chunk.iter().copied().filter(|&t| recording.here[t].linear.is_some()).collect();
+        let x: Vec<_> = known.iter().map(|&t| smoother.unknowns_of(recording, t)).collect();
         let postures = Vec::from_iter(known.iter().zip(&x).map(|(&t, x)| {
-            let from = course.here[t].linear.as_ref().map(|linear| &*linear.positions);
-            (&course.frames[t], x, from)
+            let from = recording.here[t].linear.as_ref().map(|linear| &*linear.positions);
+            (&recording.frames[t], x, from)
         }));
-        let rates = shape.rates(&mut mode.solver(), &postures);
+        let rates = shape.rates(&mut smoother.solver(), &postures);
         let mut out: Vec<Option<ShapeJacobian>> = chunk.iter().map(|_| None).collect();
         for (t, all) in known.into_iter().zip(rates) {
             out[t - chunk[0]] = all;

@@ -80,7 +80,7 @@ pub(super) struct WhitenedRows {
 /// All recordings of a speaker, with their shared unknowns.
 #[derive(Clone)]
 pub(super) struct Smoother<'a> {
-    pub stage: TrackingContext<'a>,
+    pub context: TrackingContext<'a>,
     pub sizes: Sizes,
     pub settings: &'a TrackSettings,
     pub knots: &'a Knots,
@@ -95,19 +95,19 @@ pub(super) struct Smoother<'a> {
 }
 
 impl<'a> Smoother<'a> {
-    pub fn new(stage: TrackingContext<'a>, settings: &'a TrackSettings, knots: &'a Knots) -> Self {
-        let sizes = stage.sizes(knots);
+    pub fn new(context: TrackingContext<'a>, settings: &'a TrackSettings, knots: &'a Knots) -> Self {
+        let sizes = context.sizes(knots);
         let n = sizes.shared();
         let mut shared_precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
         let (m, k) = (sizes.muscles, sizes.knots);
         shared_precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
         let shared = DVector::zeros(n);
-        Self { stage, sizes, settings, knots, shared, shared_precision, keeps: true, holds: false }
+        Self { context, sizes, settings, knots, shared, shared_precision, keeps: true, holds: false }
     }
 
     /// A solver of frames on the body.
     pub fn solver(&self) -> FrameSolver<'a> {
-        FrameSolver::new(self.stage, self.settings.link)
+        FrameSolver::new(self.context, self.settings.link)
     }
 
     /// Precision of the shared unknowns in the prior, those of a shape behind the others, and the gradient of its cost where they are now.
@@ -135,33 +135,33 @@ impl<'a> Smoother<'a> {
         let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
         let chain = OrnsteinUhlenbeck::new(precision, self.settings.memory_s, &times);
         let here = vec![FrameState { z: DVector::zeros(n), linear: None, positions: None }; frames.len()];
-        let mut course = SmoothedRecording { frames, chain, errors: Vec::new(), here };
-        self.take_errors(&mut course);
-        course
+        let mut recording = SmoothedRecording { frames, chain, errors: Vec::new(), here };
+        self.take_errors(&mut recording);
+        recording
     }
 
     /// Every n-th frame with data of recordings, at their present states; the frames of all recordings are counted together.
-    pub fn thinned(&self, courses: &[SmoothedRecording], every: usize) -> Vec<SmoothedRecording> {
+    pub fn thinned(&self, recordings: &[SmoothedRecording], every: usize) -> Vec<SmoothedRecording> {
         let mut before = 0;
-        Vec::from_iter(courses.iter().map(|course| {
-            let seen = (0..course.frames.len()).filter(|&t| course.errors[t].is_some());
+        Vec::from_iter(recordings.iter().map(|recording| {
+            let seen = (0..recording.frames.len()).filter(|&t| recording.errors[t].is_some());
             let taken: Vec<usize> =
                 seen.enumerate().filter(|(n, _)| (before + n) % every == every / 2).map(|(_, t)| t).collect();
-            before += course.count();
-            let frames = taken.iter().map(|&t| course.frames[t].clone()).collect();
+            before += recording.count();
+            let frames = taken.iter().map(|&t| recording.frames[t].clone()).collect();
             let mut out = self.start(Arc::new(frames));
-            out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
+            out.here = taken.iter().map(|&t| recording.here[t].clone()).collect();
             out
         }))
     }
 
     /// Sets the errors for the observations that the frames of a recording have now.
-    pub fn take_errors(&self, course: &mut SmoothedRecording) {
-        let period_s = upper_median(course.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
+    pub fn take_errors(&self, recording: &mut SmoothedRecording) {
+        let period_s = upper_median(recording.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
             .unwrap_or(f64::INFINITY);
         // Frames that show the same points with the same certainty share their errors.
         let mut last: Option<(Vec<Along>, Option<Arc<FrameErrors>>)> = None;
-        course.errors = Vec::from_iter(course.frames.iter().map(|frame| {
+        recording.errors = Vec::from_iter(recording.frames.iter().map(|frame| {
             let along: Vec<Along> = frame.observations.iter().map(|o| o.along).collect();
             let found = match &last {
                 Some((other, found)) if *other == along => found.clone(),
@@ -180,21 +180,26 @@ impl<'a> Smoother<'a> {
         DVector::from_fn(muscles + bones, |i, _| if i < muscles { middle + shared[i] + z[i] } else { z[i] })
     }
 
+    /// The same of a frame in its present state.
+    pub fn unknowns_of(&self, recording: &SmoothedRecording, t: usize) -> DVector<f64> {
+        self.unknowns(&recording.here[t].z, &self.shared)
+    }
+
     /// Residuals of a frame, mm, less the error given by the values at the knots.
     pub fn residuals_mm(
         &self,
-        course: &SmoothedRecording,
+        recording: &SmoothedRecording,
         t: usize,
         here: &FrameState,
         shared: &DVector<f64>,
     ) -> Option<DVector<f64>> {
-        let errors = course.errors[t].as_ref()?;
+        let errors = recording.errors[t].as_ref()?;
         let linear = here.linear.as_ref()?;
         let Sizes { muscles, bones, knots } = self.sizes;
         let known = here.z.rows(muscles + bones, knots) + shared.rows(muscles, knots);
         let moved = self.unknowns(&here.z, shared) - &linear.x;
         let mut residuals = &linear.residuals + &linear.jacobian * moved;
-        let units = course.frames[t].observations.iter().map(|o| 1e3 / o.observation.weight);
+        let units = recording.frames[t].observations.iter().map(|o| 1e3 / o.observation.weight);
         residuals.iter_mut().zip(units).for_each(|(r, unit)| *r *= unit);
         Some(residuals - &errors.basis * known)
     }
@@ -202,18 +207,18 @@ impl<'a> Smoother<'a> {
     /// The rows of a frame; `None` where it has no observations or no equilibrium. `by_shape` are its derivatives by the shape, mm.
     pub(super) fn rows(
         &self,
-        course: &SmoothedRecording,
+        recording: &SmoothedRecording,
         t: usize,
         by_shape: Option<&DMatrix<f64>>,
     ) -> Option<WhitenedRows> {
-        let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
-        let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
+        let residuals = self.residuals_mm(recording, t, &recording.here[t], &self.shared)?;
+        let (linear, errors) = (recording.here[t].linear.as_ref()?, recording.errors[t].as_ref()?);
         let Sizes { muscles, bones, knots } = self.sizes;
         let mut all = DMatrix::zeros(residuals.len(), 1 + self.sizes.state());
         all.column_mut(0).copy_from(&residuals);
         let mut jacobian = all.columns_mut(1, muscles + bones);
         jacobian.copy_from(&linear.jacobian);
-        for (mut row, o) in jacobian.row_iter_mut().zip(&course.frames[t].observations) {
+        for (mut row, o) in jacobian.row_iter_mut().zip(&recording.frames[t].observations) {
             row *= 1e3 / o.observation.weight;
         }
         all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
@@ -224,14 +229,14 @@ impl<'a> Smoother<'a> {
     }
 
     /// The unknown of a frame that responds as an unknown shared by all frames does: the course as its level, the slow as the static error.
-    pub(super) fn beside(&self, shared: usize) -> usize {
+    pub(super) fn of_state(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
 
     /// Residuals of a frame after a step of its state and of the unknowns that all frames share, if it responds linearly.
     pub fn expected(&self, rows: &WhitenedRows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
         let mut step = state.clone();
-        (0..self.sizes.shared()).for_each(|i| step[self.beside(i)] += shared[i]);
+        (0..self.sizes.shared()).for_each(|i| step[self.of_state(i)] += shared[i]);
         let mut out = &rows.residuals + &rows.by_state * step;
         if let Some(by_shape) = &rows.by_shape {
             out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());

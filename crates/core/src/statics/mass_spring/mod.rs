@@ -11,16 +11,13 @@ use nalgebra::SVector;
 use crate::geometry::simplex;
 use crate::sparse::flat::{FlatFactor, Lower, MatrixBlock};
 use crate::sparse::simd::{Simd, SimdPair};
-use crate::statics::solution::{FOLLOWED, MOST_PARTS};
+use crate::statics::solution::{FOLLOWED, LEAST_PART, MOST_PARTS};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
 pub(super) use rates::Neighbour;
 pub(super) use single::{Single, at_rest};
-
-/// Shortest part of a bone's way that is still tried.
-const LEAST_PART: f64 = 1e-6;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {

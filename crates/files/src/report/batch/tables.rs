@@ -43,7 +43,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     let mut columns = muscle_columns::picked("subject,vowel,baseline,muscle");
     columns.extend(column::columns::<OfMuscle<'a>, _>([
         ("status", "", "whether the chains have mixed", |r| {
-            json!(r.record.posterior.as_ref().map(|p| p.status))
+            json!(r.record.posterior.as_ref().map(|p| p.diagnostics.status))
         }),
         ("change_median_n_per_m", "N/m", "median of the change of tension", |r| {
             change(r, |c| c.spread.median)
@@ -77,7 +77,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
         }),
         ("left_out_high_95", "", "upper end", |r| left_out(r, |l| l.spread.interval_95[1])),
         ("r_hat", "", "largest split R-hat of the posterior", |r| {
-            json!(r.record.posterior.as_ref().map(|p| p.r_hat))
+            json!(r.record.posterior.as_ref().map(|p| p.diagnostics.r_hat))
         }),
     ]));
     // Without the hash: its draws have seeds of their own.

@@ -13,7 +13,7 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
 use super::dynamics::bone_slips;
-use super::flat::{Flat, Places, STEEPEST_BONES_DEG, median_point, steep_deg};
+use super::flat::{Flat, Places, STEEPEST_BONES_DEG, steep_deg, upper_median_point};
 use super::map::ContourFrame;
 use super::{Map, Role};
 
@@ -166,7 +166,7 @@ impl SampleFrame {
     fn middle(&self, group: &[&Flat<'_>], moved: bool) -> Option<Point> {
         let first = group.first()?;
         let contour: Vec<Point> = Vec::from_iter(first.contour.iter().filter_map(|&channel| {
-            median_point(group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
+            upper_median_point(group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
                 let (axes, p) = (self.axes(frame)?, frame[channel]?);
                 let apart = (frame[self.mandible]? - axes.origin).norm();
                 let from_hyoid = if moved { axes.turned(p) } else { p - axes.origin };

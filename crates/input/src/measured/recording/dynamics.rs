@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::flat::median_point;
+use super::flat::upper_median_point;
 use super::map::BONE_SD_M;
 use super::{AlignedRecording, Mark};
 
@@ -264,7 +264,7 @@ impl<'a> PointCourses<'a> {
             let bones: Vec<Point> =
                 here.bones.iter().zip(&next.bones).filter_map(|(a, b)| Some((*b)? - (*a)?)).collect();
             let bones = bones.iter().sum::<Point>() / bones.len() as f64;
-            let middle = median_point(pairs.iter().map(|(d, _)| *d))?;
+            let middle = upper_median_point(pairs.iter().map(|(d, _)| *d))?;
             let unlike = pairs.iter().map(|(d, _)| (d - middle).norm()).fold(0.0, f64::max);
             let noise = pairs.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
             (pairs.len() >= 3).then_some((middle, bones, unlike, noise, next.time_s - here.time_s))

@@ -36,7 +36,7 @@ impl<'a> Flat<'a> {
 
     /// The median position of a channel, m.
     pub fn place(&self, channel: usize) -> Option<Point> {
-        median_point(self.places.iter().filter_map(|frame| frame[channel]))
+        upper_median_point(self.places.iter().filter_map(|frame| frame[channel]))
     }
 
     pub fn x(&self, channel: usize) -> Option<f64> {
@@ -182,7 +182,7 @@ fn number(name: &str) -> u64 {
     name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
 }
 
-pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
+pub(super) fn upper_median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
     let all: Vec<Point> = points.collect();
     let [x, y] = [0, 1].map(|axis| upper_median(all.iter().map(|p| p[axis])));
     Some(Point::new(x?, y?))

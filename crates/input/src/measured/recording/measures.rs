@@ -5,7 +5,7 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
 use super::dynamics::{FEW, NamedValue, PointCourses, bare};
-use super::flat::{median_point, steep_deg};
+use super::flat::{steep_deg, upper_median_point};
 use super::{AlignedRecording, names};
 
 /// A recording with its palate, the median positions of its channels, m, and their motion.
@@ -42,7 +42,7 @@ pub(super) fn length(points: &[Point]) -> f64 {
 impl<'a> Measures<'a> {
     pub fn of(recording: &'a AlignedRecording, palate: Option<&'a [Point]>) -> Self {
         let mut contour: Vec<_> = (0..recording.names().count())
-            .map(|p| median_point(recording.positions_over_time(p).map(|(_, mark)| mark.at)))
+            .map(|p| upper_median_point(recording.positions_over_time(p).map(|(_, mark)| mark.at)))
             .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());
@@ -61,7 +61,7 @@ impl<'a> Measures<'a> {
     /// The contour without points that are far from it, if it has at least so many others.
     pub fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
         let all = self.contour.iter().flatten().copied();
-        let centre = median_point(all.clone()).unwrap_or_default();
+        let centre = upper_median_point(all.clone()).unwrap_or_default();
         let near: Vec<Point> = all.filter(|p| (p - centre).norm() <= 0.15).collect();
         (near.len() >= least).then_some(near)
     }
@@ -110,7 +110,7 @@ impl<'a> Measures<'a> {
     /// The diameter that contains half of the points, so that one distant point does not make it large.
     pub fn contour_width_mm(&self) -> Option<NamedValue> {
         let contour = self.contour.iter().flatten().copied();
-        let centre = median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
+        let centre = upper_median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
         upper_median(contour.map(|p| (p - centre).norm())).map(|r| bare(2.0 * r * MM))
     }
 
@@ -129,7 +129,7 @@ impl<'a> Measures<'a> {
         let places = self.contour.iter().chain(&self.sensors).chain(&self.bones);
         let named = self.recording.names().zip(places);
         let all: Vec<(&String, Point)> = named.filter_map(|(n, p)| Some((n, (*p)?))).collect();
-        let centre = median_point(all.iter().map(|a| a.1)).filter(|_| all.len() >= 4);
+        let centre = upper_median_point(all.iter().map(|a| a.1)).filter(|_| all.len() >= 4);
         let Some(centre) = centre else { return Vec::new() };
         Vec::from_iter(all.iter().map(|(n, p)| ((p - centre).norm() * MM, (*n).clone())))
     }

@@ -10,7 +10,7 @@ use tongue_core::statistics::upper_median;
 use super::super::error::ReadError;
 use super::contour_frame::{self, SampleFrame};
 use super::dynamics::FEW;
-use super::flat::{Flat, median_point};
+use super::flat::{Flat, upper_median_point};
 use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, names};
 
 /// Usual distance of the first coil behind the tip, m.
@@ -184,7 +184,7 @@ impl AlignedRecording {
 impl Flat<'_> {
     /// From the first to the last seen point of the contour, m: the median of all frames.
     fn rise_of_contour(&self) -> Option<Point> {
-        median_point(self.places.iter().filter_map(|frame| {
+        upper_median_point(self.places.iter().filter_map(|frame| {
             let mut seen = self.contour.iter().filter_map(|&c| frame[c]);
             let first = seen.next()?;
             Some(seen.next_back()? - first)

@@ -144,7 +144,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
                         br;
                         span.interval { (format!("{:.2}", change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },
-                    None => td title=(r.record.posterior.as_ref().map_or("", |p| p.why.as_str())) { "not mixed" },
+                    None => td title=(r.record.posterior.as_ref().map_or("", |p| p.diagnostics.why.as_str())) { "not mixed" },
                 }
             }
         }
