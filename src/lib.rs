@@ -213,7 +213,7 @@ pub mod measured {
             remove_outliers,
         };
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::recording::{Fault, Mark, WITHOUT_BONES, Waveform, is_coil};
+        pub(crate) use tongue_input::measured::recording::{Mark, Waveform, is_coil};
     }
 }
 
@@ -247,7 +247,7 @@ pub mod posterior {
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::posterior::{AuxiliaryData, OverSpeakers, StretchSummary};
+    pub(crate) use tongue_infer::posterior::{AuxiliaryData, Contrast, OverSpeakers, StretchSummary};
     pub use tongue_infer::posterior::{
         Draw, Posterior, PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun,
         Status, Summary, Verdict,
@@ -261,9 +261,9 @@ pub mod report {
         AnimationFrame, Conclusion, EscapeControl, FormantsRecord, Markdown, OfBody, Panel, Pvd,
         RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
         Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
-        discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns, limit_of_plane, over_speakers,
-        panels, placed, prior_interval_n, repeated, repeats_columns, segments_csv, solid, status_name, tally,
-        timelines, track_csv, views, vowel, wrapped,
+        courses_columns, discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns,
+        limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated, repeats_columns,
+        segments_csv, solid, status_name, tally, timelines, track_csv, views, vowel, wrapped,
     };
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
@@ -284,7 +284,7 @@ pub mod report {
         pub use tongue_files::report::batch::Shard;
         #[cfg(feature = "cli")]
         pub(crate) use tongue_files::report::batch::{
-            Batch, FinishedFits, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast, columns, digests,
+            Batch, FinishedFits, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast, digests,
             over_subjects, sha256, subject_contrasts, write_files, write_json,
         };
 
@@ -301,12 +301,14 @@ pub mod run {
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
     pub use tongue_files::run::{
-        BodySource, FitRun, Kind, PlaneBody, PosteriorRun, SampledPosterior, Solved, TrackRun, VerdictSource,
+        BodySource, FitRun, Kind, PlaneBody, PosteriorRun, SampledPosterior, ScreenedRecording, Solved,
+        TrackRun, VerdictSource,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::{
-        EffectRow, Equilibrium, MotionRun, MuscleEffect, Published, RowPosteriors, SampledMotion, SoundRun,
-        SpaceSource, SpaceTrack, SpaceTrackRun, TongueSound, TongueSoundRecord, TrackedBody,
+        EffectRow, Equilibrium, MotionRun, MuscleEffect, Published, RowPosteriors, STEP_ERROR_MM,
+        SampledMotion, SoundRun, SpaceSource, SpaceTrack, SpaceTrackRun, TongueSound, TongueSoundRecord,
+        TrackedBody, bones_apart_m, check_scale,
     };
 }
 
@@ -377,7 +379,7 @@ pub(crate) mod suggest {
 #[cfg(feature = "cli")]
 pub(crate) mod surgery {
     //! Surgery of a tongue in space, in words.
-    pub(crate) use tongue_files::surgery::{FillingKind, OperationRecord, Surgery};
+    pub(crate) use tongue_files::surgery::{FillingKind, Operation, OperationRecord, Surgery};
 }
 
 pub mod system {
@@ -400,8 +402,8 @@ pub mod track {
     pub use tongue_core::observe::TongueSurface;
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::track::{
-        Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch,
-        add_formants, is_untrusted,
+        Comparison, Displacement, FEWEST, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch, add_formants,
+        is_untrusted,
     };
     pub use tongue_infer::track::{TrackSettings, Tracked, TrackedRecording};
 }

@@ -121,7 +121,7 @@ pub fn fit_rows<'py>(
     let table = Arc::clone(&data);
     let run = aside_on(py, &threads, move || {
         let plan = batch::plan(&table, &selection).map_err(refused)?;
-        BatchRun::new(plan, settings, &body, &model).map_err(refused)
+        BatchRun::new((&table, plan), settings, (&body, &model), None).map_err(refused)
     })??;
     let (all, refusals) = (run.plan.jobs.len(), run.plan.refusals.clone());
     let not_fitted = data

@@ -9,11 +9,12 @@ use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
+use tongue_fit::run::{self, ScreenedRecording};
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, PriorArguments};
 use super::track_files::BodyFile;
-use super::{Global, Outcome, body, inputs, output, recording_checks, table};
+use super::{Global, Outcome, body, inputs, output, table};
 
 /// Most frames of recordings in the picture.
 const DRAWN_FRAMES: usize = 20;
@@ -69,12 +70,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
                 bail!("name recordings of the speaker, or --landmarks of one posture at rest");
             }
-            let (recordings, left_out) = arguments.recordings.screened(arguments.recordings.read()?, None)?;
-            recording_checks::check_points(&recordings, &given.body)?;
+            let (recordings, left_out) =
+                arguments.recordings.screened(&arguments.recordings.read()?, None)?;
+            ScreenedRecording::check_points(&recordings, &given.body).into_diagnostic()?;
             is_whole = left_out.is_empty();
-            implausible = recording_checks::with_implausible(&recordings, None);
+            implausible = ScreenedRecording::implausible(&recordings);
             notes = left_out;
-            notes.extend(recording_checks::notes(&recordings, &given.body, &[]));
+            notes.extend(ScreenedRecording::notes(&recordings, &given.body, &[]));
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
             let basis = AdaptationInput { palate, ..basis };
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
@@ -86,8 +88,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (speaker.into_diagnostic()?, drawn(&seen))
         }
     };
-    let apart_m = recording_checks::bones_apart_m(&speaker.followed);
-    speaker.notes.extend(recording_checks::check_scale(speaker.similarity.scale(), apart_m)?);
+    let apart_m = run::bones_apart_m(&speaker.followed);
+    speaker.notes.extend(run::check_scale(speaker.similarity.scale(), apart_m).into_diagnostic()?);
     let out = global.folder("results/speaker")?;
     let mut doubts = speaker.doubts(&given.body);
     doubts.extend(implausible);

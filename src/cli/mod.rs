@@ -20,7 +20,6 @@ mod outcome;
 mod output;
 mod page;
 mod posterior;
-mod recording_checks;
 mod recordings;
 mod scene;
 mod scene_table;

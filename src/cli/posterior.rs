@@ -10,7 +10,7 @@ use tongue_fit::report::fixed;
 use tongue_fit::run::SampledPosterior;
 use tongue_fit::system::Model;
 
-use super::table::rows;
+use super::table::{difference, rows};
 use super::{Global, body, inputs, output};
 
 /// Said of every baseline but /ɯ/.
@@ -139,20 +139,10 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
 /// In which muscles a posture surely differs from others that were sampled with it.
 fn told_contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
     let own = &sampled.posterior.density.seen.labels[posture];
-    let mut text = String::new();
-    for c in sampled.contrasts.iter().filter(|c| c.is_decided() && (c.a == *own || c.b == *own)) {
-        let (sign, other) = if c.a == *own { (1.0, &c.b) } else { (-1.0, &c.a) };
-        let word = if sign * (c.probability_more - 0.5) > 0.0 { "harder" } else { "less" };
-        let sure = c.probability_more.max(1.0 - c.probability_more);
-        let _ = writeln!(
-            text,
-            "{} pulls {word} in /{own}/ than in /{other}/: P {sure:.2}, by {} N/m",
-            c.muscle,
-            fixed((sign * c.median).abs(), 0)
-        );
-    }
-    text
+    let sure = sampled.contrasts.iter().filter(|c| c.is_decided() && [&c.a, &c.b].contains(&own));
+    sure.map(|c| difference(c) + "\n").collect()
 }
+
 fn range(ends: [f64; 2], digits: usize) -> String {
     format!("{} to {}", fixed(ends[0], digits), fixed(ends[1], digits))
 }

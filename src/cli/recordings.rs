@@ -7,10 +7,8 @@ use miette::{IntoDiagnostic, WrapErr, ensure, miette};
 use tongue_fit::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{
-    AlignedRecording, Fault, Format, Map, Recording, Severity, Waveform, check_plausibility, other_size,
-    remove_outliers,
-};
+use tongue_fit::measured::recording::{Format, Map, Recording, Waveform};
+use tongue_fit::run::ScreenedRecording;
 use tongue_fit::track::TrackSettings;
 
 use super::{body, inputs, output};
@@ -99,17 +97,6 @@ pub struct Loaded {
     pub recording: Recording,
 }
 
-pub struct Screened {
-    pub seen: AlignedRecording,
-    /// The sound beside its file.
-    pub sound: Option<Waveform>,
-    pub faults: Vec<Vec<Fault>>,
-    /// The given palate in the frame of the body, m.
-    pub palate: Option<Vec<Point>>,
-    /// Whether no note says that its results cannot be trusted.
-    pub is_trusted: bool,
-}
-
 impl Arguments {
     pub fn map(&self) -> miette::Result<Map> {
         let Some(path) = &self.map else { return Ok(Map::default()) };
@@ -183,47 +170,18 @@ impl Arguments {
     /// Recordings of one speaker without outliers, and a sentence for each that is left out because nothing can be read from it.
     pub fn screened(
         &self,
-        read: Vec<Loaded>,
-        palate: Option<&[Point]>,
-    ) -> miette::Result<(Vec<Screened>, Vec<String>)> {
-        let (map, own) = (self.map()?, self.palate()?);
-        let (mut all, mut left_out): (Vec<Screened>, Vec<String>) = (Vec::new(), Vec::new());
-        let recordings: Vec<&Recording> = read.iter().map(|one| &one.recording).collect();
-        for (Loaded { file, sound, .. }, seen) in read.iter().zip(AlignedRecording::all(&recordings, &map)) {
-            let mut seen = seen.into_diagnostic().wrap_err_with(|| file.clone())?;
-            let side = if seen.mirrored { -1.0 } else { 1.0 };
-            let own = own.as_ref().map(|p| {
-                let points = p.iter().map(|p| Point::new(side * p.x, p.y));
-                points.map(|p| map.placement().map_or(p, |to| to.place(p))).collect::<Vec<_>>()
-            });
-            let told = check_plausibility(&seen, own.as_deref());
-            if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
-                left_out.push(format!("{file}, {}: {}", seen.name, doubt.said));
-                continue;
-            }
-            let is_trusted = told.iter().all(|d| d.severity < Severity::Untrusted);
-            seen.notes.extend(told.into_iter().map(|d| d.said));
-            let faults = remove_outliers(&mut seen, own.as_deref().or(palate));
-            // Names distinguish recordings in every output.
-            let same = all.iter().filter(|s| s.seen.name == seen.name).count();
-            if same > 0 {
-                seen.name = format!("{} ({})", seen.name, same + 1);
-            }
-            output::step(|| {
-                let (points, sensors) = (seen.contour.len(), seen.sensors.len());
-                format!(
-                    "{}: {} frames, {points} contour points, {sensors} sensors, bones: {}; not used: {}",
-                    seen.name,
-                    seen.frames.len(),
-                    list(&seen.bones),
-                    list(&seen.ignored)
-                )
-            });
-            let sound = sound
-                .as_deref()
-                .and_then(|path| Waveform::read(path).map_err(|why| seen.notes.push(why)).ok());
-            all.push(Screened { seen, sound, faults, palate: own, is_trusted });
+        read: &[Loaded],
+        of_body: Option<&[Point]>,
+    ) -> miette::Result<(Vec<ScreenedRecording>, Vec<String>)> {
+        let speakers: BTreeSet<&str> = read.iter().filter_map(|r| r.recording.speaker.as_deref()).collect();
+        if speakers.len() > 1 {
+            return Err(of_several(speakers, "each needs a body of his or her own"));
         }
+        let (map, own) = (self.map()?, self.palate()?);
+        let files = read.iter().map(|one| (one.file.as_str(), &one.recording, one.sound.as_deref()));
+        let palates = [own.as_deref(), of_body];
+        let screened = ScreenedRecording::all(&files.collect::<Vec<_>>(), &map, palates, &output::tell_step);
+        let (all, left_out) = screened.into_diagnostic()?;
         if all.is_empty() {
             return Err(match (left_out.first(), &self.speaker) {
                 (Some(why), _) => miette!("{why}"),
@@ -231,15 +189,7 @@ impl Arguments {
                 (None, Some(speaker)) => miette!("--speaker {speaker}: no recording is of this speaker"),
             });
         }
-        left_out.iter_mut().for_each(|why| *why = format!("left out: {why}"));
-        let speakers: BTreeSet<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
-        if speakers.len() > 1 {
-            return Err(of_several(speakers, "each needs a body of his or her own"));
-        }
-        while let Some((number, doubt)) = other_size(&all.iter().map(|s| &s.seen).collect::<Vec<_>>()) {
-            left_out.push(format!("left out: {}: {}", all.remove(number).seen.name, doubt.said));
-        }
-        Ok((all, left_out))
+        Ok((all, left_out.into_iter().map(|why| format!("left out: {why}")).collect()))
     }
 }
 
@@ -252,10 +202,6 @@ pub fn of_several<'a>(speakers: impl IntoIterator<Item = &'a str>, why: &str) ->
         speakers.join(", "),
         speakers.first().unwrap_or(&"")
     )
-}
-
-fn list(names: &[String]) -> String {
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 pub struct GivenRecordings {

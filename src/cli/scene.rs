@@ -58,9 +58,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             Ok(Outcome::Good)
         }
         SceneAction::Explain(which) => {
-            let plan = match prepared(&load(&which.name)?)? {
-                Ready::Flat(p) => p.plan,
-                Ready::Solid(p) => p.plan,
+            let scene = load(&which.name)?;
+            let plan = match body::build(&scene).into_diagnostic()? {
+                AnyBody::Flat(body) => prepare(&scene, body).into_diagnostic()?.plan,
+                AnyBody::Solid(body) => prepare(&scene, body).into_diagnostic()?.plan,
             };
             output::tell(global, &plan, || scene_table::plan(&plan))?;
             Ok(Outcome::Good)
@@ -89,25 +90,13 @@ fn load(path: &Path) -> miette::Result<Scene> {
     Scene::from_toml(&text, &name).into_diagnostic()
 }
 
-enum Ready {
-    Flat(Prepared<2>),
-    Solid(Prepared<3>),
-}
-
-fn prepared(scene: &Scene) -> miette::Result<Ready> {
-    scene.check().into_diagnostic()?;
-    Ok(match body::build(scene).into_diagnostic()? {
-        AnyBody::Flat(b) => Ready::Flat(prepare(scene, b).into_diagnostic()?),
-        AnyBody::Solid(b) => Ready::Solid(prepare(scene, b).into_diagnostic()?),
-    })
-}
-
 fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
     let out = global.given_folder()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
-    let (result, by, written) = match prepared(&scene)? {
-        Ready::Flat(p) => {
+    let (result, by, written) = match body::build(&scene).into_diagnostic()? {
+        AnyBody::Flat(body) => {
+            let p = prepare(&scene, body).into_diagnostic()?;
             let contact = p.wall.is_some();
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec());
             let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
@@ -117,7 +106,8 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
                 report::tongue(&SectionPicture { contact, ..section })
             })?
         }
-        Ready::Solid(p) => {
+        AnyBody::Solid(body) => {
+            let p = prepare(&scene, body).into_diagnostic()?;
             let body = p.body.is_activated().then(|| upright(&p.body));
             answered(&scene, p, to, |mesh, shape, result| match &body {
                 None => report::solid(mesh, shape, &scene.title),

@@ -7,7 +7,7 @@ use tongue_fit::report;
 use tongue_fit::scene::run::SceneOutcome;
 use tongue_fit::scene::{ScenePlan, force_unit};
 
-use super::table::{self, left, rows, table};
+use super::table::{self, left, rows};
 use super::word;
 
 const REASON: usize = 50;
@@ -15,20 +15,14 @@ const REASON: usize = 50;
 /// What is simulated, what is left out, and why.
 pub fn plan(plan: &ScenePlan) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", plan.title, plan.body, plan.method);
-    let mut t = table(&["effect", "", "elements", "µs", "why"]);
-    for e in &plan.effects {
-        let (mark, elements, cost) = if e.simulated {
-            ("on", e.elements.to_string(), format!("{:.1}", e.estimated_us))
+    let mut t = rows(&["effect", "", "elements", "µs", "why"], &plan.effects, |e| {
+        let [mark, elements, cost] = if e.simulated {
+            ["on".to_owned(), e.elements.to_string(), format!("{:.1}", e.estimated_us)]
         } else {
-            ("-", String::new(), String::new())
+            ["-".to_owned(), String::new(), String::new()]
         };
-        for (i, line) in report::wrapped(&e.why, REASON).into_iter().enumerate() {
-            match i {
-                0 => t.add_row([e.effect, mark, &elements, &cost, &line]),
-                _ => t.add_row(["", "", "", "", &line]),
-            };
-        }
-    }
+        [e.effect.to_owned(), mark, elements, cost, report::wrapped(&e.why, REASON).join("\n")]
+    });
     left(&mut t, 4);
     let _ = writeln!(text, "{t}\n");
     let mut t = rows(&["muscle", "", "why"], &plan.muscles, |m| {

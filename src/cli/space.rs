@@ -5,8 +5,8 @@ use miette::{IntoDiagnostic, bail, miette};
 use tongue_fit::body::{Body, Unit};
 use tongue_fit::report;
 use tongue_fit::run::{Solved, SpaceSource};
-use tongue_fit::surgery::{FillingKind, OperationRecord, Surgery};
-use tongue_fit::system::{MusclesAs, SpaceModel, System};
+use tongue_fit::surgery::{FillingKind, Operation, Surgery};
+use tongue_fit::system::{MusclesAs, SpaceModel};
 
 use super::inputs::choice;
 use super::{Global, Outcome, drive, output};
@@ -128,35 +128,25 @@ pub fn run(
     let all = activations(&arguments.activation, &whole)?;
     let model = arguments.model.model()?;
     let surgery = arguments.surgery.surgery();
-    let operated = surgery.as_ref().map(|s| s.operate(&whole)).transpose().into_diagnostic()?;
+    let operation = surgery.map(|surgery| Operation::new(&surgery, whole.clone()));
+    let operation = operation.transpose().into_diagnostic()?;
     let out = global.given_folder()?;
-    let mut solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step).into_diagnostic()?;
-    let (mut body, mut operation) = (&whole, None);
-    if let Some((surgery, operated)) = surgery.as_ref().zip(operated.as_ref()) {
-        let before = solved.positions;
-        body = &operated.body;
-        let left: Vec<f64> = operated.muscles.iter().map(|&m| all[m]).collect();
-        solved = Solved::in_space(body, &model, &left, direct, &output::tell_step).into_diagnostic()?;
-        let mut record = OperationRecord::new(surgery, &whole, operated, [&before, &solved.positions]);
-        if surgery.make_up {
-            // Both sides are searched, also where one half was enough for the equilibrium.
-            let system = System::in_space(body, &model).into_diagnostic()?;
-            surgery.make_up(&mut record, whole.tip(), (body, &system), &before).into_diagnostic()?;
-            if record.made_up_by.is_none() {
+    let solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step).into_diagnostic()?;
+    let (body, solved, changed, shapes) = match &operation {
+        None => (&whole, solved, None, "at rest (light) and deformed"),
+        Some(operation) => {
+            let after = operation.solved(&solved, &model, direct, &output::tell_step);
+            let (after, changed) = after.into_diagnostic()?;
+            if arguments.surgery.make_up && changed.made_up_by.is_none() {
                 output::note(
                     "the tip itself is removed, so no activations are searched that would bring it back",
                 );
             }
+            (operation.body(), after, Some(changed), "before surgery (light) and after it")
         }
-        operation = Some(record);
-    }
-    let active = whole.active(&all).into_iter().map(|(name, a)| format!(", {name} {a}"));
-    let shapes = if operation.is_some() {
-        "before surgery (light) and after it"
-    } else {
-        "at rest (light) and deformed"
     };
+    let active = whole.active(&all).into_iter().map(|(name, a)| format!(", {name} {a}"));
     let title = format!("Tongue in space{}: {shapes}", active.collect::<String>());
-    let picture = report::views(body, &solved.positions, &solved.pulls, &title, operation.as_ref());
-    output::answer_equilibrium(body, &solved, operation, picture, (out.as_ref(), global))
+    let picture = report::views(body, &solved.positions, &solved.pulls, &title, changed.as_ref());
+    output::answer_equilibrium(body, &solved, changed, picture, (out.as_ref(), global))
 }

@@ -12,11 +12,11 @@ use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu, tally};
-use tongue_fit::run::{SpaceSource, SpaceTrack, SpaceTrackRun};
+use tongue_fit::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackRun};
 use tongue_fit::system::TissueModel;
 
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, recording_checks, recordings, table, untrusted, word};
+use super::{Global, Outcome, output, recordings, table, untrusted, word};
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
@@ -153,7 +153,7 @@ fn recorded(
     recordings: &recordings::Arguments,
     as_is: bool,
 ) -> miette::Result<(Recorded, Vec<String>, Option<String>)> {
-    let (screened, left_out) = recordings.screened(recordings.read()?, None)?;
+    let (screened, left_out) = recordings.screened(&recordings.read()?, None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
     // The built-in body has the outline of the tongue in the plane, whose bones are marked where recordings mark them.
@@ -170,7 +170,8 @@ fn recorded(
             .to_owned(),
     ];
     if let Some(placed) = &found.placed {
-        notes.extend(recording_checks::check_scale(placed.similarity.scale(), placed.bones_apart_m)?);
+        let unusual = run::check_scale(placed.similarity.scale(), placed.bones_apart_m);
+        notes.extend(unusual.into_diagnostic()?);
         notes.push(format!(
             "the body was placed by what was seen: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
              degrees, which the widths of activations do not include",
@@ -182,7 +183,7 @@ fn recorded(
         screened.iter().flat_map(|r| r.seen.notes.iter().map(|note| format!("{}: {note}", r.seen.name))),
     );
     notes.extend(left_out);
-    Ok((found, notes, recording_checks::with_implausible(&screened, None)))
+    Ok((found, notes, ScreenedRecording::implausible(&screened)))
 }
 
 fn text(record: &SpaceTrackRecord) -> String {

@@ -7,7 +7,7 @@ use comfy_table::{Cell, CellAlignment, Table, presets};
 use tongue_fit::choice::name_of;
 use tongue_fit::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::posterior::OverSpeakers;
+use tongue_fit::posterior::{Contrast, OverSpeakers};
 use tongue_fit::report::column::{self, Column};
 use tongue_fit::report::{self, OfBody, SimulationRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
@@ -254,6 +254,12 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
             writeln!(text, "\none muscle left out, as a distribution\n\n{scores}\n{}\n", posterior.verdict);
     }
     text + &format!("{wall_s:.0} s\n\n")
+}
+
+/// A difference between labels that is probable, with its size.
+pub(super) fn difference(c: &Contrast) -> String {
+    let [by, low, high] = c.size().map(|n| report::fixed(n, 1));
+    format!("{}, by {by} ({low} to {high}) N/m", c.said().unwrap_or_default())
 }
 
 /// The differences between labels in which most speakers agree, a line each.

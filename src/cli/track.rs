@@ -7,18 +7,18 @@ use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
-use tongue_fit::run::TrackRun;
+use tongue_fit::run::{ScreenedRecording, TrackRun};
 use tongue_fit::statistics::distinct;
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 
 use super::inputs::choice_among;
-use super::recordings::{self, GivenRecordings, Loaded, PriorArguments, Screened};
+use super::recordings::{self, GivenRecordings, Loaded, PriorArguments};
 use super::track_files::{BodyFile, Done};
 use super::track_sound::FORMANTS;
 use super::{
-    Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
-    track_speakers, track_table,
+    Global, Outcome, body, output, space_track, track_files, track_run, track_sound, track_speakers,
+    track_table,
 };
 
 #[derive(Debug, Clone, clap::Args)]
@@ -135,8 +135,7 @@ fn one(
     // The palate of a drawn body is where the speaker's is only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
-    let (recordings, mut left_out) = arguments.recordings.screened(read, palate)?;
-    recording_checks::check_points(&recordings, &given.body)?;
+    let (recordings, mut left_out) = arguments.recordings.screened(&read, palate)?;
     let contracting = contracting(arguments, &given.body)?;
     let hide = hidden(arguments, &recordings)?;
     let settings = TrackSettings {
@@ -150,7 +149,6 @@ fn one(
         Some(name) => settings.of_speaker(name),
         None => settings,
     };
-    let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
     let basis = AdaptationInput { contracting, palate: wall, ..given.basis(&arguments.body, settings) };
     let run = TrackRun {
@@ -163,14 +161,7 @@ fn one(
     };
     let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen).into_diagnostic().wrap_err("--free-bone")?;
-
-    if is_given {
-        recording_checks::check_frame(&recordings, &track_run::speaker(&run, &seen)?.followed)?
-    } else {
-        let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
-        notes.extend(placed.doubt());
-        notes.extend(recording_checks::check_scale(placed.similarity.scale(), placed.bones_apart_m)?);
-    }
+    let mut notes = run.check(&recordings).into_diagnostic()?;
     let sound = arguments.sound.read()?;
     let speaker = track_run::speaker(&run, &seen)?;
     let contact = run.wall(&speaker.body, &output::note).into_diagnostic()?;
@@ -195,17 +186,7 @@ fn one(
         run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
     })?;
     // Recordings that the body cannot reach are left out.
-    let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
-    for (r, found) in recordings.iter().zip(found) {
-        match recording_checks::out_of_reach(&r.seen, &found.frames, !is_given) {
-            Some(why) => unmet.push(format!("{}: {why}", r.seen.name)),
-            None => {
-                let own = RecordingResult::new(&r.seen, &r.faults, run.freed(&r.seen), found);
-                results.push(RecordingResult { sound: r.sound.clone(), ..own });
-                met.push(&r.seen);
-            }
-        }
-    }
+    let (results, met, unmet) = run.results(&recordings, found);
     if let Some(why) = unmet.first().filter(|_| met.is_empty()) {
         // Why they cannot be reached may be in a note.
         notes.iter().for_each(|n| output::note(n));
@@ -214,9 +195,10 @@ fn one(
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
-    notes.extend(recording_checks::left_out(&recordings, &results));
+    notes.extend(ScreenedRecording::left_out(&recordings, &results));
     let untrusted = untrusted(&results, &mut notes);
-    let untrusted = recording_checks::with_implausible(&recordings, untrusted);
+    let untrusted = ScreenedRecording::implausible(&recordings).into_iter().chain(untrusted);
+    let untrusted = untrusted.reduce(|all, next| format!("{all}; {next}"));
     let outcome = Outcome::of_reason(untrusted.clone());
     let mut record = run.record(&speaker, &seen, &met, results);
     (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
@@ -277,7 +259,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usiz
     Ok(numbers)
 }
 
-fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<String>> {
+fn hidden(arguments: &Arguments, recordings: &[ScreenedRecording]) -> miette::Result<Vec<String>> {
     let mut out = Vec::new();
     for word in &arguments.hold_out {
         let word = word.trim();

@@ -79,26 +79,20 @@ pub fn write(
         ("track.csv".to_owned(), Box::new(track_csv(record))),
         ("body.json".to_owned(), Box::new(Json(body))),
     ];
-    if results.recordings.iter().any(|one| !one.tracked.segments.is_empty()) {
-        files.push(("segments.csv".to_owned(), Box::new(segments_csv(results))));
-    }
-    if record.formants.is_some() {
-        files.push(("formants.csv".to_owned(), Box::new(formants_csv(results))));
-    }
-    if !record.comparisons.is_empty() {
-        files.push(("contrasts.csv".to_owned(), Box::new(contrasts(&record.comparisons))));
-    }
-    let mut others: Vec<NamedExport<'_>> = Vec::new();
     let wants = |also: Also| arguments.also.contains(&also);
-    if let Some(found) = record.repeats.as_ref().filter(|_| wants(Also::Repeats)) {
-        files.push((
-            "repeats.csv".to_owned(),
-            Box::new(column::table(&repeats_columns(found), &found.muscles.0)),
-        ));
-    }
-    if wants(Also::Draws) {
-        files.push(("draws.csv".to_owned(), Box::new(draws_csv(results))));
-    }
+    let has_segments = results.recordings.iter().any(|one| !one.tracked.segments.is_empty());
+    let repeats = record.repeats.as_ref().filter(|_| wants(Also::Repeats));
+    let repeats = repeats.map(|found| column::table(&repeats_columns(found), &found.muscles.0));
+    let of_all: [(bool, &str, Box<dyn Export + '_>); 5] = [
+        (has_segments, "segments.csv", Box::new(segments_csv(results))),
+        (record.formants.is_some(), "formants.csv", Box::new(formants_csv(results))),
+        (!record.comparisons.is_empty(), "contrasts.csv", Box::new(contrasts(&record.comparisons))),
+        (repeats.is_some(), "repeats.csv", Box::new(repeats.unwrap_or_default())),
+        (wants(Also::Draws), "draws.csv", Box::new(draws_csv(results))),
+    ];
+    let of_all = of_all.into_iter().filter(|(is_there, ..)| *is_there);
+    files.extend(of_all.map(|(_, name, made)| (name.to_owned(), made)));
+    let mut others: Vec<NamedExport<'_>> = Vec::new();
     for (nth, one) in results.recordings.iter().enumerate() {
         let number = nth + 1;
         let shown = one.tracked.frames.iter().filter(|f| !f.positions.is_empty());

@@ -8,18 +8,18 @@ use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch::journal::{Journal, JournalEntry};
 use tongue_fit::report::batch::sha256;
-use tongue_fit::run::{TrackRun, TrackedBody};
+use tongue_fit::run::{self, TrackRun, TrackedBody};
 use tongue_fit::track::{TrackedRecording, Watch};
 
 use super::recordings::GivenRecordings;
-use super::{batch, output, recording_checks};
+use super::{batch, output};
 
 /// The given body, or one adapted to these recordings, with a bar of its progress.
 pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
     let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))?;
     let made = made.into_diagnostic()?;
     if let Some(similarity) = &made.similarity {
-        recording_checks::check_scale(similarity.scale(), recording_checks::bones_apart_m(&made.followed))?;
+        run::check_scale(similarity.scale(), run::bones_apart_m(&made.followed)).into_diagnostic()?;
         output::step(|| {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, similarity.scale())

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use tongue_fit::report::{
-    TrackRecord, fixed, held_out_columns, placed, prior_interval_n, repeated, repeats_columns,
+    TrackRecord, courses_columns, fixed, held_out_columns, placed, prior_interval_n, repeated,
+    repeats_columns,
 };
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW, Tracked};
+use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW};
 
-use super::table::{self, counted};
+use super::table::{self, counted, difference, listed};
 
 pub fn track(record: &TrackRecord) -> String {
     let frames = || record.results.frames().map(|(_, frame)| frame);
@@ -26,22 +27,7 @@ pub fn track(record: &TrackRecord) -> String {
     }
     let compared = record.comparisons.first();
     text += &compared.map(contrasts).unwrap_or_default();
-    let mut header =
-        vec!["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"];
-    header.extend(compared.map(|_| "labels"));
-    let t = table::rows(&header, record.courses.iter().enumerate(), |(i, course)| {
-        let of = |value: &dyn Fn(&Tracked) -> f64| median(frames().map(value));
-        let labels = compared.map(|c| known_or_not(c.muscles[i].known));
-        let cells = vec![
-            course.muscle.clone(),
-            format!("{:.1}", of(&|f| f.levels[i].median)),
-            format!("{:.1} to {:.1}", of(&|f| f.levels[i].low), of(&|f| f.levels[i].high)),
-            format!("{:.1}", course.course_width_n),
-            format!("{:.2}", course.reliability),
-            known_or_not(course.known),
-        ];
-        cells.into_iter().chain(labels)
-    });
+    let t = table::of(&courses_columns(record), &record.courses);
     let ([low, high], link) = (prior_interval_n(&record.settings), &record.settings.link);
     let _ = writeln!(
         text,
@@ -90,23 +76,16 @@ pub fn track(record: &TrackRecord) -> String {
     text + "\n"
 }
 
-fn known_or_not(known: bool) -> String {
-    if known { "known" } else { "NOT KNOWN" }.to_owned()
-}
-
 /// What is decided of the differences between labels.
 fn contrasts(compared: &Comparison) -> String {
     const MOST: usize = 20;
-    let mut text = format!("\n{}\n", compared.said());
-    let decided = compared.decided();
-    for c in decided.iter().take(MOST) {
-        let [by, low, high] = c.size().map(|n| fixed(n, 1));
-        let _ = writeln!(text, "{}, by {by} ({low} to {high}) N/m", c.said().unwrap_or_default());
-    }
-    if decided.len() > MOST {
-        let _ = writeln!(text, "... and {} more; contrasts.csv has all", decided.len() - MOST);
-    }
-    text
+    let decided = compared.decided().into_iter().map(difference);
+    format!("\n{}\n{}", compared.said(), lines(listed(decided, MOST, "\n")))
+}
+
+/// Lines of a text, of which each ends.
+fn lines(text: String) -> String {
+    if text.is_empty() { text } else { text + "\n" }
 }
 
 /// How shapes are reached that pulling all muscles together does not lead to.
@@ -128,19 +107,15 @@ fn ways(record: &TrackRecord) -> String {
             as_well.len()
         );
     }
-    for (recording, f) in off.iter().take(10) {
-        let _ = writeln!(
-            text,
+    let off = off.iter().map(|(recording, f)| {
+        format!(
             "{}, {:.3} s: no way to its shape was found; the nearest that is reached meets the points to {:.2} mm",
             recording.name,
             f.time_s,
             1e3 * f.reached_rms_m.unwrap_or(f64::NAN)
-        );
-    }
-    if off.len() > 10 {
-        let _ = writeln!(text, "... and {} more; the status of every frame is in track.csv", off.len() - 10);
-    }
-    text
+        )
+    });
+    text + &lines(listed(off, 10, "\n"))
 }
 
 fn freed(record: &TrackRecord) -> Vec<(String, String)> {

@@ -17,7 +17,7 @@ use tongue_fit::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
     TrajectoryRecord, Vtu,
 };
-use tongue_fit::run::{MotionRun, SampledMotion};
+use tongue_fit::run::{MotionRun, STEP_ERROR_MM, SampledMotion};
 use tongue_fit::system::System;
 
 use super::inputs::choice;
@@ -72,8 +72,6 @@ pub struct Arguments {
     force: bool,
 }
 
-const TOLERANCE_MM: f64 = 1e-6;
-
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
@@ -99,7 +97,7 @@ impl Arguments {
         match (self.dt, method.step_limit(motion)) {
             (Some(dt), _) => Control::Fixed(dt),
             (None, Some(limit)) if self.tolerance.is_none() => Control::Fixed(PART_OF_LIMIT * limit),
-            (None, _) => Control::Adaptive(1e-3 * self.tolerance.unwrap_or(TOLERANCE_MM)),
+            (None, _) => Control::Adaptive(1e-3 * self.tolerance.unwrap_or(STEP_ERROR_MM)),
         }
     }
 

@@ -6,11 +6,12 @@ use nalgebra::{SVector, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::run::Solved;
 use crate::simulation::SimulationError;
 use tongue_core::body::Body;
 use tongue_core::body::space::{Filling, Operated, Region, Side};
 use tongue_core::geometry::hexahedron;
-use tongue_core::system::System;
+use tongue_core::system::{SpaceModel, System};
 use tongue_infer::inverse::FitSettings;
 use tongue_infer::inverse::in_space::SpaceSearch;
 use tongue_input::measured::{ByMuscle, SpaceMark};
@@ -78,37 +79,6 @@ impl Surgery {
             return Err(SimulationError::Refused(said.to_owned()));
         }
         Ok(body.operated(&elements, filling)?)
-    }
-
-    /// Adds the activations that bring the tip, which is around a node, back to where it was before surgery, if these are asked for. The
-    /// operated body, its system and the positions before, m, are in any one frame.
-    pub fn make_up(
-        &self,
-        record: &mut OperationRecord,
-        tip: Option<usize>,
-        (operated, system): (&Body<3>, &System<3>),
-        before: &[Vector3<f64>],
-    ) -> Result<(), SimulationError> {
-        let Some(tip) = tip.filter(|_| self.make_up) else { return Ok(()) };
-        let rest = &operated.mesh.nodes;
-        let near = (0..rest.len())
-            .filter(|n| operated.mesh.fixed.binary_search(n).is_err())
-            .filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
-        let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
-        // The tip itself is removed.
-        if seen.is_empty() {
-            return Ok(());
-        }
-        let usual = SpaceSearch::default();
-        // Further starts ended at the same answer in all operations that were tried.
-        let settings = FitSettings { starts: 2, ..usual.settings };
-        let search = SpaceSearch { sides_apart: true, settings, ..usual };
-        let fit = search.fit(operated, system, &seen, None)?;
-        record.made_up_by = Some(ByMuscle::new(&fit.names, fit.activations_found()));
-        record.made_up_interval_95 = Some(ByMuscle::new(&fit.names, fit.intervals_95()));
-        record.made_up_to_mm = Some(1e3 * fit.rms_m);
-        record.before.made_up = fit.answer.positions;
-        Ok(())
     }
 }
 
@@ -178,15 +148,53 @@ pub struct BeforeSurgery {
     pub made_up: Vec<Vector3<f64>>,
 }
 
-impl OperationRecord {
-    pub fn new(
-        surgery: &Surgery,
-        body: &Body<3>,
-        operated: &Operated,
-        [before, after]: [&[Vector3<f64>]; 2],
-    ) -> Self {
-        let [tip_before_mm, tip_after_mm] = [before, after].map(|x| foremost_moved_mm(body, x));
-        Self {
+/// A tongue before and after its surgery, in its own axes.
+#[derive(Debug)]
+pub struct Operation {
+    surgery: Surgery,
+    pub whole: Body<3>,
+    operated: Operated,
+}
+
+impl Operation {
+    pub fn new(surgery: &Surgery, whole: Body<3>) -> Result<Self, SimulationError> {
+        Ok(Self { operated: surgery.operate(&whole)?, surgery: surgery.clone(), whole })
+    }
+
+    /// The body after it.
+    pub fn body(&self) -> &Body<3> {
+        &self.operated.body
+    }
+
+    /// The activations of the muscles that are left, of those of all muscles.
+    pub fn left(&self, all: &[f64]) -> Vec<f64> {
+        self.operated.muscles.iter().map(|&m| all[m]).collect()
+    }
+
+    /// The equilibrium after surgery at these activations of all muscles, and what has changed from that `before`; the rest is as in
+    /// [`Solved::in_space`].
+    pub fn solved(
+        &self,
+        before: &Solved<3>,
+        model: &SpaceModel,
+        direct: bool,
+        tell: &dyn Fn(&str),
+    ) -> Result<(Solved<3>, OperationRecord), SimulationError> {
+        let after = Solved::in_space(self.body(), model, &self.left(&before.pulls), direct, tell)?;
+        let mut record = self.record([&before.positions, &after.positions]);
+        if self.surgery.make_up {
+            // Both sides are searched, also where one half was enough for the equilibrium.
+            let system = System::in_space(self.body(), model)?;
+            self.make_up(&mut record, (self.body(), &system), &before.positions)?;
+        }
+        Ok((after, record))
+    }
+
+    /// What has changed from the positions of all nodes before surgery to those after it, m.
+    pub fn record(&self, [before, after]: [&[Vector3<f64>]; 2]) -> OperationRecord {
+        let Self { surgery, whole, operated } = self;
+        let [tip_before_mm, tip_after_mm] = [before, after].map(|x| foremost_moved_mm(whole, x));
+        OperationRecord {
             regions: surgery.operate.clone(),
             filling: surgery.filling,
             elements: operated.elements.len(),
@@ -199,12 +207,42 @@ impl OperationRecord {
             made_up_interval_95: None,
             made_up_to_mm: None,
             before: BeforeSurgery {
-                body: body.clone(),
+                body: whole.clone(),
                 positions: before.to_vec(),
                 elements: operated.elements.clone(),
                 made_up: Vec::new(),
             },
         }
+    }
+
+    /// Adds the activations that bring the tip back to where it was before surgery, if these are asked for. The operated body, its system
+    /// and the positions before, m, are in any one frame.
+    pub fn make_up(
+        &self,
+        record: &mut OperationRecord,
+        (operated, system): (&Body<3>, &System<3>),
+        before: &[Vector3<f64>],
+    ) -> Result<(), SimulationError> {
+        let Some(tip) = self.whole.tip().filter(|_| self.surgery.make_up) else { return Ok(()) };
+        let rest = &operated.mesh.nodes;
+        let near = (0..rest.len())
+            .filter(|n| operated.mesh.fixed.binary_search(n).is_err())
+            .filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
+        let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
+        // The tip itself is removed.
+        if seen.is_empty() {
+            return Ok(());
+        }
+        let usual = SpaceSearch::default();
+        // Further starts ended at the same answer in all operations that were tried.
+        let settings = FitSettings { starts: 2, ..usual.settings };
+        let search = SpaceSearch { sides_apart: true, settings, ..usual };
+        let fit = search.fit(operated, system, &seen, None)?;
+        record.made_up_by = Some(ByMuscle::new(&fit.names, fit.activations_found()));
+        record.made_up_interval_95 = Some(ByMuscle::new(&fit.names, fit.intervals_95()));
+        record.made_up_to_mm = Some(1e3 * fit.rms_m);
+        record.before.made_up = fit.answer.positions;
+        Ok(())
     }
 }
 

@@ -47,13 +47,8 @@ impl PreparedBatch {
             );
         }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
-        // An error that concerns all fits is reported before anything is written.
-        let mut run =
-            BatchRun::new(plan, batch::settings(arguments.method), &tongue, &model).into_diagnostic()?;
-        run.muscles = outputs::columns(&data, &run.body.mesh);
-        let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
-        let (mesh, settings) = (&run.body.mesh, &run.settings);
-
+        let (settings, how) = (batch::settings(arguments.method), &arguments.posterior);
+        let posterior_model = how.posterior_model(&tongue, &model)?;
         let command = line_of(words.to_vec());
         let rows =
             data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
@@ -62,19 +57,21 @@ impl PreparedBatch {
             rows,
             format!("{unreadable:?}"),
             format!("{selection:?}"),
-            format!("{mesh:?}"),
+            format!("{:?}", tongue.mesh),
             format!("{model:?}"),
             format!("{settings:?}"),
         ];
-        inputs.extend(posterior_model.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
+        inputs.extend(posterior_model.as_ref().map(|g| format!("{how:?} {:?}", g.priors)));
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
-        let how = &arguments.posterior;
-        run.posteriors = posterior_model.zip(selection.kinds.last()).map(|(model, &with)| RowPosteriors {
+        let posteriors = posterior_model.zip(selection.kinds.last());
+        let posteriors = posteriors.map(|(model, &with)| RowPosteriors {
             model,
             sampling: how.sampling(),
             joint: how.joint,
             with,
         });
+        // An error that concerns all fits is reported before anything is written.
+        let run = BatchRun::new((&data, plan), settings, (&tongue, &model), posteriors).into_diagnostic()?;
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
         Ok(Self { data, unreadable, run, provenance, key })

@@ -55,22 +55,12 @@ impl Table {
 
 impl Export for Table {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        write(out, by, self.columns.iter().map(String::as_str), self.rows.iter())
+        write(out, by, self.columns.iter().map(String::as_str), self.rows.iter(), false)
     }
 }
 
-/// Writes a table row by row, with the provenance behind every row.
+/// Writes a table row by row, with the provenance behind every row; in a long table only the first row has it.
 pub(super) fn write<'a>(
-    out: &mut dyn Write,
-    by: &Provenance,
-    columns: impl Iterator<Item = &'a str>,
-    rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<str>>>,
-) -> io::Result<()> {
-    write_with(out, by, columns, rows, false)
-}
-
-/// The same; in a long table only the first row has the provenance, and it is empty in the others.
-pub(super) fn write_with<'a>(
     out: &mut dyn Write,
     by: &Provenance,
     columns: impl Iterator<Item = &'a str>,
@@ -168,7 +158,7 @@ impl Export for Draws<'_> {
             let numbers = numbers.chain(of_others).map(|value| value.to_string());
             first.into_iter().chain(numbers).collect::<Vec<_>>()
         });
-        write(out, by, columns.iter().map(String::as_str), rows)
+        write(out, by, columns.iter().map(String::as_str), rows, false)
     }
 }
 

@@ -46,8 +46,8 @@ pub use tongue_page::TonguePage;
 #[cfg(feature = "files")]
 pub use track::TrackPage;
 pub use track::{
-    FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, draws_csv, fixed, formants_csv,
-    held_out_columns, over_speakers, placed, prior_interval_n, repeated, repeats_columns, segments_csv,
-    status_name, tally, track_csv,
+    FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns, draws_csv, fixed,
+    formants_csv, held_out_columns, over_speakers, placed, prior_interval_n, repeated, repeats_columns,
+    segments_csv, status_name, tally, track_csv,
 };
 pub use vtu::{Msh, Pvd, Vtu};

@@ -57,17 +57,19 @@ impl OfMuscle<'_> {
     }
 }
 
+/// The names of the columns of `fit.csv`, as [`picked`] takes them.
+pub(super) const OF_ONE_FIT: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,\
+    tension_n_per_m,rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
+    target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
+    target_stretch measured_stretch,residual_stretch stretch_residual";
+
 impl FitRecord {
     /// `fit.csv`.
     pub fn to_csv(&self) -> std::io::Result<String> {
-        const COLUMNS: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,tension_n_per_m,\
-            rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
-            target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
-            target_stretch measured_stretch,residual_stretch stretch_residual";
         let rows: Vec<_> = (0..self.fit.matched.muscles.len())
             .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
             .collect();
-        column::table(&picked(COLUMNS), &rows).text(&self.made_by)
+        column::table(&picked(OF_ONE_FIT), &rows).text(&self.made_by)
     }
 }
 

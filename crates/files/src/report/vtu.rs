@@ -137,25 +137,18 @@ impl<'a, const D: usize> Vtu<'a, D> {
     }
 
     fn arrays_of_hexahedra(&self) -> Vec<Array> {
-        let of = |name, components, value: &dyn Fn(&Hexahedron) -> String| {
-            let values = self.hexahedra.iter().map(value).collect();
-            Array { name, kind: "Float64", components, values }
-        };
-        let mesh = self.mesh;
+        let (mesh, each) = (self.mesh, || self.hexahedra.iter());
         let ratios = mesh.hexahedra.iter().map(|c| volume(self.positions, c) / volume(&mesh.nodes, c));
-        let active = |h: &Hexahedron| h.fibre.and(h.muscle).map_or(0.0, |muscle| self.tensions[muscle]);
+        let active = each().map(|h| h.fibre.and(h.muscle).map_or(0.0, |muscle| self.tensions[muscle]));
+        let stretches = each().map(|h| h.fibre.map_or(1.0, |(_, stretch)| stretch));
+        let fibres = each().map(|h| point(&h.fibre.map_or_else(Vector3::zeros, |(direction, _)| direction)));
+        let muscles = each().map(|h| h.muscle.map_or_else(|| "-1".to_owned(), |m| m.to_string()));
         vec![
-            Array {
-                values: ratios.map(|r| r.to_string()).collect(),
-                ..of("volume_ratio", 1, &|_| String::new())
-            },
-            of("activation", 1, &|h| active(h).to_string()),
-            of("stretch", 1, &|h| h.fibre.map_or(1.0, |(_, stretch)| stretch).to_string()),
-            of("fibre", 3, &|h| point(&h.fibre.map_or_else(Vector3::zeros, |(direction, _)| direction))),
-            Array {
-                kind: "Int64",
-                ..of("muscle", 1, &|h| h.muscle.map_or_else(|| "-1".to_owned(), |m| m.to_string()))
-            },
+            floats("volume_ratio", 1, texts(&mut { ratios }), Vec::new()),
+            floats("activation", 1, texts(&mut { active }), Vec::new()),
+            floats("stretch", 1, texts(&mut { stretches }), Vec::new()),
+            floats("fibre", 3, fibres.collect(), Vec::new()),
+            Array { name: "muscle", kind: "Int64", components: 1, values: muscles.collect() },
         ]
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use tongue_core::body::Body;
+use tongue_core::body::{Body, Mesh};
 use tongue_core::parallel;
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::alarms::THICKNESS_M;
@@ -24,6 +24,7 @@ use crate::report::{Provenance, ReportError, tally};
 pub struct BatchRun {
     pub plan: BatchPlan,
     pub body: Body<2>,
+    /// Names of its muscles in the order of columns: those that the table has, in its order, then the others.
     pub muscles: Vec<String>,
     pub model: Model,
     pub settings: FitSettings,
@@ -48,16 +49,20 @@ pub struct RowPosteriors {
 }
 
 impl BatchRun {
+    /// The fits of a table with this plan.
+    ///
+    /// # Errors
+    /// For a body and a model that make no system.
     pub fn new(
-        plan: BatchPlan,
+        (data, plan): (&Dataset, BatchPlan),
         settings: FitSettings,
-        body: &Body<2>,
-        model: &Model,
+        (body, model): (&Body<2>, &Model),
+        posteriors: Option<RowPosteriors>,
     ) -> Result<Self, FitError> {
         System::new(&body.mesh, model, &[])?;
-        let (known, muscles) = (PublishedFacts::built_in(), body.mesh.muscle_names());
-        let (posteriors, sampled) = (None, BTreeMap::new());
-        Ok(Self { plan, body: body.clone(), muscles, model: *model, settings, posteriors, known, sampled })
+        let (known, muscles) = (PublishedFacts::built_in(), in_order(data, &body.mesh));
+        let (body, model, sampled) = (body.clone(), *model, BTreeMap::new());
+        Ok(Self { plan, body, muscles, model, settings, posteriors, known, sampled })
     }
 
     /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why there is none, if one was asked
@@ -163,4 +168,17 @@ impl BatchRun {
             thickness_m: THICKNESS_M,
         }
     }
+}
+
+/// The names of a mesh's muscles: those that the table has, in its order, then the others.
+fn in_order(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
+    let known =
+        data.muscles().iter().filter(|name| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
+    let mut names: Vec<String> = known.cloned().collect();
+    for chain in &mesh.muscles {
+        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
+            names.push(chain.name.clone());
+        }
+    }
+    names
 }

@@ -10,15 +10,17 @@ pub(crate) mod equilibrium;
 mod fit;
 mod muscles;
 mod posterior;
+mod recordings;
 mod sound;
 mod track;
 
 #[cfg(feature = "files")]
 pub use batch::{BatchRun, RowPosteriors};
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
-pub use equilibrium::{Equilibrium, MotionRun, SampledMotion, Solved};
+pub use equilibrium::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion, Solved};
 pub use fit::{FitRun, Published, VerdictSource};
 pub use muscles::{EffectRow, MuscleEffect};
 pub use posterior::{PosteriorRun, SampledPosterior};
+pub use recordings::{ScreenedRecording, bones_apart_m, check_scale};
 pub use sound::{SoundRun, TongueSound, TongueSoundRecord};
 pub use track::{SpaceTrack, SpaceTrackRun, TrackRun, TrackedBody};

@@ -290,7 +290,7 @@ fn sessions(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
     out
 }
 
-fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
+pub(super) fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
     let followed = match adaptation {
         Some(a) => a.followed(&body),
         None => {

@@ -1,11 +1,11 @@
-//! The body of a scene; the tongue in space also before and after surgery.
+//! The body of a scene, with its surgery.
 
 use std::path::Path;
 
 use super::file::{Block, Cylinder, Scene, SceneBody, SceneSpace};
 use crate::run::{Kind, PlaneBody, SpaceSource};
 use crate::simulation::SimulationError;
-use tongue_core::body::space::Operated;
+use crate::surgery::Operation;
 use tongue_core::body::{Body, ContinuumSettings, DEFAULT_SPACING_M, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
 use tongue_input::bodies::AnyBody;
@@ -13,7 +13,9 @@ use tongue_input::bodies::AnyBody;
 const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
 
+/// The body of a scene, which is checked first.
 pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
+    scene.check()?;
     let body = &scene.body;
     let settings = ContinuumSettings::default();
     let made = match body {
@@ -23,7 +25,7 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
             return Ok(AnyBody::Flat(made.make(&mut |_| ())?));
         }
         SceneBody::TongueInSpace(given) => {
-            let left = Operation::of(scene)?.map(|operation| operation.operated.body);
+            let left = operation(scene)?.map(|operation| operation.body().clone());
             AnyBody::Solid(in_space(given, left.map_or_else(|| space_body(given), Ok)?)?)
         }
         SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
@@ -103,27 +105,12 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<Body<3>, SimulationError>
     Ok(source.make(given.unit, given.refined)?)
 }
 
-/// A tongue before and after its surgery, in its own axes.
-#[derive(Debug)]
-pub struct Operation {
-    pub(super) whole: Body<3>,
-    pub(super) operated: Operated,
-}
-
-impl Operation {
-    pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SimulationError> {
-        let Some(surgery) = &scene.surgery else { return Ok(None) };
-        let SceneBody::TongueInSpace(given) = &scene.body else {
-            return Err(SimulationError::contradiction(
-                "[surgery]",
-                scene.body_key(),
-                "only a tongue in space is operated",
-            ));
-        };
-        let whole = space_body(given)?;
-        let operated = surgery.operate(&whole).map_err(SimulationError::in_surgery)?;
-        Ok(Some(Self { whole, operated }))
-    }
+/// The surgery of a scene, if there is any: checked scenes have it of tongues in space alone.
+pub(super) fn operation(scene: &Scene) -> Result<Option<Operation>, SimulationError> {
+    let (Some(surgery), SceneBody::TongueInSpace(given)) = (&scene.surgery, &scene.body) else {
+        return Ok(None);
+    };
+    Operation::new(surgery, space_body(given)?).map(Some).map_err(SimulationError::in_surgery)
 }
 
 /// Activations of the muscles of a tongue, `left` by surgery if there was any.
@@ -134,9 +121,8 @@ pub(super) fn activations<const D: usize>(
 ) -> Result<Vec<f64>, SimulationError> {
     let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
     let refused = |wrong| SimulationError::Refused(format!("activations: {wrong}"));
-    let Some(Operation { whole, operated }) = operation else {
-        return left.activations(&given).map_err(refused);
-    };
-    let all = whole.activations(&given).map_err(refused)?;
-    Ok(operated.muscles.iter().map(|&m| all[m]).collect())
+    match operation {
+        None => left.activations(&given).map_err(refused),
+        Some(operation) => Ok(operation.left(&operation.whole.activations(&given).map_err(refused)?)),
+    }
 }

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::effects::Effects;
-use crate::run::Kind;
+use crate::run::{Kind, STEP_ERROR_MM};
 use crate::simulation::SimulationError;
 use crate::surgery::Surgery;
 use tongue_core::choice;
@@ -257,7 +257,7 @@ fn default_prior() -> f64 {
 }
 
 fn default_tolerance() -> f64 {
-    1e-3
+    STEP_ERROR_MM
 }
 
 impl Scene {

@@ -3,12 +3,13 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::body::{Operation, activations};
-use super::file::{Scene, Want};
+use super::body::{activations, operation};
+use super::file::{FitTarget, Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, MuscleRole, Planned, ScenePlan, force_unit};
 use super::{loads, vocal_tract};
 use crate::simulation::SimulationError;
+use crate::surgery::Operation;
 use tongue_core::body::{Body, Muscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::Constants;
@@ -38,8 +39,8 @@ pub struct Prepared<const D: usize> {
 pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<D>, SimulationError> {
     scene.check()?;
     let model = scene.model();
-    let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
-    let operation = Operation::of(scene)?;
+    let target = scene.fit.as_ref().map(|wanted| target(wanted, scene, &body)).transpose()?;
+    let operation = operation(scene)?;
     let tensions = tensions(scene, operation.as_ref(), &body)?;
     let seen = loads::frame(scene, &body)?;
     let airway = vocal_tract::vocal_tract(scene, &body)?;
@@ -143,10 +144,11 @@ impl Scene {
     }
 }
 
-fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, SimulationError> {
-    let Some(wanted) = &scene.fit else {
-        return Err(SimulationError::contradiction("[fit]", "its absence", ""));
-    };
+fn target<const D: usize>(
+    wanted: &FitTarget,
+    scene: &Scene,
+    body: &Body<D>,
+) -> Result<Target, SimulationError> {
     let vowel: Vowel = wanted.vowel.parse()?;
     let kind: TargetKind = wanted.target.parse()?;
     let data = Dataset::reference()?;

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::time::Instant;
 
-use super::body::{self, Operation, in_space};
+use super::body::{self, in_space};
 use super::file::{Scene, SceneBody, Want};
 use super::loads::PointsFit;
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, SceneMotion, SceneOutcome};
@@ -11,7 +11,7 @@ use super::outcome::{formants, hear};
 use super::prepare::{Prepared, prepare};
 use super::vocal_tract;
 use crate::report::Pulls;
-use crate::run::{Equilibrium, MotionRun};
+use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM};
 use crate::simulation::SimulationError;
 use crate::surgery::OperationRecord;
 use nalgebra::{SVector, Vector3};
@@ -34,7 +34,6 @@ const REPETITIONS: u32 = 50;
 /// # Errors
 /// [`SimulationError`] if the run cannot begin; later failures are in the outcome.
 pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SimulationError> {
-    scene.check()?;
     match body::build(scene)? {
         AnyBody::Flat(body) => run(scene, &mut prepare(scene, body)?),
         AnyBody::Solid(body) => run(scene, &mut prepare(scene, body)?),
@@ -154,7 +153,7 @@ fn follow<const D: usize>(
     prepared: &Prepared<D>,
 ) -> Result<(SceneMotion, Vec<SVector<f64, D>>), SimulationError> {
     let wanted = scene.trajectory.as_ref();
-    let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
+    let (t_end_s, error_mm) = wanted.map_or((0.0, STEP_ERROR_MM), |t| (t.duration_s, t.tolerance_mm));
     let start = match &prepared.start {
         None => None,
         Some(start) => {
@@ -173,8 +172,8 @@ fn follow<const D: usize>(
     };
     let tensions = tensions_over_time(scene, prepared);
     let motion = Motion::new(&prepared.system, tensions)?;
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
-    let (start, t_end_s) = (start.as_deref(), duration);
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-3 * error_mm))?;
+    let start = start.as_deref();
     let asked = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
     let found = asked.run(integrator.as_mut(), &mut |_| ());
     let posture = vocal_tract::posture(scene);
@@ -285,18 +284,14 @@ fn compared<const D: usize>(
     prepared: &Prepared<D>,
     after: &[SVector<f64, D>],
 ) -> Result<Option<OperationRecord>, SimulationError> {
-    let Some(surgery) = &scene.surgery else { return Ok(None) };
     let [system, body]: [&dyn Any; 2] = [&*prepared.system, &prepared.body];
-    let (Some(system), Some(body)) = (system.downcast_ref::<System<3>>(), body.downcast_ref()) else {
-        return Ok(None);
-    };
-    let (Some(Operation { whole, operated }), SceneBody::TongueInSpace(given)) =
-        (&prepared.operation, &scene.body)
+    let (Some(operation), SceneBody::TongueInSpace(given), Some(system), Some(body)) =
+        (&prepared.operation, &scene.body, system.downcast_ref::<System<3>>(), body.downcast_ref())
     else {
         return Ok(None);
     };
     let unoperated = Scene { surgery: None, ..scene.clone() };
-    let mut ready = prepare(&unoperated, in_space(given, whole.clone())?)?;
+    let mut ready = prepare(&unoperated, in_space(given, operation.whole.clone())?)?;
     let before = run(&unoperated, &mut ready)?;
     if !before.converged {
         return Err(SimulationError::contradiction(
@@ -308,10 +303,8 @@ fn compared<const D: usize>(
     let before: Vec<Vector3<f64>> =
         before.positions_m.iter().map(|p| Vector3::from_column_slice(p)).collect();
     let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
-    let mut record =
-        OperationRecord::new(surgery, whole, operated, [&in_axes_of_body(&before), &in_axes_of_body(&after)]);
-    let made_up = surgery.make_up(&mut record, whole.tip(), (body, system), &before);
-    made_up.map_err(SimulationError::in_surgery)?;
+    let mut record = operation.record([&in_axes_of_body(&before), &in_axes_of_body(&after)]);
+    operation.make_up(&mut record, (body, system), &before).map_err(SimulationError::in_surgery)?;
     record.before.made_up = in_axes_of_body(&record.before.made_up);
     Ok(Some(record))
 }

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::error::checked;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
-use crate::run::{Equilibrium, MotionRun, SampledMotion};
+use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, MotionOutcome, SHORTEST_S, Tensions};
 use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
 
@@ -116,9 +116,6 @@ impl Shape<3> {
     }
 }
 
-/// Error allowed in a step, m.
-const TOLERANCE: f64 = 1e-6;
-
 #[derive(Debug, Clone)]
 pub struct Trajectory<const D: usize> {
     pub outcome: MotionOutcome,
@@ -132,7 +129,7 @@ pub struct Trajectory<const D: usize> {
 impl<const D: usize> Assembly<D> {
     /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow to their values in
     /// `ramp_s` (s) and then stay, until `t_end_s`, at `samples` equidistant times; by TR-BDF2 with an error
-    /// of 1 µm a step.
+    /// of 1e-6 mm a step.
     ///
     /// # Errors
     /// As [`Solver::equilibrium`](super::Solver::equilibrium) for names and tensions; times out of range;
@@ -149,7 +146,8 @@ impl<const D: usize> Assembly<D> {
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
         let motion = Motion::new(self.system(), tensions)?;
-        let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(TOLERANCE))?;
+        let mut integrator =
+            IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;
         let asked = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: 1 };
         let SampledMotion { outcome, part_of_way, shapes, .. } = asked.run(integrator.as_mut(), &mut |_| ());
         let (times, positions) = shapes.into_iter().unzip();

@@ -16,7 +16,6 @@ use serde_json::Value;
 use tongue_core::body::Mesh;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Job, Refusal};
-use tongue_input::measured::Dataset;
 
 use self::journal::{Journal, JournalEntry};
 use self::record::AssessedRecord;
@@ -145,20 +144,6 @@ pub struct RowPosterior {
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
     /// The ridges of its changes, SVG; `None` if it has not mixed or the page does not show the fit.
     pub ridges: Option<String>,
-}
-
-/// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the
-/// others.
-pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
-    let known =
-        data.muscles().iter().filter(|name| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
-    let mut names: Vec<String> = known.cloned().collect();
-    for chain in &mesh.muscles {
-        if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
-            names.push(chain.name.clone());
-        }
-    }
-    names
 }
 
 /// Puts a finished fit into its parts of the outputs, with the posterior of its row if there is one and its number on the page if it may be

@@ -233,13 +233,16 @@ mod tests {
     fn explained() -> String {
         let by = Provenance::new("");
         format!(
-            "# Columns of the tables of a batch\n\nWritten by `tongue-fit batch`. Empty where a value does not exist.\n\n\
+            "# Columns of the tables of fits\n\nOf `tongue-fit batch` and, the last, of `tongue-fit --vowel V`. Empty where a value does not exist.\n\n\
              ## fits.csv: a row for each fit, baseline and row that could not be fitted\n\n{}\n\
              ## muscles.csv: a row for each muscle of each fit\n\n{}\n\
-             ## posterior.csv: a row for each muscle of each posterior (`--posterior N`)\n\n{}",
+             ## posterior.csv: a row for each muscle of each posterior (`--posterior N`)\n\n{}\n\
+             ## fit.csv: a row for each muscle of one fit\n\n{}\n\
+             Then `version`, `command`, `tissue`, `body` and, of a continuum, `chosen`, as in every CSV file of one run.\n",
             column::explained(&fit_columns(&["MUSCLE".to_owned()], &by)),
             column::explained(&muscle_columns(&by)),
-            column::explained(&posterior_columns(&by))
+            column::explained(&posterior_columns(&by)),
+            column::explained(&muscle_columns::picked(muscle_columns::OF_ONE_FIT))
         )
     }
 

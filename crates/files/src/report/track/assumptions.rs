@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 use std::io::Write;
 
 use serde::{Serialize, Serializer};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{TrackResults, fixed};
+use super::{TrackRecord, TrackResults, fixed};
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, csv};
 use tongue_core::statistics::{TWO_SIDED_95, upper_median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
-use tongue_infer::track::{BaselinePredictor, FrameStatus, Repeatability, Repeated, TrackSettings, Tracked};
+use tongue_infer::track::{
+    BaselinePredictor, CourseSummary, FrameStatus, Interval, Repeatability, Repeated, TrackSettings, Tracked,
+};
 
 /// Ends of the 95 % interval of a tension before anything is seen, N per metre of thickness.
 pub fn prior_interval_n(settings: &TrackSettings) -> [f64; 2] {
@@ -103,6 +105,36 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
     ]
 }
 
+/// What is known of each muscle; levels are medians over the frames.
+pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
+    type Of<'a> = Column<'a, CourseSummary>;
+    fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
+        let number = record.results.muscles.iter().position(|m| *m == c.muscle);
+        let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.levels[number?])));
+        upper_median(ends).unwrap_or(f64::NAN)
+    }
+    fn known(of: &CourseSummary) -> Value {
+        if of.known { "known" } else { "NOT KNOWN" }.into()
+    }
+    let mut columns: Vec<Of<'_>> = vec![
+        Of::of_page("muscle", |c| c.muscle.as_str().into()),
+        Of::of_page("level, N/m", |c| level(record, c, |l| l.median).into()).decimals(1),
+        Of::of_page("95 %", |c| {
+            let [low, high] = [level(record, c, |l| l.low), level(record, c, |l| l.high)];
+            format!("{low:.1} to {high:.1}").into()
+        }),
+        Of::of_page("course width, N/m", |c| c.course_width_n.into()).decimals(1),
+        Of::of_page("reliability", |c| c.reliability.into()).decimals(2),
+        Of::of_page("course", known),
+    ];
+    columns.extend(record.comparisons.first().map(|compared| {
+        Of::of_page("labels", |c| {
+            compared.muscles.iter().find(|m| m.muscle == c.muscle).map_or(Value::Null, known)
+        })
+    }));
+    columns
+}
+
 /// How well held-out points were predicted, by the model and by others.
 pub fn held_out_columns<'a>() -> Vec<Column<'a, BaselinePredictor>> {
     type Of<'a> = Column<'a, BaselinePredictor>;
@@ -191,6 +223,6 @@ pub fn formants_csv(results: &TrackResults) -> impl Export {
             let none = frame.formants.is_empty().then(|| ["", "", "", why_none(frame)].map(str::to_owned));
             told.chain(none).map(move |end| begin.clone().into_iter().chain(end)).collect::<Vec<_>>()
         });
-        csv::write(out, by, "recording,time_s,formant,hz,sd_hz,why_none".split(','), rows)
+        csv::write(out, by, "recording,time_s,formant,hz,sd_hz,why_none".split(','), rows, false)
     }
 }

@@ -9,7 +9,8 @@ mod tables;
 mod text_grid;
 
 pub use assumptions::{
-    FormantsRecord, formants_csv, held_out_columns, placed, prior_interval_n, repeated, repeats_columns,
+    FormantsRecord, courses_columns, formants_csv, held_out_columns, placed, prior_interval_n, repeated,
+    repeats_columns,
 };
 #[cfg(feature = "files")]
 pub use page::TrackPage;
@@ -21,6 +22,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::ByMuscle;
+use crate::run::ScreenedRecording;
 use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
@@ -28,7 +30,7 @@ use tongue_infer::track::{
     Comparison, CourseSummary, HeldOut, Interval, LabelMean, Repeatability, TrackSettings, Tracked,
     TrackedRecording,
 };
-use tongue_input::measured::recording::{AlignedRecording, Fault, Label, Waveform};
+use tongue_input::measured::recording::{Label, Waveform};
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingResult {
@@ -47,10 +49,9 @@ pub struct RecordingResult {
 }
 
 impl RecordingResult {
-    /// Of a recording that was tracked; `faults` of its frames were found before, `freed` are the names of the free bones.
+    /// Of a recording that was tracked; `freed` are the names of the free bones.
     pub fn new<'b>(
-        seen: &AlignedRecording,
-        faults: &[Vec<Fault>],
+        ScreenedRecording { seen, sound, faults, .. }: &ScreenedRecording,
         freed: impl Iterator<Item = &'b str>,
         mut tracked: TrackedRecording,
     ) -> Self {
@@ -70,7 +71,7 @@ impl RecordingResult {
             marks: marks.collect(),
             mirrored: seen.mirrored,
             tracked,
-            sound: None,
+            sound: sound.clone(),
         }
     }
 

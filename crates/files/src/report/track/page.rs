@@ -7,10 +7,12 @@ use serde_json::Value;
 
 use super::figure::{figure, shared};
 use super::{
-    TrackRecord, fixed, held_out_columns, placed, prior_interval_n, repeated, repeats_columns, status_name,
+    TrackRecord, courses_columns, fixed, held_out_columns, placed, prior_interval_n, repeated,
+    repeats_columns, status_name,
 };
+use crate::report::column::Column;
 use crate::report::{Export, Provenance, tongue_page};
-use tongue_infer::track::{Comparison, FrameStatus, NARROW};
+use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -130,19 +132,16 @@ fn with_interval([middle, low, high]: [f64; 3]) -> String {
 }
 
 fn muscle_summaries(record: &TrackRecord) -> Markup {
+    let width = |c: &CourseSummary| {
+        format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part).into()
+    };
+    let mut columns = courses_columns(record);
+    columns.push(Column::of_page("level width, N/m", width));
     html! {
         section {
             h2 { "What is known of each muscle" }
-            (tongue_page::table(["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"], &html! {
-                @for c in &record.courses { tr {
-                    td { (c.muscle) }
-                    td { @if c.known { "known" } @else { "not known" } }
-                    td { (format!("{:.2}", c.reliability)) }
-                    td { (format!("{:.1}", c.course_width_n)) }
-                    td { (format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part)) }
-                } }
-            }))
-            p { "Widths are those of 95 % intervals, means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
+            (tongue_page::of(&columns, &record.courses))
+            p { "Levels are medians over the frames with their 95 % intervals; widths are means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
         }
     }
 }

@@ -30,7 +30,7 @@ pub fn track_csv(record: &TrackRecord) -> impl Export {
                 begin.into_iter().chain(numbers.into_iter().flatten().map(|v| v.to_string())).chain(end)
             })
         });
-        csv::write(out, by, columns.split(','), rows)
+        csv::write(out, by, columns.split(','), rows, false)
     }
 }
 
@@ -93,7 +93,7 @@ pub fn segments_csv(results: &TrackResults) -> impl Export {
                 ])
             })
         });
-        csv::write(out, by, columns.split(','), rows)
+        csv::write(out, by, columns.split(','), rows, false)
     }
 }
 
@@ -126,7 +126,7 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
                 })
             })
         });
-        csv::write_with(out, by, columns.split(','), rows, true)
+        csv::write(out, by, columns.split(','), rows, true)
     }
 }
 
