@@ -159,7 +159,8 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
         let quick = Verdict::of_target(&body, &model, &target).unwrap();
         if subject == "S2" {
             let run = ShortRun::new(&body, &model, &target).unwrap();
-            let draws: Vec<Draw> = [0, 1].into_iter().flat_map(|group| run.draws(group).unwrap()).collect();
+            let draws: Vec<Draw> =
+                [0, 1].into_iter().flat_map(|group| run.draws(Some(group)).unwrap()).collect();
             assert_eq!(draws.len(), 240);
             // As the page hands them from one worker to another.
             let sent: Vec<Draw> = serde_json::from_str(&serde_json::to_string(&draws).unwrap()).unwrap();

@@ -315,7 +315,7 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
     let settings = TrackSettings {
         errors: Errors::INDEPENDENT,
         draws: 100,
-        branch: false,
+        reachability: false,
         shapes: 11,
         ..TrackSettings::new(20.0, 0.1)
     };

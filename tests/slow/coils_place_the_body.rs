@@ -128,7 +128,7 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
     let stage =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
-    let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
+    let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
     Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap()
 }
 

@@ -39,7 +39,7 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
         .collect();
     let stage =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
-    let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
+    let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
     let found = Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap();
     let tracked: Vec<&[Tracked]> = found.iter().map(|one| one.frames.as_slice()).collect();
     let judged = held_out(&seen, &tracked, &hide).unwrap().opponents;

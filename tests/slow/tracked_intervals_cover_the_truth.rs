@@ -167,7 +167,7 @@ pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRe
     let ready = seen.iter().map(ready).collect();
     let stage =
         TrackingContext { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
-    let settings = TrackSettings { branch: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
+    let settings = TrackSettings { reachability: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
     Some(Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap())
 }
 

@@ -1,6 +1,5 @@
-//! Inference from measurements: tensions that meet them ([`inverse`]), the posterior of tensions
-//! ([`posterior`]), tensions over time ([`track`]), a speaker's body ([`adapt`]) and the sound of a tongue
-//! ([`acoustics`]).
+//! Inference from measurements: tensions that meet them ([`inverse`]), the posterior of tensions ([`posterior`]), tensions over time
+//! ([`track`]), a speaker's body ([`adapt`]) and the sound of a tongue ([`acoustics`]).
 
 pub mod acoustics;
 pub mod adapt;

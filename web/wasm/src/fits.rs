@@ -113,7 +113,7 @@ pub fn draws(
     group: usize,
 ) -> Result<Vec<Draw>, String> {
     let target = target(engine, subject, vowel, baseline, TargetKind::Stretch)?;
-    ShortRun::new(&engine.body, &engine.model, &target)?.draws(group).map_err(|e| e.to_string())
+    ShortRun::new(&engine.body, &engine.model, &target)?.draws(Some(group)).map_err(|e| e.to_string())
 }
 
 /// The verdict of `tongue-fit --vowel ..` from the draws of both groups, with its sentences.

@@ -11,13 +11,11 @@ use tongue_core::observe::Observable;
 use tongue_core::statistics::least_by;
 use tongue_sound::profile::Articulation;
 
-/// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls
-/// moved by 2 mm, areas 20 % larger, lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 %
-/// each, together by 12 % (docs/sound.md).
+/// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls moved by 2 mm, areas 20 % larger,
+/// lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 % each, together by 12 % (docs/sound.md).
 pub const TRACT_SD: f64 = sd::FORMANT;
 
-/// The frequency of a formant, Hz. Without an airway (the tongue touches the palate) it is infinite, so that
-/// no fit goes there.
+/// The frequency of a formant, Hz. Without an airway (the tongue touches the palate) it is infinite, so that no fit goes there.
 #[derive(Debug, Clone)]
 pub struct FormantFrequency {
     airway: Arc<VocalTract>,

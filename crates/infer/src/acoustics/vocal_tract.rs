@@ -68,8 +68,7 @@ impl Sound {
     }
 }
 
-/// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each
-/// formant.
+/// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each formant.
 pub type FormantRates = Vec<Vec<(usize, SVector<f64, 2>)>>;
 
 impl VocalTract {
@@ -151,8 +150,7 @@ impl VocalTract {
         rates.collect()
     }
 
-    /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the
-    /// equilibrium of a response.
+    /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the equilibrium of a response.
     pub fn by_tension(rates: &FormantRates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
         response.to_tension(muscle);
         let motion = response.motion();

@@ -40,8 +40,7 @@ const USUAL_LENGTHS: std::ops::RangeInclusive<f64> = 1.9..=2.85;
 const RIGHT_UNIT_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
-/// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
-/// search.
+/// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the search.
 const SEEN_FROM_M: f64 = 8e-3;
 
 /// Observations of a speaker, over all frames, m.

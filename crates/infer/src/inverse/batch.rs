@@ -22,8 +22,7 @@ pub struct Selection {
     pub subjects: Option<Vec<String>>,
     pub vowels: Option<Vec<Vowel>>,
     pub kinds: Vec<TargetKind>,
-    /// The baseline of subjects that are not in [`Selection::baseline_of`]; by default /ɯ/, and /e/ for
-    /// subjects without /ɯ/.
+    /// The baseline of subjects that are not in [`Selection::baseline_of`]; by default /ɯ/, and /e/ for subjects without /ɯ/.
     pub baseline: Option<Vowel>,
     pub baseline_of: BTreeMap<String, Vowel>,
 }

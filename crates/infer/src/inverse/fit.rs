@@ -46,9 +46,8 @@ impl<const D: usize> Fit<D> {
         self.simulated().iter().zip(&self.matched.target.values).map(|(s, m)| s - m).collect()
     }
 
-    /// Root mean square residual of the measured muscles that the fit does not see: those that do not
-    /// contract (and, for ratios, are not the reference, whose ratio is 1 by definition). `None` if there are
-    /// none.
+    /// Root mean square residual of the measured muscles that the fit does not see: those that do not contract (and, for ratios, are not
+    /// the reference, whose ratio is 1 by definition). `None` if there are none.
     pub fn passive_rms(&self) -> Option<f64> {
         let (target, residuals) = (&self.matched.target, self.residuals());
         let unseen =

@@ -100,8 +100,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         (self.is_expensive() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
     }
 
-    /// Whether an equilibrium is so expensive that candidates are solved from the shapes of others, although this changes the last
-    /// digits.
+    /// Whether an equilibrium is so expensive that candidates are solved from the shapes of others, although this changes the last digits.
     pub(super) fn is_expensive(&self) -> bool {
         self.inverse.system.tissue().is_expensive()
     }
@@ -112,9 +111,8 @@ impl<'a, const D: usize> Forward<'a, D> {
         Self { begin: CandidateStart::LoadPath, ..self }
     }
 
-    /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
-    /// together; it is not counted. If the two differ, the latter is the shape. Returns the problem at that shape too; the
-    /// trace is empty if the candidate has no system.
+    /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow together; it is not counted. If the
+    /// two differ, the latter is the shape. Returns the problem at that shape too; the trace is empty if the candidate has no system.
     pub fn follow_load_path(&self, x: &[f64]) -> (Trace, Self) {
         let mut own = Forward::new(self.inverse, self.settings);
         let mut trace = Trace::default();
@@ -255,8 +253,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.system().lengths(self.positions())
     }
 
-    /// Residuals of a candidate, which may be solved from its solved neighbours and not from rest; `None` if it
-    /// has no equilibrium.
+    /// Residuals of a candidate, which may be solved from its solved neighbours and not from rest; `None` if it has no equilibrium.
     pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
         if let CandidateStart::EndOfPath(positions) = &self.begin {

@@ -1,12 +1,10 @@
-//! One start of a damped Gauss-Newton method with bounds, which uses the exact sensitivities of the
-//! equilibrium.
+//! One start of a damped Gauss-Newton method with bounds, which uses the exact sensitivities of the equilibrium.
 //!
-//! With `r` the residuals, `J` their derivative and `c` the effort, the cost `r·r + c sum F` has the gradient
-//! `2 Jᵀr + c` and the second derivative `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. If the target is met, `S`
-//! vanishes and the method is that of Levenberg (1944) and Marquardt (1963). If ratios leave a direction
-//! undetermined, only `S` determines where along the curve the sum of the tensions is smallest; it is then
-//! approximated from the changes of `J` by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10).
-//! Tensions that the gradient pushes against a bound stay on it (Bertsekas 1982).
+//! With `r` the residuals, `J` their derivative and `c` the effort, the cost `r·r + c sum F` has the gradient `2 Jᵀr + c` and the second
+//! derivative `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. If the target is met, `S` vanishes and the method is that of Levenberg (1944) and
+//! Marquardt (1963). If ratios leave a direction undetermined, only `S` determines where along the curve the sum of the tensions is
+//! smallest; it is then approximated from the changes of `J` by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10). Tensions that
+//! the gradient pushes against a bound stay on it (Bertsekas 1982).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -59,8 +57,7 @@ impl EvaluatedPoint {
     }
 }
 
-/// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no
-/// restarts.
+/// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no restarts.
 pub(super) fn run<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
@@ -233,8 +230,7 @@ fn best_step(
     Some(step)
 }
 
-/// The symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, so that old information
-/// decays.
+/// The symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, so that old information decays.
 fn updated_secant(here: &EvaluatedPoint, next: &EvaluatedPoint, step: &DVector<f64>) -> DMatrix<f64> {
     let mut secant = here.secant.clone();
     let change = (&next.linear.jacobian - &here.linear.jacobian).tr_mul(&next.linear.residuals);

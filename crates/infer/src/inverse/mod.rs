@@ -66,14 +66,11 @@ pub struct FitSettings {
     pub upper_bound: f64,
     /// Maximum number of iterations of Nelder-Mead from one simplex, or of Gauss-Newton. Default 1000.
     pub max_iterations: u64,
-    /// Convergence: largest distance of a simplex's corner from the best one, or length of an undamped
-    /// Gauss-Newton step, N. Default 1e-4.
+    /// Convergence: largest distance of a simplex's corner from the best one, or length of an undamped Gauss-Newton step, N. Default 1e-4.
     pub tension_tolerance: f64,
-    /// Convergence: standard deviation of a simplex's costs, or predicted decrease of a Gauss-Newton step,
-    /// dimensionless. Default 1e-17.
+    /// Convergence: standard deviation of a simplex's costs, or predicted decrease of a Gauss-Newton step, dimensionless. Default 1e-17.
     pub cost_tolerance: f64,
-    /// Largest root mean square misfit of the fitted ratios or stretches with which the target counts as met.
-    /// Default 1e-3.
+    /// Largest root mean square misfit of the fitted ratios or stretches with which the target counts as met. Default 1e-3.
     pub misfit_tolerance: f64,
     /// Whether a candidate is solved from the nearest solved one instead of from rest. Default: yes.
     pub warm_start: bool,

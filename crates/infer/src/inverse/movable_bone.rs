@@ -17,8 +17,7 @@ use super::FitError;
 /// Standard deviation of the displacement of a bone, m.
 pub const BONE_SD_M: f64 = 1e-3 * HYOID_MM;
 
-/// A bone that may be displaced: its nodes, and the system in which they are free, for the forces of the
-/// tissue on them.
+/// A bone that may be displaced: its nodes, and the system in which they are free, for the forces of the tissue on them.
 #[derive(Debug, Clone)]
 pub struct MovableBone<const D: usize> {
     nodes: Vec<usize>,
@@ -31,8 +30,7 @@ impl<const D: usize> MovableBone<D> {
     /// Frees nodes that a bone holds.
     ///
     /// # Errors
-    /// [`SystemError::NotOnBone`] for a node that no bone holds; [`SystemError::Loose`] if nothing else holds
-    /// the body.
+    /// [`SystemError::NotOnBone`] for a node that no bone holds; [`SystemError::Loose`] if nothing else holds the body.
     pub fn new(
         mesh: &Mesh<D>,
         model: &Model,

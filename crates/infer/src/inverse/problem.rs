@@ -15,8 +15,7 @@ pub struct LeastSquaresProblem<'a, const D: usize> {
     pub system: &'a System<D>,
     /// Observations to fit; at least one.
     pub observations: Vec<Observation<D>>,
-    /// Other observations, which are not fitted: among answers that meet the fitted ones equally well, they
-    /// select the best.
+    /// Other observations, which are not fitted: among answers that meet the fitted ones equally well, they select the best.
     pub others: Vec<Observation<D>>,
     pub unknowns: Vec<Unknown>,
     pub bones: &'a [MovableBone<D>],
@@ -24,11 +23,9 @@ pub struct LeastSquaresProblem<'a, const D: usize> {
     pub tissue: Option<&'a TissueUnknown<'a, D>>,
     /// Tensions of all muscles of the body, N; unknown tensions are replaced.
     pub tensions: Vec<f64>,
-    /// Muscles that have the tension of another, such as those of the right side that of the left: the
-    /// other, and the muscle.
+    /// Muscles that have the tension of another, such as those of the right side that of the left: the other, and the muscle.
     pub tied: Vec<[usize; 2]>,
-    /// An answer at which the first start begins, such as that of the frame before: its unknowns and
-    /// positions of all nodes, m.
+    /// An answer at which the first start begins, such as that of the frame before: its unknowns and positions of all nodes, m.
     pub begin: Option<(&'a [f64], &'a [SVector<f64, D>])>,
 }
 

@@ -16,9 +16,8 @@ const STILL: f64 = 1e-7;
 /// A value nearer than this to a bound is on it, in units of the unknowns.
 pub(super) const ON_BOUND: f64 = 1e-9;
 
-/// Moves `x` by the smallest correction that meets the targets to first order within the bounds:
-/// tensions that would leave them are held there and the others corrected again. Returns the sensitivities
-/// used.
+/// Moves `x` by the smallest correction that meets the targets to first order within the bounds: tensions that would leave them are held
+/// there and the others corrected again. Returns the sensitivities used.
 pub(super) fn correct<const D: usize>(
     problem: &mut Forward<'_, D>,
     x: &mut DVector<f64>,
@@ -160,8 +159,7 @@ pub(super) fn null_space(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     (!columns.is_empty()).then(|| DMatrix::from_columns(&columns))
 }
 
-/// Singular values, largest first, each with its direction in the space of tensions; null directions
-/// included.
+/// Singular values, largest first, each with its direction in the space of tensions; null directions included.
 pub(super) fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVector<f64>>)> {
     let n = jacobian.ncols();
     // With rows of zeros the decomposition returns all directions, also those without an equation.

@@ -1,5 +1,4 @@
-//! The curve of tensions that meet a target as well as the answer, followed in both directions with step
-//! control.
+//! The curve of tensions that meet a target as well as the answer, followed in both directions with step control.
 
 use nalgebra::DVector;
 
@@ -256,8 +255,7 @@ impl CurveTracer {
         Ok(())
     }
 
-    /// Whether these lengths, of a point at a distance of about `length`, belong to another shape than the
-    /// last ones.
+    /// Whether these lengths, of a point at a distance of about `length`, belong to another shape than the last ones.
     fn has_jumped(&self, lengths: &[f64], length: f64) -> bool {
         lengths
             .iter()

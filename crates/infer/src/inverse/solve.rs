@@ -180,8 +180,7 @@ pub(super) fn select_solution<const D: usize>(
     let mut x = onto_target(forward, x);
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
-        // The smallest corrections did not reach the target; a search without effort does if the target can
-        // be met.
+        // The smallest corrections did not reach the target; a search without effort does if the target can be met.
         let mut without = Forward::new(forward.inverse, settings).without_effort();
         if let Some((better, residuals, _)) = gauss_newton::refit(&mut without, settings, &x)
             && without.misfit(Some(&residuals)) <= settings.misfit_tolerance

@@ -47,8 +47,7 @@ pub struct Start {
     /// Number of iterations, over all simplices.
     pub iterations: u64,
     pub restarts: usize,
-    /// Whether the last simplex shrank to the tolerance and confirmed the previous one; for Gauss-Newton,
-    /// whether its steps did.
+    /// Whether the last simplex shrank to the tolerance and confirmed the previous one; for Gauss-Newton, whether its steps did.
     pub converged: bool,
     /// Whether the answer has an equilibrium when solved without neighbours.
     #[serde(skip)]
@@ -61,8 +60,7 @@ impl Start {
     }
 }
 
-/// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same on every
-/// machine.
+/// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same on every machine.
 pub(super) fn starting_point(number: usize, unknowns: &[Unknown]) -> Vec<f64> {
     let point = primes().zip(unknowns).map(|(prime, u)| {
         let part = radical_inverse(number + 1, prime);

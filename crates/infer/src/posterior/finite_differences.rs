@@ -109,14 +109,15 @@ pub fn answers(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
 ) -> Option<FiniteDifferences> {
-    let &GeometrySensitivity { solved, values, rates, .. } = point;
+    let &GeometrySensitivity { solved, rates, .. } = point;
     let sides = posterior_model.sides.as_ref()?;
     let (count, base) = (posterior_model.muscles.len(), solved.shapes.len() - 1);
     let of_muscles = base * count;
     let rows = of_muscles + solved.auxiliary.len();
-    // For every shape, by how much each length is larger in the second body than in the first, m.
-    let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
-        let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
+    let of_pair = |([low, high], step): &PerturbedPair| -> Option<DVector<f64>> {
+        let slopes = (0..=base)
+            .map(|shape| Some(slopes_of(posterior_model, [low, high], point, shape)? / (2.0 * step)));
+        let slopes: Vec<DVector<f64>> = slopes.collect::<Option<_>>()?;
         let stretches = (0..of_muscles).map(|row| solved.stretch_rate(row, 1.0, |shape, m| slopes[shape][m]));
         // The auxiliary data of a shape follow its lengths.
         let mut next = vec![count; base + 1];
@@ -128,69 +129,46 @@ pub fn answers(
         });
         Some(DVector::from_iterator(rows, stretches.chain(others)))
     };
-    let hyoid = |shape: usize| {
-        let own = values.postures.get(shape);
-        own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, values.tilt * p.hyoid.x))
-    };
-    let of_pair = |([low, high], step): &PerturbedPair| {
-        stretches(&|shape| {
-            let at = SolvedShape {
-                positions: solved.shape(shape).0,
-                tensions: values.postures.get(shape).map_or(&values.tones, |p| &p.tensions),
-                hyoid: hyoid(shape),
-                lengths: &rates.lengths[shape],
-                data: rates.data.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
-                values: &|x| {
-                    let posture = (shape < base).then_some(shape);
-                    point.auxiliary.iter().flat_map(|b| b.of_shape(posture, x)).collect()
-                },
-            };
-            Some(slopes_of(posterior_model, [low, high], &at)? / (2.0 * step))
-        })
-    };
-    let matrix = |columns: Vec<Option<DVector<f64>>>| -> Option<DMatrix<f64>> {
-        let columns: Vec<DVector<f64>> = columns.into_iter().collect::<Option<_>>()?;
+    let matrix = |pairs: &[PerturbedPair]| -> Option<DMatrix<f64>> {
+        let columns: Vec<DVector<f64>> = pairs.iter().map(of_pair).collect::<Option<_>>()?;
         Some(DMatrix::from_fn(rows, columns.len(), |row, c| columns[c][row]))
     };
     Some(FiniteDifferences {
-        ends: matrix(sides.ends.iter().map(of_pair).collect())?,
-        outline: matrix(sides.outline.iter().map(of_pair).collect())?,
+        ends: matrix(&sides.ends)?,
+        outline: matrix(&sides.outline)?,
         kappa: by_kappa(posterior_model, point)?,
-        width: matrix(sides.width.iter().map(of_pair).collect())?,
-        patch: matrix(sides.patch.iter().map(of_pair).collect())?,
+        width: matrix(sides.width.as_slice())?,
+        patch: matrix(sides.patch.as_slice())?,
     })
 }
 
-struct SolvedShape<'a> {
-    positions: &'a [SVector<f64, 2>],
-    tensions: &'a [f64],
-    hyoid: (SVector<f64, 2>, f64),
-    lengths: &'a [Adjoint<2>],
-    /// Adjoints of the auxiliary data that follow from this shape, and their values at positions of all nodes.
-    data: Vec<&'a Adjoint<2>>,
-    values: &'a dyn Fn(&[SVector<f64, 2>]) -> Vec<f64>,
-}
-
-/// By how much every length, m, and every number of the auxiliary data is larger in the second body than in the first, to first order.
+/// By how much every length of a shape, m, and every number of its auxiliary data is larger in the second body than in the first, to first
+/// order.
 fn slopes_of(
     posterior_model: &PosteriorModel,
     [low, high]: [&PerturbedBody; 2],
-    shape: &SolvedShape<'_>,
+    &GeometrySensitivity { solved, values, rates, auxiliary }: &GeometrySensitivity<'_>,
+    shape: usize,
 ) -> Option<DVector<f64>> {
     let unknowns = posterior_model.system.pattern().nodes();
-    let same = [low, high].iter().all(|auxiliary| {
-        let pattern = auxiliary.system.pattern();
+    let same = [low, high].iter().all(|side| {
+        let pattern = side.system.pattern();
         pattern.unknowns() == unknowns.len() && unknowns.iter().all(|&n| pattern.unknown(n).is_some())
     });
     if !same {
         return None;
     }
+    let own = values.postures.get(shape);
+    let tensions = own.map_or(&values.tones, |p| &p.tensions);
+    let hyoid = own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, values.tilt * p.hyoid.x));
     let [[force_low, x_low], [force_high, x_high]] =
-        [low, high].map(|side| side.at(posterior_model, shape.positions, shape.tensions, shape.hyoid));
+        [low, high].map(|side| side.at(posterior_model, solved.shape(shape).0, tensions, hyoid));
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
-        side.system.lengths(x).into_iter().chain((shape.values)(x)).collect()
+        let numbers = auxiliary.iter().flat_map(|data| data.of_shape(own.map(|_| shape), x));
+        side.system.lengths(x).into_iter().chain(numbers).collect()
     });
-    let adjoints = shape.lengths.iter().chain(shape.data.iter().copied());
+    let data = rates.data.iter().flatten().filter(|(of, _)| *of == shape).map(|(_, adjoint)| adjoint);
+    let adjoints = rates.lengths[shape].iter().chain(data);
     let slopes: Vec<f64> = Vec::from_iter(adjoints.enumerate().map(|(i, adjoint)| {
         let by_force: f64 =
             unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();

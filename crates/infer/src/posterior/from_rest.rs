@@ -17,8 +17,7 @@ const STEPS: [usize; 2] = [5, 25];
 /// Residual force to which the shapes on the way are solved, N: they only lead to the last one.
 const ON_THE_WAY_N: f64 = 1e-4;
 
-/// Whether the loads of each point lead from rest to its shape, given by its lengths (m); `shape` is as in
-/// [`super::PosteriorModel::load`].
+/// Whether the loads of each point lead from rest to its shape, given by its lengths (m); `shape` is as in [`super::PosteriorModel::load`].
 pub fn reached_with_jumps(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,

@@ -112,9 +112,8 @@ pub fn sample<T: SampledDensity>(
     sampled.into_iter().flatten().collect()
 }
 
-/// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and points are not checked for being
-/// allowed during the first one. A chain that is not allowed at its end goes back to its beginning. With `only`, the chains of one
-/// group.
+/// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and points are not checked for being allowed
+/// during the first one. A chain that is not allowed at its end goes back to its beginning. With `only`, the chains of one group.
 pub(super) fn sample_briefly<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,

@@ -91,8 +91,7 @@ impl MapEstimate {
     /// As [`MapEstimate::find`], started at the mode for nearly the same stretches.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         density.set_geometry(near.geometry.clone())?;
-        let Self { scores, linear, geometry, solved, .. } = near.clone();
-        let mut map_estimate = Self::at(density, scores, linear, geometry, solved);
+        let mut map_estimate = near.clone();
         map_estimate.climb(density);
         map_estimate.average(density)?;
         map_estimate.climb(density);

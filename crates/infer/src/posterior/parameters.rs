@@ -1,8 +1,7 @@
 //! Parameters: what is sampled, what it means, and where it leads; draws.
 //!
 //! Tensions are functions of scores: `F = s Z((1 + Phi(g)) / 2)` with `Z` the quantile of the normal distribution. A normal score gives a
-//! tension that is half-normal of scale `s`: never below zero, with its median at `g = 0` (0.67 s). Scores have neither bounds nor
-//! corners.
+//! tension that is half-normal of scale `s`: never below zero, with its median at `g = 0` (0.67 s). Scores have neither bounds nor corners.
 
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;

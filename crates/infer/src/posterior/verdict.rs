@@ -128,13 +128,8 @@ impl ShortRun {
         Ok(Self { posterior_model, seen: Measurements::of(&matched) })
     }
 
-    /// The draws of group 0 or 1 of the chains; none if it cannot begin.
-    pub fn draws(&self, group: usize) -> Result<Vec<Draw>, PosteriorError> {
-        self.draws_of(Some(group))
-    }
-
-    /// The same of one group or of all.
-    fn draws_of(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
+    /// The draws of group 0 or 1 of the chains, or of both; none if it cannot begin.
+    pub fn draws(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
         let mut density = Density::new(&self.posterior_model, self.seen.clone())?;
         let map_estimate = MapEstimate::find(&mut density)?;
         short_run(&density, &map_estimate, group)
@@ -150,7 +145,7 @@ impl Verdict {
     /// The verdict on a fit without draws, from a short run under the default priors.
     pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         let run = ShortRun::new(body, model, target)?;
-        run.draws_of(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
+        run.draws(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
     }
 
     fn of_short_run(density: &Density<'_>, draws: &[Draw]) -> Result<Self, PosteriorError> {

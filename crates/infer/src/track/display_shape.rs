@@ -186,8 +186,7 @@ pub(super) fn begin_beside(recording: &mut SmoothedRecording, sample: &SmoothedR
     }
 }
 
-/// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
-/// moves.
+/// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium moves.
 fn carry(recordings: &mut [SmoothedRecording], before: &TrackingContext<'_>, after: TrackingContext<'_>) {
     let (before, rest) = (before.system.rest(), after.system.rest());
     let positions = recordings.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());

@@ -21,7 +21,6 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, WINDOW, windows};
-use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{SmoothedRecording, Smoother};
 use tongue_core::{parallel, random};
 
@@ -33,15 +32,15 @@ pub(super) struct FrameDraws {
     pub bones: Vec<Vec<f32>>,
     /// For every hidden point, its expected distance from the surface of the most probable shape, mm.
     pub hidden: Vec<Vec<f32>>,
-    /// For every formant that is told, its change from the most probable one, Hz; empty without derivatives.
-    pub heard: Vec<Vec<f32>>,
+    /// For every formant of the results, its change from the most probable one, Hz; empty without derivatives.
+    pub formants: Vec<Vec<f32>>,
 }
 
 impl FrameDraws {
     /// Adds further draws.
     fn extend(&mut self, more: Self) {
-        let own = [&mut self.tensions, &mut self.bones, &mut self.hidden, &mut self.heard];
-        for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.hidden, more.heard]) {
+        let own = [&mut self.tensions, &mut self.bones, &mut self.hidden, &mut self.formants];
+        for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.hidden, more.formants]) {
             all.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
         }
     }
@@ -65,12 +64,10 @@ impl Means {
 
 /// What the draws of a recording are made of.
 pub(super) struct Sampler<'a> {
-    pub smoother: &'a Smoother<'a>,
-    pub recording: &'a SmoothedRecording,
+    /// The recording with its states eliminated.
     pub linear: &'a Eliminated<'a>,
-    pub by_shape: &'a [Option<ShapeJacobian>],
     /// Derivatives of the formants of every frame.
-    pub heard: Vec<Option<DMatrix<f64>>>,
+    pub formant_jacobians: Vec<Option<DMatrix<f64>>>,
     /// Draws of the shared unknowns.
     pub shared: &'a DMatrix<f64>,
     pub number: usize,
@@ -89,11 +86,11 @@ struct DrawBatch {
 impl Sampler<'_> {
     /// The means over the recording, and then the draws of every window of frames, which `take` gets in the order of time.
     pub fn draw(&self, mut take: impl FnMut(Range<usize>, &[FrameDraws], &Means)) {
-        let frames = self.recording.frames.len();
+        let frames = self.linear.recording.frames.len();
         let windows = windows(frames);
         let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
         let mut batches = parallel::map(&numbers, |&number| self.batch(number, &windows));
-        let muscles = self.smoother.sizes.muscles;
+        let muscles = self.linear.smoother.sizes.muscles;
         let mut means = Means(vec![vec![0.0; if frames > 0 { self.shared.ncols() } else { 0 }]; muscles]);
         let mut only = None;
         let mut spare = batches.clone();
@@ -111,13 +108,13 @@ impl Sampler<'_> {
 
     /// The state of a batch of draws before the first window.
     fn batch(&self, number: usize, windows: &[Range<usize>]) -> DrawBatch {
-        let seed = random::seed_of(!self.smoother.settings.seed, self.number);
+        let seed = random::seed_of(!self.linear.smoother.settings.seed, self.number);
         let mut random = Rng::with_seed(random::seed_of(seed, number));
         let mut generators = Vec::with_capacity(windows.len());
         for window in windows {
             generators.push(random.clone());
             // Every normal number takes two uniform ones.
-            (0..2 * window.len() * self.smoother.sizes.state() * (BATCH / 2)).for_each(|_| {
+            (0..2 * window.len() * self.linear.smoother.sizes.state() * (BATCH / 2)).for_each(|_| {
                 random.f64();
             });
         }
@@ -137,7 +134,7 @@ impl Sampler<'_> {
         mut random: Rng,
         after: Option<&DMatrix<f64>>,
     ) -> Vec<DMatrix<f64>> {
-        let n = self.smoother.sizes.state();
+        let n = self.linear.smoother.sizes.state();
         let mut noise: Vec<DMatrix<f64>> = Vec::from_iter(window.clone().map(|_| {
             let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
             half = half.resize_horizontally(BATCH, 0.0);
@@ -151,7 +148,7 @@ impl Sampler<'_> {
 
     /// The draws of a window of frames, from its batches.
     fn window(&self, window: &Range<usize>, batches: &mut [DrawBatch]) -> Vec<FrameDraws> {
-        let Self { smoother, recording, .. } = self;
+        let Eliminated { smoother, recording, .. } = self.linear;
         let (m, bones, link) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.settings.link);
         let errors_at: Vec<Vec<(DVector<f64>, f64)>> = Vec::from_iter(
             window
@@ -178,7 +175,7 @@ impl Sampler<'_> {
                 FrameDraws {
                     tensions: (0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect(),
                     bones: (m..m + bones).map(|i| (0..BATCH).map(|d| shift(i, d)).collect()).collect(),
-                    heard: self.sound(t, &changes, &theta),
+                    formants: self.formants(t, &changes, &theta),
                     hidden: self.hidden(t, &errors_at[i], (&changes, &by, &theta), &mut random),
                 }
             });
@@ -199,13 +196,13 @@ impl Sampler<'_> {
 
     /// The part of draws of the shared unknowns that belongs to the shape at rest.
     fn of_shape<'t>(&self, theta: &'t DMatrix<f64>) -> DMatrixView<'t, f64> {
-        let first = self.smoother.sizes.shared();
+        let first = self.linear.smoother.sizes.shared();
         theta.rows(first, theta.nrows() - first)
     }
 
     /// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
-    fn sound(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
-        let Some(rates) = &self.heard[t] else { return Vec::new() };
+    fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
+        let Some(rates) = &self.formant_jacobians[t] else { return Vec::new() };
         let own = changes.nrows();
         let mut changes = changes.clone().resize_vertically(rates.ncols(), 0.0);
         changes.rows_mut(own, rates.ncols() - own).copy_from(&self.of_shape(theta));
@@ -220,7 +217,7 @@ impl Sampler<'_> {
         (changes, by, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
         random: &mut Rng,
     ) -> Vec<Vec<f32>> {
-        let Self { smoother, recording, .. } = self;
+        let Eliminated { smoother, recording, .. } = self.linear;
         let (m, k, own) = (smoother.sizes.muscles, smoother.sizes.knots, changes.nrows());
         let Some(at) = recording.here[t].linear.as_ref() else {
             return vec![Vec::new(); recording.frames[t].hidden.len()];
@@ -229,7 +226,7 @@ impl Sampler<'_> {
         let mut errors_at = by.rows(own, k) + theta.rows(m, k);
         errors_at.column_iter_mut().for_each(|mut c| c += &z);
         let mut there = &at.hidden_jacobian * changes;
-        if let Some(shape) = &self.by_shape[t] {
+        if let Some(shape) = &self.linear.by_shape[t] {
             there += &shape.hidden * self.of_shape(theta);
         }
         Vec::from_iter(errors.iter().enumerate().map(|(i, (basis, sd_mm))| {

@@ -50,10 +50,10 @@ pub(super) struct Window {
 
 /// A recording whose states are eliminated.
 pub(super) struct Eliminated<'a> {
-    smoother: &'a Smoother<'a>,
-    recording: &'a SmoothedRecording,
+    pub smoother: &'a Smoother<'a>,
+    pub recording: &'a SmoothedRecording,
     damping: &'a [f64],
-    by_shape: &'a [Option<ShapeJacobian>],
+    pub by_shape: &'a [Option<ShapeJacobian>],
     columns: usize,
     pub factors: Factors,
     /// The steps of the states themselves, in columns.
@@ -141,7 +141,7 @@ impl<'a> Eliminated<'a> {
             kept: None,
         };
         if kept.is_none() {
-            out.meet(&windows);
+            out.set_window_ends(&windows);
         }
         for window in windows {
             let (rows, across) = out.rows_and_coupling(&window, kept.take());
@@ -165,7 +165,7 @@ impl<'a> Eliminated<'a> {
     }
 
     /// Finds the blocks at the ends of the windows of a long recording.
-    fn meet(&mut self, windows: &[Range<usize>]) {
+    fn set_window_ends(&mut self, windows: &[Range<usize>]) {
         for window in windows.iter().take(windows.len().saturating_sub(1)) {
             let (_, mut blocks) = self.rows_and_coupling(window, None);
             self.factors.forward(&mut blocks, window.start, self.before.last());

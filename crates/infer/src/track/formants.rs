@@ -60,7 +60,7 @@ fn opened_deg(mark: Point, shift: Point) -> f64 {
 
 /// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
 /// without an equilibrium or an airway.
-pub(super) fn rates(smoother: &Smoother<'_>, recording: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
+pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
     if recording.frames.iter().all(|f| f.formants.is_empty()) {
         return vec![None; recording.frames.len()];
     }
@@ -73,9 +73,9 @@ pub(super) fn rates(smoother: &Smoother<'_>, recording: &SmoothedRecording) -> V
                 return None;
             }
             // As hidden points, whose derivatives are in thousandths of a unit.
-            let hidden = frame.formants.iter().enumerate().map(|(i, heard)| FrameObservation {
+            let hidden = frame.formants.iter().enumerate().map(|(i, formant)| FrameObservation {
                 name: format!("F{}", i + 1),
-                observation: Observation::new(heard.clone(), 0.0),
+                observation: Observation::new(formant.clone(), 0.0),
                 along: Along { channel: 0, at_mm: 0.0, sd_mm: 1.0 },
             });
             let hidden = hidden.collect();
@@ -100,8 +100,8 @@ pub(super) fn tracked_formants(
     positions: &[Point],
     draws: &[Vec<f32>],
 ) -> Vec<TrackedFormant> {
-    let formants = frame.formants.iter().zip(draws).map(|(heard, draws)| {
-        let hz = heard.value(positions);
+    let formants = frame.formants.iter().zip(draws).map(|(formant, draws)| {
+        let hz = formant.value(positions);
         let (_, variance) = mean_and_variance(draws.iter().map(|d| f64::from(*d)));
         (hz.is_finite() && !draws.is_empty()).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })
     });

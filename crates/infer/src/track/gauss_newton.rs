@@ -1,6 +1,5 @@
-//! The search for the most probable states of all frames: the Gauss-Newton method with a separate damping for every frame (Levenberg
-//! 1944, Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none; this does not shorten the steps of other
-//! frames.
+//! The search for the most probable states of all frames: the Gauss-Newton method with a separate damping for every frame (Levenberg 1944,
+//! Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none; this does not shorten the steps of other frames.
 
 use std::sync::Arc;
 

@@ -107,8 +107,7 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
     all.into_iter().flatten().collect()
 }
 
-/// The model's error of every hidden point, m. A coil stands there twice, once for each coordinate; its error is the length of
-/// both.
+/// The model's error of every hidden point, m. A coil stands there twice, once for each coordinate; its error is the length of both.
 fn missed(frame: &Tracked) -> Vec<f64> {
     let mut out: Vec<(&str, f64)> = Vec::new();
     for hidden in &frame.hidden {

@@ -26,8 +26,8 @@ pub(super) enum Reached {
     OtherWay,
 }
 
-/// The search for the nearest shape on the branch.
-const BESIDE: Rule = Rule { steps: 8, less: 0.3, least: 1.0, ..Rule::UNDAMPED };
+/// The search for the nearest shape that is reached.
+const NEAREST: Rule = Rule { steps: 8, less: 0.3, least: 1.0, ..Rule::UNDAMPED };
 
 /// Whether the shape of a frame can be reached.
 pub(super) enum Reachability {
@@ -169,7 +169,7 @@ impl FrameSolver<'_> {
             let gradient = here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held);
             TrialStep::newton(curvature, &gradient, f64::INFINITY)
         };
-        let (at, here) = descend((x.clone(), begin), &BESIDE, cost, step, |(at, here), step| {
+        let (at, here) = descend((x.clone(), begin), &NEAREST, cost, step, |(at, here), step| {
             let next = at + step;
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
         })

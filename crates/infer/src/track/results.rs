@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use super::draws::{FrameDraws, Means};
 use super::errors::Along;
 use super::formants::{self, TrackedFormant};
-use super::frame::{self, Frame, FrameSolver};
-use super::jacobian::Linearisation;
+use super::frame::{self, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
 use super::reachability::{Reachability, Reached};
 use super::settings::TrackSettings;
+use super::smoother::SmoothedRecording;
 use crate::inverse::BONE_SD_M;
 use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::recording::Fault;
@@ -137,13 +137,11 @@ pub struct TrackedRecording {
 
 /// A frame after the search, with all that its results need.
 pub(super) struct FrameSolution<'a> {
-    pub frame: &'a Frame,
-    /// Its unknowns on the body with the most probable shape.
+    /// Its recording, found on the body with the most probable shape, and its number there.
+    pub recording: &'a SmoothedRecording,
+    pub t: usize,
+    /// Its unknowns on that body.
     pub x: &'a DVector<f64>,
-    /// Its linearisation; `None` where there is no equilibrium or there are no data.
-    pub linear: Option<&'a Linearisation>,
-    /// Positions of all nodes of the last equilibrium, m.
-    pub positions: Option<&'a [SVector<f64, 2>]>,
     /// Positions of all nodes of the body as it was placed, m; hidden points are predicted with them.
     pub placed: Option<&'a [SVector<f64, 2>]>,
     /// How its shape can be reached, if that is known.
@@ -154,8 +152,6 @@ pub(super) struct FrameSolution<'a> {
     pub lost: bool,
     /// Means over the recording.
     pub means: &'a Means,
-    /// Whether the positions of its nodes are part of the results.
-    pub is_shown: bool,
 }
 
 /// Results for a frame, without its faults.
@@ -165,7 +161,8 @@ pub(super) fn tracked(
     draws: &FrameDraws,
     settings: &TrackSettings,
 ) -> Tracked {
-    let &FrameSolution { frame, x, linear, placed, lost, means, .. } = found;
+    let &FrameSolution { recording, t, x, placed, lost, means, .. } = found;
+    let (frame, here) = (&recording.frames[t], &recording.here[t]);
     let tensions = &draws.tensions;
     let levels: Vec<Interval> = tensions.iter().map(|d| interval(d).or_slack(&settings.link)).collect();
     let courses = tensions
@@ -178,9 +175,9 @@ pub(super) fn tracked(
         let ends = |end: fn(&Interval) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];
         Displacement { shift_m: ends(|r| r.median), low_m: ends(|r| r.low), high_m: ends(|r| r.high) }
     });
-    let solved = match linear {
+    let solved = match &here.linear {
         Some(linear) => Some(linear.positions.to_vec()),
-        None => solver.solve(frame, x, found.positions).map(<[_]>::to_vec),
+        None => solver.solve(frame, x, here.positions.as_deref()).map(<[_]>::to_vec),
     };
     let is_solved = solved.is_some();
     let mut positions = solved.unwrap_or_else(|| solver.system.rest().to_vec());
@@ -214,7 +211,7 @@ pub(super) fn tracked(
     }
     let status = if lost || !is_solved || !is_near || !is_met {
         FrameStatus::OutOfReach
-    } else if linear.is_none() {
+    } else if here.linear.is_none() {
         FrameStatus::Gap
     } else if !as_well {
         FrameStatus::NotReached
@@ -251,8 +248,8 @@ pub(super) fn tracked(
         hidden: hidden.collect(),
         resolved,
         levels,
-        formants: formants::tracked_formants(frame, &positions, &draws.heard),
-        positions: if found.is_shown { positions } else { Vec::new() },
+        formants: formants::tracked_formants(frame, &positions, &draws.formants),
+        positions: if settings.is_shown(t, recording.frames.len()) { positions } else { Vec::new() },
         faults: Vec::new(),
     }
 }

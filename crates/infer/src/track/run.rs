@@ -116,16 +116,8 @@ pub fn track(
         let levels = shown.as_ref().map_or(&smoother.shared, |shown| &shown.levels).clone();
         let context_shown = context.on(shown.as_ref().and_then(|shown| shown.body.as_ref()));
         let again = Smoother { context: context_shown, shared: levels, ..smoother.clone() };
-        let heard = formants::rates(&smoother, &recording);
-        let sampler = Sampler {
-            smoother: &smoother,
-            recording: &recording,
-            linear: &linear,
-            by_shape,
-            heard,
-            shared: &shared,
-            number,
-        };
+        let formant_jacobians = formants::jacobians(&smoother, &recording);
+        let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
         let found = displayed.as_ref().unwrap_or(&recording);
         take(number, summarise(&again, found, &sampler, &predicted, (faults, &lost)));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
@@ -248,7 +240,7 @@ fn summarise(
 ) -> TrackedRecording {
     let count = recording.frames.len();
     let unknowns: Vec<_> = (0..count).map(|t| smoother.unknowns_of(recording, t)).collect();
-    let ways = if smoother.settings.branch { ways(smoother, recording, &unknowns) } else { Vec::new() };
+    let ways = if smoother.settings.reachability { ways(smoother, recording, &unknowns) } else { Vec::new() };
     let mut segments = Segments::new(&recording.frames, smoother.settings.kept_draws);
     let mut frames: Vec<Tracked> = Vec::with_capacity(count);
     draws.draw(|window, drawn, means| {
@@ -256,16 +248,14 @@ fn summarise(
             let mut solver = smoother.solver();
             Vec::from_iter(chunk.iter().map(|&t| {
                 let found = FrameSolution {
-                    way: ways.get(t).and_then(Option::as_ref),
-                    frame: &recording.frames[t],
+                    recording,
+                    t,
                     x: &unknowns[t],
-                    linear: recording.here[t].linear.as_deref(),
-                    positions: recording.here[t].positions.as_deref(),
-                    placed: draws.recording.here[t].positions.as_deref(),
+                    placed: draws.linear.recording.here[t].positions.as_deref(),
+                    way: ways.get(t).and_then(Option::as_ref),
                     predicted: &predicted[t],
                     lost: lost[t],
                     means,
-                    is_shown: smoother.settings.is_shown(t, count),
                 };
                 tracked(&mut solver, &found, &drawn[t - window.start], smoother.settings)
             }))

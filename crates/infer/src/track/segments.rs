@@ -158,15 +158,17 @@ pub struct CourseSummary {
     pub reliability: f64,
     /// Mean width of the 95 % intervals of its course, N per metre of thickness.
     pub course_width_n: f64,
+    /// Mean width of the 95 % intervals of its level, N per metre of thickness.
     pub level_width_n: f64,
-    /// That as part of the prior's width: 1 is all prior, 0 all data.
+    /// This width as a part of that of the prior: 1 where only the prior says how hard the muscle pulls, 0 where only the data do.
     pub unknown_part: f64,
 }
 
-/// A course is known whose reliability is above this,
+/// Reliability above which a course may be known.
 const RELIABLE: f64 = 0.5;
-/// and whose intervals are narrower than this part of the prior's scale on average: 24 N/m at 20 N/m.
+/// Largest mean width of the intervals of a course that is known, as a part of the prior's scale: 24 N/m at 20 N/m.
 pub const NARROW: f64 = 1.2;
+
 /// What is known of every muscle over all frames.
 pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
     let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();

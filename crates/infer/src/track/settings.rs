@@ -23,7 +23,7 @@ pub struct TrackSettings {
     /// Largest number of frames of a recording whose positions are part of the results; they are equally spaced.
     pub shapes: usize,
     /// Whether it is checked how the shape of every frame can be reached from rest.
-    pub branch: bool,
+    pub reachability: bool,
     /// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static
     /// error and shape are then held, with the covariance that those frames give them, while each recording is searched for its states.
     pub shared_frames: usize,
@@ -56,7 +56,7 @@ impl TrackSettings {
             seed: 0,
             upper_n: BOUND * scale_n,
             shapes: usize::MAX,
-            branch: true,
+            reachability: true,
             shared_frames: 240,
             kept_draws: 0,
         }

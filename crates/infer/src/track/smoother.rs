@@ -228,7 +228,8 @@ impl<'a> Smoother<'a> {
         Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
-    /// The unknown of a frame that responds as an unknown shared by all frames does: the course as its level, the slow as the static error.
+    /// The unknown of a state by which residuals have the same derivatives as by a shared one: the course for a level, the slow error for the
+    /// static one.
     pub(super) fn of_state(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
