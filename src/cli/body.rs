@@ -77,7 +77,7 @@ pub struct Arguments {
         default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
     poisson_ratio: f64,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
-    /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in
+    /// finite width, whose answers hardly depend on the mesh, or for a vowel, `simulate`, `muscles` and `track` the built-in
     /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,

@@ -41,7 +41,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
     /// Search method: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
-    /// tensions ten times faster (and are the default of batch)
+    /// tensions faster (and are the default of batch)
     #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead", hide_short_help = true)]
     method: Method,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole

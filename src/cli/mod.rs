@@ -87,7 +87,7 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate without --trajectory, mesh
     /// and scene write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
@@ -118,7 +118,7 @@ impl Global {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Fit every subject and vowel of a table, with intervals and alarms
+    /// Fit every subject and vowel of a table, with alarms and a page
     Batch(batch::Arguments),
     /// Merge the shards of a batch
     Merge(merge::Arguments),

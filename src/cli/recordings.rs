@@ -56,8 +56,8 @@ fn format(name: &str) -> Result<Format, String> {
 #[group(skip)]
 #[command(next_help_heading = "Prior")]
 pub struct PriorArguments {
-    /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.41 of the scale, its 97.5 %
-    /// quantile 1.9 of it
+    /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.67 of the scale, its 97.5 %
+    /// quantile 2.6 of it
     #[arg(
         long,
         value_name = "N",

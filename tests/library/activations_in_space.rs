@@ -90,7 +90,7 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     assert!((alike.rms_m - fit.rms_m).abs() < 1e-5, "{} {}", alike.rms_m, fit.rms_m);
     assert!(alike.answer.tensions.iter().zip(&fit.answer.tensions).all(|(a, b)| (a - b).abs() < 1e-2));
     // ArtiSynth itself leaves 3.38 mm.
-    assert!(fit.rms_m < 3.38e-3, "{}", fit.rms_m);
+    assert!((fit.rms_m - 2.05e-3).abs() < 5e-6, "{}", fit.rms_m);
     assert!(fit.starts.iter().all(|s| (s.misfit / fit.answer.misfit - 1.0).abs() < 0.05), "from every start");
     assert!(fit.combinations.iter().any(|c| c.sd > OPEN_ABOVE), "MH and GH are told to be open");
 
@@ -100,7 +100,7 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let tip: Vec<SpaceMark> = RECORDED[..14].iter().map(of_tip).collect();
     let search = SpaceSearch { settings: FitSettings { starts: 1, ..search.settings }, ..search };
     let fit = search.fit(&body, &system, &tip, None).unwrap();
-    assert!(fit.rms_m < 5e-4, "{}", fit.rms_m);
+    assert!((fit.rms_m - 4.6e-4).abs() < 5e-6, "{}", fit.rms_m);
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn a_start_amid_strong_muscles_finds_those_of_a_recorded_protrusion() {
     let search = SpaceSearch { settings: FitSettings { starts: 2, ..usual.settings }, ..usual };
     let fit = search.fit_alike((&body, &system), (&half, &left), &seen, None).unwrap();
     // From rest alone the search ends at 0.35 mm, with VERT at 0.
-    assert!(fit.rms_m < 1.5e-4 && fit.ended_here() == 1, "{} {}", fit.rms_m, fit.ended_here());
+    assert!((fit.rms_m - 1.4e-4).abs() < 5e-6 && fit.ended_here() == 1, "{} {}", fit.rms_m, fit.ended_here());
     // ArtiSynth's excitations at this moment.
     let truth = [("GGM", 1.0), ("MH", 1.0), ("HG", 0.028), ("VERT", 0.788), ("TRANS", 1.0), ("SL", 0.024)];
     for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95()) {

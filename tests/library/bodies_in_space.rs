@@ -75,8 +75,8 @@ fn a_nearly_incompressible_beam_bends_as_much_as_a_compressible_one() {
     let stiff = MooneyRivlin { bulk: 1e4 * 2074.0, ..soft };
     let [compressible, incompressible] = [soft, stiff].map(|law| deflection(law, [16, 4]));
     // Elements without a mean volume have only a twentieth of it at nu 0.49995.
-    for part in [compressible, incompressible] {
-        assert!((0.85..1.03).contains(&part), "{compressible} {incompressible}");
+    for (part, told) in [(compressible, 0.91), (incompressible, 0.86)] {
+        assert!((part - told).abs() < 5e-3, "{compressible} {incompressible}");
     }
 }
 

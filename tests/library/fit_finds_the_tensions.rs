@@ -152,6 +152,10 @@ fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
         assert!(tension == 0.0 || tension > 1e-9, "{what}: {tension:e} N");
         assert_eq!(fit.contracts(m), tension >= 1e-3);
     }
+    // As docs/model.md defines it.
+    let squares: f64 = target.fitted.iter().map(|&m| fit.residuals()[m].powi(2)).sum();
+    let misfit = (squares / target.fitted.len() as f64).sqrt();
+    assert!((fit.answer.misfit - misfit).abs() < 1e-9, "{what}: {} {misfit}", fit.answer.misfit);
     if fit.answer.status == FitStatus::Converged {
         assert!(
             target.fitted.iter().all(|&m| fit.residuals()[m].abs() < 1e-3),

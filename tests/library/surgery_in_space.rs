@@ -61,18 +61,20 @@ fn one_side_of_artisynths_tongue_operated() {
     let Some(folder) = folder() else { return };
     let body = artisynth::read(&folder).unwrap();
     let (tip, lines) = (919, SpaceModel { muscles: MusclesAs::Lines, ..SpaceModel::default() });
-    let near = |what: &str, found: Vector3<f64>, [x, y, z]: [f64; 3]| {
+    let near = |what: &str, found: Vector3<f64>, [x, y, z]: [f64; 3], most: f64| {
         let other = Vector3::new(x, y, z);
         let apart = (found - other).norm() / other.norm();
-        assert!(apart < 0.15, "{what}: {found:.2?} of {other:.2?}, {apart}");
+        assert!(apart < most, "{what}: {found:.2?} of {other:.2?}, {apart}");
     };
-    for (kind, model) in [("lines", &lines), ("stress", &SpaceModel::default())] {
+    for (kind, model, of_muscles, of_regions) in
+        [("lines", &lines, 0.15, 0.15), ("stress", &SpaceModel::default(), 0.01, 0.11)]
+    {
         let whole = way(&body, model, tip, &[("GGP", 0.15), ("TRANS", 0.1)]);
-        near(&format!("{kind}: whole"), whole, [-8.03, 0.0, -8.67]);
+        near(&format!("{kind}: whole"), whole, [-8.03, 0.0, -8.67], of_muscles);
         let off = way(&body, model, tip, &[("GGP_R", 0.15), ("TRANS", 0.1)]);
-        near(&format!("{kind}: GGP left off"), off, [-6.13, -0.78, -4.76]);
+        near(&format!("{kind}: GGP left off"), off, [-6.13, -0.78, -4.76], of_muscles);
         let off = way(&body, model, tip, &[("GGP_R", 0.15), ("TRANS_R", 0.1)]);
-        near(&format!("{kind}: GGP and TRANS left off"), off, [-4.47, -4.45, -4.78]);
+        near(&format!("{kind}: GGP and TRANS left off"), off, [-4.47, -4.45, -4.78], of_muscles);
         // The mobile tongue: the upper half of the front 60 % of the body.
         let nodes = || body.mesh.nodes[..946].iter().copied();
         let low = nodes().reduce(|a, b| a.inf(&b)).unwrap();
@@ -88,7 +90,7 @@ fn one_side_of_artisynths_tongue_operated() {
         ] {
             let found = way_after(&body, model, &elements, filling, given);
             // The exact region of the other program is not known.
-            near(&format!("{kind}: {what}, {} elements", elements.len()), found, other);
+            near(&format!("{kind}: {what}, {} elements", elements.len()), found, other, of_regions);
             assert_eq!(found.y.signum(), other[1].signum(), "{what} {found}");
         }
     }

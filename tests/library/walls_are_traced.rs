@@ -1,9 +1,11 @@
 //! The walls of the tract are Maeda's, placed by the tongue alone, and the tables of docs/sound.md are what the vowels of S2 give there.
 
 use nalgebra::{Rotation2, Vector2};
-use tongue_fit::acoustics::{Articulation, MeanVowel, VocalTract, mean_vowels, nearest_vowel};
+use tongue_fit::acoustics::{Articulation, MeanVowel, Tract, VocalTract, mean_vowels, nearest_vowel};
 use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
 use tongue_fit::report::SoundRecord;
+use tongue_fit::scene::run::SceneOutcome;
 use tongue_fit::scene::{self, JOINT_MM, Scene};
 use tongue_sound::formants::formants;
 use tongue_sound::{Acoustics, Section};
@@ -106,21 +108,21 @@ fn the_walls_are_those_of_maeda_placed_where_her_mean_tongue_lies_nearest_to_the
 }
 
 fn spoken(vowel: &str) -> SoundRecord {
-    in_posture(vowel, |_| ())
+    in_posture("S2", vowel, |_| ()).sound.unwrap()
 }
 
 /// The same where the posture is changed.
-fn in_posture(vowel: &str, change: impl Fn(&mut Articulation)) -> SoundRecord {
+fn in_posture(subject: &str, vowel: &str, change: impl Fn(&mut Articulation)) -> SceneOutcome {
     let tract = VocalTract::drawn().unwrap();
     let mut posture = tract.posture[vowel];
     change(&mut posture);
     let fit = match vowel {
         "ɯ" => String::new(),
-        _ => format!("[fit]\nsubject = \"S2\"\nvowel = \"{vowel}\"\ntarget = \"stretch\"\n"),
+        _ => format!("[fit]\nsubject = \"{subject}\"\nvowel = \"{vowel}\"\ntarget = \"stretch\"\n"),
     };
     let text = format!("title = \"t\"\nwant = \"shape\"\n[body.tongue]\n{fit}");
     let scene = Scene::from_toml(&text, "t.toml").unwrap().spoken(&posture, tract.jaw.joint_mm);
-    scene::simulate(&scene).unwrap().sound.unwrap()
+    scene::simulate(&scene).unwrap()
 }
 
 #[test]
@@ -134,7 +136,7 @@ fn the_jaw_opens_to_fifteen_degrees_and_raises_the_first_formant() {
     let all: Vec<f64> = (0..=4).map(|i| first(3.75 * f64::from(i))).collect();
     assert!(all[1..].iter().all(|f| *f > all[0]), "{all:?}");
     for vowel in ["a", "e", "i", "o", "ɯ"] {
-        let found = in_posture(vowel, |posture| posture.jaw_deg = 15.0);
+        let found = in_posture("S2", vowel, |posture| posture.jaw_deg = 15.0).sound.unwrap();
         assert!(found.formants_hz.windows(2).all(|f| f[0] < f[1]), "{vowel}: {:?}", found.formants_hz);
     }
 }
@@ -170,6 +172,63 @@ fn four_of_five_vowels_are_nearest_to_their_own_mean() {
         assert_eq!(rows(&format!("| /{vowel}/ | ")), [told.to_vec()]);
     }
     assert!(own >= 4 && near >= 8, "{own} of 5 vowels, {near} of 10 formants");
+    // Of the others too, of whom /ɯ/ is the same tongue at rest.
+    for (subject, vowel) in ["S1", "S3"].iter().flat_map(|s| ["e", "a", "o"].map(|v| (*s, v))) {
+        let f = in_posture(subject, vowel, |_| ()).sound.unwrap().formants_hz;
+        assert_eq!(nearest_vowel(&means, f[0], f[1]).unwrap().vowel, vowel, "{subject}: {f:?}");
+    }
+}
+
+#[test]
+fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
+    let (body, drawn) = (Body::tongue(5.5e-3).unwrap(), VocalTract::drawn().unwrap());
+    let vowels = ["i", "e", "a", "o", "ɯ"].map(|vowel| {
+        let positions = in_posture("S2", vowel, |_| ()).positions_m;
+        (positions.iter().map(|p| Point::new(p[0], p[1])).collect::<Vec<_>>(), drawn.posture[vowel])
+    });
+    let heard = |tract: &Tract, change: &dyn Fn(&mut Articulation), larger: f64| {
+        let airway = VocalTract::round(&body, tract.clone()).unwrap();
+        vowels.each_ref().map(|(positions, posture)| -> Vec<f64> {
+            let mut posture = *posture;
+            change(&mut posture);
+            let mut sections = airway.sound(positions, &posture).unwrap().profile.sections;
+            sections.iter_mut().for_each(|s| s.area_m2 *= larger);
+            formants(&sections, &Acoustics::default(), 2).unwrap().iter().map(|f| f.frequency_hz).collect()
+        })
+    };
+    let usual = heard(&drawn, &|_| (), 1.0);
+    let (mut found_rows, mut told_rows) = (Vec::new(), Vec::new());
+    let mut as_told = |what: &str, found: [Vec<f64>; 5]| {
+        let most = |k: usize| {
+            let parts = found.iter().zip(&usual).map(|(a, b)| (a[k] / b[k] - 1.0).abs());
+            format!("{:.0} %", 100.0 * parts.fold(0.0, f64::max))
+        };
+        found_rows.push(vec![what.to_owned(), most(0), most(1)]);
+        told_rows.extend(rows(&format!("| {what} | ")));
+    };
+    as_told("all areas 20 % larger", heard(&drawn, &|_| (), 1.2));
+    for (what, walls, by) in [
+        ("back wall and velum 2 mm further back", 1..3, [2.0, 0.0]),
+        ("velum, palate and upper teeth 2 mm higher", 2..5, [0.0, 2.0]),
+    ] {
+        let mut tract = drawn.clone();
+        for point in tract.wall[walls].iter_mut().flat_map(|wall| &mut wall.points_mm) {
+            (point[0], point[1]) = (point[0] + by[0], point[1] + by[1]);
+        }
+        as_told(what, heard(&tract, &|_| (), 1.0));
+    }
+    type Change = fn(&mut Articulation);
+    let of_posture: [(&str, Change); 4] = [
+        ("lower teeth 1 degree lower, same tongue", |posture| posture.jaw_deg += 1.0),
+        ("lips 2 mm wider open", |posture| posture.lip_opening_mm += 2.0),
+        ("lips 2 mm further out", |posture| posture.lip_protrusion_mm += 2.0),
+        // The larynx follows half of the hyoid's way.
+        ("larynx 5 mm lower", |posture| posture.hyoid_mm[1] -= 10.0),
+    ];
+    for (what, change) in of_posture {
+        as_told(what, heard(&drawn, &change, 1.0));
+    }
+    assert_eq!(told_rows, found_rows);
 }
 
 /// Areas from the glottis to the lips, cm^2, and the length of each section, cm: Fant (1960), in the order from the lips as printed; Story,

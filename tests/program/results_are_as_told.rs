@@ -82,11 +82,56 @@ fn every_picture_of_a_scene_records_that_scene() {
     assert!(pictures >= 17, "{pictures}");
 }
 
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The rows of a table of the results.
+fn rows(path: &str) -> Vec<BTreeMap<String, String>> {
+    let mut table = csv::Reader::from_path(root().join("results").join(path)).unwrap();
+    table.deserialize().map(Result::unwrap).collect()
+}
+
+fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
+    row[key].parse().unwrap()
+}
+
+/// A page in one line.
+fn page(path: &str) -> String {
+    let text = std::fs::read_to_string(root().join(path)).unwrap();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn what_pages_tell_of_the_plane_of_continua_and_of_locking_is_that_of_the_results() {
+    let mut errors: Vec<f64> = rows("plane/alone.csv").iter().map(|row| number(row, "error")).collect();
+    errors.sort_by(f64::total_cmp);
+    let missed = format!("misses {:.0} % of the motion of", 100.0 * errors[errors.len() / 2]);
+    for path in ["README.md", "docs/model.md", "docs/space.md"] {
+        assert!(page(path).contains(&missed), "{missed} in {path}");
+    }
+    let settings = rows("continuum/sensitivity.csv");
+    let of = |name: &str| settings.iter().find(|row| row["setting"] == name).unwrap();
+    let times = number(of("default settings, nu 0.49"), "best_factor");
+    let by = 100.0 * (number(of("nu 0.499"), "median") - 1.0);
+    let passive = ["batch/fits.csv", "batch/nu-0.499/fits.csv"].map(|path| {
+        let all = rows(path);
+        let own = all.iter().filter(|r| r["target_kind"] == "stretch" && r["subject"] != "S4");
+        let errors: Vec<f64> = own.filter_map(|row| row["passive_rms_stretch"].parse().ok()).collect();
+        (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
+    });
+    for told in [
+        format!("needs {times:.2} times the tensions published for /a/"),
+        format!("moves the tensions by about {by:.0} %"),
+        format!("by {:.3} there and by {:.3} at 0.49", passive[1], passive[0]),
+    ] {
+        assert!(page("docs/model.md").contains(&told), "{told}");
+    }
+}
+
 #[test]
 fn the_signs_that_survive_the_plane_are_those_of_its_study() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut table = csv::Reader::from_path(root.join("results/plane/signs.csv")).unwrap();
-    let rows: Vec<BTreeMap<String, String>> = table.deserialize().map(Result::unwrap).collect();
+    let rows = rows("plane/signs.csv");
     let count = |row: &BTreeMap<String, String>, key: &str| row[key].parse::<usize>().unwrap();
     let right_of_all = |how: &str, is_of: &dyn Fn(&str) -> bool| {
         let own: Vec<_> = rows.iter().filter(|row| is_of(&row["muscle"])).collect();
@@ -95,8 +140,7 @@ fn the_signs_that_survive_the_plane_are_those_of_its_study() {
     };
     let (sure, probable) = (right_of_all("surely", &|_| true), right_of_all("probably", &|_| true));
     let without = right_of_all("surely", &|muscle| muscle != "GGa");
-    let told = std::fs::read_to_string(root.join("docs/model.md")).unwrap();
-    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    let told = page("docs/model.md");
     let [alike, alarms] =
         ["alike", "surely_where_alike"].map(|key| rows.iter().map(|row| count(row, key)).sum::<usize>());
     let wanted = format!(

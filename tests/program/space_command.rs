@@ -122,13 +122,24 @@ fn surgery_of_one_side_deviates() {
 }
 
 #[test]
-fn the_tongue_in_space_sounds() {
+fn the_tongue_in_space_sounds_as_told() {
     let folder = tempfile::tempdir().unwrap();
-    let heard = |more: &str| {
-        let found = json(folder.path(), &format!("sound --body space --json --out s {more}"));
-        [0, 1].map(|i| found["formants_hz"][i].as_f64().unwrap())
+    let heard = |options: &str| {
+        let found = json(folder.path(), &format!("sound {options} --json --out s"));
+        [0, 1, 2].map(|i| found["formants_hz"][i].as_f64().unwrap())
     };
-    let (rest, raised) = (heard(""), heard("--activation GGP=0.05"));
+    let page = include_str!("../../docs/sound.md").split_whitespace().collect::<Vec<_>>().join(" ");
+    for (options, told) in [
+        ("--body space", "At rest F1 to F3 are FORMANTS"),
+        ("--tension GGp=0", "in the plane FORMANTS"),
+        ("--body space --activation TRANS=0.1", "raises the tongue: FORMANTS"),
+        ("--body space --activation HG=0.05", "hyoglossus at 0.05 gives FORMANTS"),
+    ] {
+        let [f1, f2, f3] = heard(options);
+        let told = told.replace("FORMANTS", &format!("{f1:.0}, {f2:.0} and {f3:.0} Hz"));
+        assert!(page.contains(&told), "{told}");
+    }
+    let (rest, raised) = (heard("--body space"), heard("--body space --activation GGP=0.05"));
     // The tongue comes to the front: the pharynx widens and the front cavity narrows.
     assert!(raised[0] < rest[0] && raised[1] > rest[1], "{rest:?} {raised:?}");
 }

@@ -53,12 +53,13 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
     }
 }
 
-/// Statements of README and model page agree with the committed results.
+/// Statements of README, model page and guide agree with the committed results.
 #[test]
 fn predictions_on_the_pages_are_those_of_the_results() {
     let study = record(Path::new(env!("CARGO_MANIFEST_DIR")), "results/validate/validate.json");
-    let pages = [include_str!("../../README.md"), include_str!("../../docs/model.md")]
-        .map(|page| page.split_whitespace().collect::<Vec<_>>().join(" "));
+    let joined = |page: &str| page.split_whitespace().collect::<Vec<_>>().join(" ");
+    let pages = [include_str!("../../README.md"), include_str!("../../docs/model.md")].map(joined);
+    let guide = joined(include_str!("../../docs/guide.md"));
     for (name, words) in [
         ("no_change", "no change"),
         ("constant", "one constant"),
@@ -69,4 +70,32 @@ fn predictions_on_the_pages_are_those_of_the_results() {
         let said = format!("{words} {:.3}", opponent["rms"].as_f64().unwrap());
         assert!(pages.iter().all(|page| page.contains(&said)), "{said}");
     }
+    let thesis = study["opponents"][2]["better_than_constant"].as_f64().unwrap();
+    assert!(pages[0].contains("a constant is better than the model in seven of ten bootstraps"));
+    assert!((thesis - 0.3).abs() < 0.05, "{thesis}");
+    let of = |scores: &Value, name: &str, what: &str| {
+        scores.as_array().unwrap().iter().find(|s| s["name"] == name).unwrap()[what].as_f64().unwrap()
+    };
+    let (own, others) = (&study["posterior"]["scores"], &study["posterior"]["other_baselines"]);
+    let [i, e] = ["i", "e"].map(|vowel| {
+        let scores = &others.as_array().unwrap().iter().find(|o| o["baseline"] == vowel).unwrap()["scores"];
+        ["gaussian", "posterior"].map(|name| of(scores, name, "rms"))
+    });
+    let rows = format!("(RMS {:.3} and {:.3}; the model {:.3} and {:.3})", i[0], e[0], i[1], e[1]);
+    let [joint, normal] = ["posterior_joint", "gaussian"].map(|name| of(own, name, "rms"));
+    let together = format!("better: {joint:.3} against /ɯ/, where the normal distribution has {normal:.3}");
+    assert!(pages[0].contains(&rows) && pages[0].contains(&together), "{rows} {together}");
+    // What 95 % intervals hold: of rows against /ɯ/ and other vowels, and of all vowels of a speaker.
+    let [[own, other], [joint, joint_other]] = ["posterior", "posterior_joint_tilt"].map(|name| {
+        let of_all =
+            others.as_array().unwrap().iter().filter(|o| o["subjects"].as_array().unwrap().len() > 1);
+        let all = of_all.map(|o| 100.0 * of(&o["scores"], name, "coverage_95"));
+        let (low, high) = all.fold((100.0, 0.0), |(low, high): (f64, f64), p| (low.min(p), high.max(p)));
+        [format!("{:.0} %", 100.0 * of(own, name, "coverage_95")), format!("{low:.0} to {high:.0} %")]
+    });
+    let held = format!(
+        "they contain {own} from the same row with /ɯ/ as baseline and {other} with another vowel (of a hyoid that does not tilt), \
+         and {joint} and {joint_other} with `--joint`"
+    );
+    assert!(guide.contains(&held), "{held}");
 }

@@ -5,6 +5,7 @@
 mod activations_cover_the_truth;
 mod batch_in_shards;
 mod batch_survives;
+mod changed_speakers;
 mod coils_place_the_body;
 mod contrasts_cover_the_truth;
 mod hidden_coils_are_predicted;

@@ -4,7 +4,6 @@
 use std::sync::OnceLock;
 
 use nalgebra::DVector;
-use tongue_core::geometry::NaturalSpline;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::normal;
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
@@ -20,9 +19,9 @@ use tongue_infer::track::{
     Errors, RestShape, Softplus, TrackSettings, TrackedRecording, TrackingContext, Watch, compared, frames,
     mark, track,
 };
-use tongue_input::measured::recording::{AlignedFrame, Mark};
 
 use crate::cases;
+use crate::changed_speakers::{doubled, labelled, redrawn};
 use crate::speakers::{Recorded, Seeing, Tones, recorded_with};
 use crate::synthetic::{Kind, Speaker, drawn_scores};
 
@@ -36,6 +35,8 @@ struct Counts {
     /// Truths below and above their intervals.
     missed: [usize; 2],
     resolved: usize,
+    /// Coordinates of a bone that was not seen, and those that their intervals hold.
+    bones: [usize; 2],
 }
 
 impl Counts {
@@ -64,7 +65,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
     let one = |seed: &u64| {
         let mut rng = fastrand::Rng::with_seed(1000 + seed);
         // Tensions without an equilibrium nobody can record.
-        let (truth, shapes) = loop {
+        let (truth, hyoid, shapes) = loop {
             let truth = drawn(&settings.link, settings.memory_s, &times, &mut rng);
             let hyoid = match unseen {
                 true => drawn_scores(2, settings.memory_s, &times, &mut rng),
@@ -74,7 +75,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
                 |(t, h): (&Vec<f64>, &DVector<f64>)| speaker.shape(t, Point::new(h[0], h[1]) * BONE_SD_M);
             let shapes: Option<Vec<_>> = truth.iter().zip(&hyoid).map(shape).collect();
             if let Some(shapes) = shapes {
-                break (truth, shapes);
+                break (truth, hyoid, shapes);
             }
         };
         let mut seen = speaker.seen(&shapes, &times, kind, &mut rng);
@@ -93,12 +94,21 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
             counts.missed[1] += truth.iter().zip(&frame.levels).filter(|(t, l)| **t > l.high).count();
             counts.resolved += frame.resolved;
         }
+        for (frame, hyoid) in found.iter().zip(&hyoid) {
+            for bone in &frame.bones {
+                let held = (0..2).filter(|&axis| {
+                    (bone.low_m[axis]..=bone.high_m[axis]).contains(&(hyoid[axis] * BONE_SD_M))
+                });
+                counts.bones = [counts.bones[0] + 2, counts.bones[1] + held.count()];
+            }
+        }
         counts
     };
     parallel::map(&seeds, one).into_iter().fold(Counts::default(), |sum, c| Counts {
         all: sum.all + c.all,
         missed: [sum.missed[0] + c.missed[0], sum.missed[1] + c.missed[1]],
         resolved: sum.resolved + c.resolved,
+        bones: [0, 1].map(|i| sum.bones[i] + c.bones[i]),
     })
 }
 
@@ -107,28 +117,32 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
 fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
     let speaker = Speaker::of(Body::tongue(5.5e-3).unwrap());
     // 93 to 97 % are due. An interval from 0, where a slack muscle cannot be excluded, holds more: 98 % of three coils. A hyoid that was
-    // not seen moves so far that the surface does not answer in straight lines: 84 % of many exact points, which is a limit of the method.
+    // not seen moves so far that the surface does not answer in straight lines: 84 % of many exact points, and 76 % of its own displacement,
+    // which is a limit of the method.
     let (due, from_zero, not_straight) = (0.93..=0.97, 0.93..=0.99, 0.83..=0.97);
     let kinds = [
-        ("3 coils at 0.5 mm", Kind::Sensors(3, 0.5e-3), false, from_zero.clone()),
-        ("11 keypoints at 0.93 mm", Kind::Contour(11, 0.93e-3), false, due.clone()),
-        ("31 points at 0.5 mm", Kind::Contour(31, 0.5e-3), false, due),
-        ("3 coils at 0.5 mm, hyoid not seen", Kind::Sensors(3, 0.5e-3), true, from_zero),
-        ("31 points at 0.5 mm, hyoid not seen", Kind::Contour(31, 0.5e-3), true, not_straight),
+        ("3 coils at 0.5 mm", Kind::Sensors(3, 0.5e-3), None, from_zero.clone()),
+        ("11 keypoints at 0.93 mm", Kind::Contour(11, 0.93e-3), None, due.clone()),
+        ("31 points at 0.5 mm", Kind::Contour(31, 0.5e-3), None, due),
+        ("3 coils at 0.5 mm, hyoid not seen", Kind::Sensors(3, 0.5e-3), Some(0.93..=0.98), from_zero),
+        ("31 points at 0.5 mm, hyoid not seen", Kind::Contour(31, 0.5e-3), Some(0.74..=0.97), not_straight),
     ];
     let recordings = cases(200);
     let mut told = Vec::new();
     let mut good = true;
-    for (name, kind, unseen, range) in kinds {
-        let counts = counted(&speaker, kind, unseen, recordings);
+    for (name, kind, of_bone, range) in kinds {
+        let counts = counted(&speaker, kind, of_bone.is_some(), recordings);
         let (part, frames) = (counts.covered(), recordings as f64 * FRAMES as f64);
         let resolved = counts.resolved as f64 / frames;
         told.push(format!(
-            "{name}: {:.1} %, {resolved:.1} directions, {:?} below and above",
+            "{name}: {:.1} %, {resolved:.1} directions, {:?} below and above; {:?} of the bone",
             100.0 * part,
-            counts.missed
+            counts.missed,
+            counts.bones
         ));
         good &= range.contains(&part);
+        good &=
+            of_bone.is_none_or(|range| range.contains(&(counts.bones[1] as f64 / counts.bones[0] as f64)));
     }
     println!("{told:#?}");
     assert!(good, "{told:?}");
@@ -137,6 +151,15 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
 /// Tracks a speaker on the built-in tongue, as `tongue-fit track` does; `None` where a bone more than 10 mm from where a tongue with this
 /// contour has it refuses the recording. Levels and shape are found from up to `shared_frames` frames.
 pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRecording>> {
+    tracked_without(speaker, shared_frames, &[])
+}
+
+/// The same where the points `hide` of the contour are held out.
+pub fn tracked_without(
+    speaker: &Recorded,
+    shared_frames: usize,
+    hide: &[String],
+) -> Option<Vec<TrackedRecording>> {
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
@@ -149,18 +172,18 @@ pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRe
         settings,
         palate: None,
     };
-    let placed = match basis.to_recordings(&seen, RestShapeMethod::Similarity, &[], &|_, _| {}) {
+    let placed = match basis.to_recordings(&seen, RestShapeMethod::Similarity, hide, &|_, _| {}) {
         Err(RestError::NotOneFrame(_)) => return None,
         placed => placed.unwrap(),
     };
     let system = System::new(&placed.body.mesh, &model, &contracting).unwrap();
-    let sight = RegistrationData::of(&seen, &[]);
+    let sight = RegistrationData::of(&seen, hide);
     let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
     let shape = RestShape::of(&placed.body, &model, &contracting, at).unwrap();
     let surface = TongueSurface::of(&placed.body).unwrap();
     let compared = compared(&seen);
     let ready = |s: &&AlignedRecording| {
-        let mut ready = frames(s, &surface, &placed.followed, &[]);
+        let mut ready = frames(s, &surface, &placed.followed, hide);
         mark(&mut ready, &s.labels, &compared);
         ready
     };
@@ -183,6 +206,8 @@ pub struct Held {
     course_widths: f64,
     /// Frames of muscles that pull nothing, and those of them whose level begins above 5 N/m.
     dead: [f64; 2],
+    /// Mean courses over labels, and those that their intervals hold.
+    labels: [f64; 2],
 }
 
 impl Held {
@@ -194,6 +219,11 @@ impl Held {
     /// The same of the courses.
     pub fn courses(&self) -> f64 {
         100.0 * self.courses / self.all
+    }
+
+    /// Part of the mean courses over labels that held, in per cent.
+    fn of_labels(&self) -> f64 {
+        100.0 * self.labels[1] / self.labels[0]
     }
 
     /// Their width, N/m.
@@ -209,11 +239,12 @@ impl Held {
     pub fn told(&self) -> String {
         let part = |x: f64| 100.0 * x / self.all;
         format!(
-            "levels {:.1} %, {:.1} N/m wide; courses {:.1} %, {:.1} N/m wide; dead muscles above 5 N/m in {} of {} frames",
+            "levels {:.1} %, {:.1} N/m wide; courses {:.1} %, {:.1} N/m wide; means over labels {:.1} %; dead muscles above 5 N/m in {} of {} frames",
             part(self.levels),
             self.level_widths / self.all,
             part(self.courses),
             self.course_widths / self.all,
+            self.of_labels(),
             self.dead[1],
             self.dead[0],
         )
@@ -227,13 +258,27 @@ impl Held {
         self.level_widths += other.level_widths;
         self.course_widths += other.course_widths;
         (0..2).for_each(|i| self.dead[i] += other.dead[i]);
+        (0..2).for_each(|i| self.labels[i] += other.labels[i]);
     }
 
     /// Of a speaker and what was found of each recording.
     pub fn add(&mut self, speaker: &Recorded, found: Vec<TrackedRecording>) {
         let link = Softplus::default();
         let highest = link.tension(link.middle_n + 1.96 * link.level_sd_n).0;
-        for (truth, found) in speaker.truth.iter().zip(found) {
+        for ((truth, found), seen) in speaker.truth.iter().zip(found).zip(&speaker.seen) {
+            for segment in &found.segments {
+                let label = &seen.labels[segment.label];
+                let all = truth.iter().zip(&seen.frames);
+                let own: Vec<_> = all.filter(|(_, f)| label.holds(f.time_s)).map(|(t, _)| t).collect();
+                for (m, change) in segment.changes.iter().enumerate() {
+                    let mean =
+                        |of: &mut dyn Iterator<Item = f64>, count: usize| of.sum::<f64>() / count as f64;
+                    let of_label = mean(&mut own.iter().map(|t| t[m]), own.len());
+                    let whole = mean(&mut truth.iter().map(|t| t[m]), truth.len());
+                    self.labels[0] += 1.0;
+                    self.labels[1] += f64::from(change.holds(of_label - whole));
+                }
+            }
             for m in 0..8 {
                 let mean = truth.iter().map(|t| t[m]).sum::<f64>() / truth.len() as f64;
                 let is_dead = truth.iter().all(|t| t[m] == 0.0);
@@ -259,6 +304,7 @@ fn intervals_of_speakers_with_other_bodies_hold_the_truth() {
     assert!((93.0..=97.0).contains(&held.levels()), "{}", held.told());
     assert!((93.0..=97.0).contains(&held.courses()), "{}", held.told());
     assert!(held.level_width() < 46.0, "of 52.7 N/m without data: {}", held.told());
+    assert!((93.0..=98.0).contains(&held.of_labels()), "{}", held.told());
 }
 
 #[test]
@@ -303,32 +349,6 @@ fn more_points_of_a_contour_and_frames_given_twice_are_no_new_data() {
     }
 }
 
-/// A speaker whose contours are drawn by splines through their points, with one point in `every` sixteenth of a span.
-fn redrawn(speaker: &mut Recorded, every: usize) {
-    for seen in &mut speaker.seen {
-        for frame in &mut seen.frames {
-            let sd = frame.contour[0].unwrap().sd;
-            let points: Vec<Point> = frame.contour.iter().map(|mark| mark.unwrap().at).collect();
-            let curve = NaturalSpline::through(&points).unwrap();
-            frame.contour =
-                curve.polygon().iter().step_by(every).map(|at| Some(Mark { at: *at, sd })).collect();
-        }
-        seen.contour = (0..seen.frames[0].contour.len()).map(|i| format!("tongue_{i}")).collect();
-    }
-}
-
-/// A recording of which each frame is given twice, half a period apart.
-fn doubled(speaker: &mut Recorded) {
-    for (seen, truth) in speaker.seen.iter_mut().zip(&mut speaker.truth) {
-        let half = 0.5 * (seen.frames[1].time_s - seen.frames[0].time_s);
-        let twice = |frame: &AlignedFrame| {
-            [frame.clone(), AlignedFrame { time_s: frame.time_s + half, ..frame.clone() }]
-        };
-        seen.frames = seen.frames.iter().flat_map(twice).collect();
-        *truth = truth.iter().flat_map(|t| [t.clone(), t.clone()]).collect();
-    }
-}
-
 fn other_bodies(tones: Tones, shared_frames: usize, speakers: usize) -> Held {
     sum(&held_of(tones, shared_frames, speakers, &|_| ()))
 }
@@ -336,7 +356,7 @@ fn other_bodies(tones: Tones, shared_frames: usize, speakers: usize) -> Held {
 /// Of 40 speakers with tones as the prior has them, tracked once for all tests that look at them.
 fn usual() -> &'static [Held] {
     static ALL: OnceLock<Vec<Held>> = OnceLock::new();
-    ALL.get_or_init(|| held_of(Tones::HalfNormal(20.0), SHARED, 40, &|_| ()))
+    ALL.get_or_init(|| held_of(Tones::HalfNormal(20.0), SHARED, 40, &labelled))
 }
 
 fn sum(speakers: &[Held]) -> Held {

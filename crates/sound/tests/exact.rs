@@ -88,7 +88,7 @@ fn fants_vowels_agree_with_determinant_methods() {
         hard.wall = wall;
         let found = frequencies(&fant(areas), &hard, 3);
         for (f, p) in found.iter().zip(published) {
-            assert!((f / p - 1.0).abs() < 0.05, "{found:?} beside {published:?}");
+            assert!((f / p - 1.0).abs() < 0.01, "{found:?} beside {published:?}");
         }
     }
 }

@@ -238,8 +238,9 @@ mod tests {
         let rows = Both::new(&body, &SpaceModel::default()).unwrap().alone();
         let of = |name: &str| rows.iter().find(|r| r.muscle == name).unwrap();
         assert_eq!(rows.len(), 11);
-        assert!((0.2..0.3).contains(&of("GGP").error));
-        assert!((0.8..1.0).contains(&of("TRANS").error));
+        for (name, missed) in [("GGP", 0.25), ("GGM", 0.22), ("IL", 0.27), ("TRANS", 0.91)] {
+            assert!((of(name).error - missed).abs() < 5e-3, "{name}: {}", of(name).error);
+        }
         assert!((of("TRANS").area_change_percent - 10.4).abs() < 1.0);
         assert!((of("GGP").area_change_percent + 6.0).abs() < 1.0);
     }

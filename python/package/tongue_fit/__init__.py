@@ -8,7 +8,7 @@ does not have Python's TypeError. Other threads run during a solve; fits, batche
     import tongue_fit as tf
 
     data = tf.Dataset.reference()                      # or tf.dataset(frame), of pandas
-    fits = tf.batch(data, target="stretch").frame()    # every row, with 95 % intervals
+    fits = tf.batch(data, target="stretch").frame()    # every row
     model = tf.Model().assemble(tf.Body.tongue(), ["GGa", "SGm", "HGa"])
     shape = model.solver().equilibrium({"GGa": 12.0, "SGm": 11.5, "HGa": 4.5})
     shape.positions, model.body.triangles              # arrays for matplotlib's tripcolor

@@ -106,7 +106,7 @@ def fit(
     """Fits one row (`tongue-fit --vowel V`).
 
     `fit`, `batch` and `posterior` have the same defaults. The program's own differ where it does as the thesis did: its `--vowel` searches
-    by nelder-mead, which finds the same tensions in five times the time, and its `batch` fits ratios and stretches.
+    by nelder-mead, which finds the same tensions more slowly, and its `batch` fits ratios and stretches.
     """
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,

@@ -49,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "V|SUBJECT=V", hide_short_help = true)]
     baseline: Vec<String>,
     /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
-    /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
+    /// same tensions more slowly (and is the default for the fit of one vowel, as in the thesis)
     #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton", hide_short_help = true)]
     method: Method,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole

@@ -156,7 +156,8 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(7);
         let (runs, quantities, draws) = (300, 30, 125);
         let most = most_r_hat(8, draws, quantities);
-        assert!((1.012..1.02).contains(&most) && most_r_hat(8, 1000, 30) == 1.01, "{most}");
+        // docs/model.md tells it.
+        assert!((most - 1.015).abs() < 5e-4 && most_r_hat(8, 1000, 30) == 1.01, "{most}");
         let mut quantity = || -> f64 {
             let chain = |_| (0..draws).map(|_| normal(&mut random)).collect();
             mixing(&(0..8).map(chain).collect::<Vec<Vec<f64>>>()).r_hat
