@@ -69,37 +69,17 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 
 pub fn simulation(record: &SimulationRecord) -> String {
     let (solution, pulls) = (&record.found.solution, &record.pulls.values().0);
-    let row = |i: usize, pull: String, length_and: &[String]| {
-        let stretch = format!("{:.3}", record.stretches.0[i].1);
-        let length = format!("{:.2}", record.lengths_mm.0[i].1);
-        [&[pulls[i].0.clone(), pull, length], length_and, &[stretch]].concat()
-    };
     let ended = format!("{:?} in {} iterations", solution.status, solution.iterations);
-    let text = match &record.of_body {
+    let (ratios, told) = match &record.of_body {
         OfBody::Pulled { ratios, min_area_ratio, max_area_ratio, .. } => {
-            let ratio = match ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
-                Some((reference, _)) => format!("ratio to {reference}"),
-                None => "ratio".to_owned(),
-            };
-            let header = ["muscle", "tension N/m", "length mm", &ratio, "stretch"];
-            let t =
-                rows(&header, pulls.iter().zip(&ratios.0).enumerate(), |(i, ((_, tension), (_, ratio)))| {
-                    row(i, newtons(*tension), &[format!("{ratio:.3}")])
-                });
-            format!(
-                "{t}\n{ended}; largest residual force {:.1e} N/m; {}",
-                solution.max_residual_force,
-                of_rest("areas", *min_area_ratio, *max_area_ratio)
-            )
+            let areas = of_rest("areas", *min_area_ratio, *max_area_ratio);
+            let force = solution.max_residual_force;
+            (Some(&ratios.0), format!("{ended}; largest residual force {force:.1e} N/m; {areas}"))
         }
         OfBody::Hexahedra(of) => {
-            let header = ["muscle", "activation", "fibre mm", "stretch"];
-            let t = rows(&header, pulls.iter().enumerate(), |(i, (_, activation))| {
-                row(i, activation.to_string(), &[])
-            });
             let [back, right, up] = of.foremost_moved_mm;
-            format!(
-                "{t}\nthe tip{}: {}; all nodes: {:.2} mm (RMS)\n{ended} and {} factorisations of {} unknowns{}; {}{}",
+            let told = format!(
+                "the tip{}: {}; all nodes: {:.2} mm (RMS)\n{ended} and {} factorisations of {} unknowns{}; {}{}",
                 of.tip_node.map_or_else(String::new, |node| format!(" (node {node})")),
                 displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]),
                 of.rms_displacement_mm,
@@ -108,9 +88,23 @@ pub fn simulation(record: &SimulationRecord) -> String {
                 if of.half { " (one half: both sides are alike)" } else { "" },
                 of_rest("volumes", of.min_volume_ratio, of.max_volume_ratio),
                 of.operation.as_ref().map_or_else(String::new, operation),
-            )
+            );
+            (None, told)
         }
     };
+    let reference = ratios.into_iter().flatten().find(|(_, ratio)| *ratio == 1.0);
+    let ratio = reference.map_or("ratio".to_owned(), |(reference, _)| format!("ratio to {reference}"));
+    let header = match ratios {
+        Some(_) => &["muscle", "tension N/m", "length mm", &ratio, "stretch"][..],
+        None => &["muscle", "activation", "fibre mm", "stretch"],
+    };
+    let t = rows(header, pulls.iter().enumerate(), |(i, (muscle, pull))| {
+        let pull = if ratios.is_some() { newtons(*pull) } else { pull.to_string() };
+        let ratio = ratios.map(|all| format!("{:.3}", all[i].1));
+        let begin = [muscle.clone(), pull, format!("{:.2}", record.lengths_mm.0[i].1)];
+        begin.into_iter().chain(ratio).chain([format!("{:.3}", record.stretches.0[i].1)])
+    });
+    let text = format!("{t}\n{told}");
     let inverted = match solution.status {
         statics::SolveStatus::Inverted => "A CELL IS INVERTED: no effect in this model prevents that\n",
         _ => "",

@@ -5,7 +5,7 @@ use std::io;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::{RecordingResult, TrackRecord, TrackResults};
+use super::{ENDS, RecordingResult, TrackRecord, TrackResults};
 use crate::report::svg::colours;
 use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, Vtu, animation};
 use tongue_core::body::Mesh;
@@ -86,9 +86,8 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         one.tracked.frames.iter().step_by(one.tracked.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
     let shown = || one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
     let of = |values: fn(&Tracked) -> &[Interval]| -> Vec<[Packed; 3]> {
-        let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
         (0..results.muscles.len())
-            .map(|i| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i])))))
+            .map(|i| ENDS.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i])))))
             .collect()
     };
     let drawn = drawn(&results.body.mesh);

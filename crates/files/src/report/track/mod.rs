@@ -119,10 +119,8 @@ impl TrackResults {
     /// less their mean over the recording), displacements of bones that were not seen, distances of the fitted points (null if there are
     /// none), and for held-out points the distance across the contour from the predicted place to the measured one.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
-        let [levels, courses] = [&frame.levels, &frame.courses].map(|of| {
-            let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
-            ends.map(|end| self.by_muscle(of, end))
-        });
+        let [levels, courses] =
+            [&frame.levels, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));
         let bones = one.freed.iter().cloned().zip(frame.bones.iter().map(|d| {
             let interval_mm = [0, 1].map(|axis| [d.low_m[axis], d.high_m[axis]].map(mm));
             json!({ "shift_mm": d.shift_m.map(mm), "interval_mm": interval_mm })
@@ -178,6 +176,9 @@ impl TrackResults {
         })
     }
 }
+
+/// The median of an interval, and its ends.
+const ENDS: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
 
 fn mm(metres: f64) -> f64 {
     metres * 1e3

@@ -5,11 +5,11 @@ use std::io::Write;
 
 use serde_json::json;
 
-use super::{RecordingResult, TrackRecord, TrackResults, status_name};
+use super::{ENDS, RecordingResult, TrackRecord, TrackResults, status_name};
 use crate::report::column::{columns, table};
 use crate::report::{Export, Provenance, StoTable, Table, csv};
 use tongue_infer::posterior::{Contrast, OverSpeakers};
-use tongue_infer::track::{Comparison, Interval};
+use tongue_infer::track::Comparison;
 
 pub fn track_csv(record: &TrackRecord) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
@@ -149,10 +149,8 @@ impl RecordingResult {
             vec!["resolved".to_owned()],
         ];
         let rows = self.tracked.frames.iter().map(|f| {
-            let values = [&f.levels, &f.courses].into_iter().flat_map(|of| {
-                let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
-                ends.into_iter().flat_map(move |end| of.iter().map(end))
-            });
+            let both = [&f.levels, &f.courses].into_iter();
+            let values = both.flat_map(|of| ENDS.into_iter().flat_map(move |end| of.iter().map(end)));
             let shifts = f.bones.iter().flat_map(|b| b.shift_m.map(|x| x * 1e3));
             std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
         });
