@@ -17,9 +17,7 @@ use tongue_infer::posterior::{
 };
 
 use crate::fixtures::less_compressible;
-use crate::posterior::{
-    at_mode, coarse_posterior_model, derivatives, posterior_model, sampled, seen, solved,
-};
+use crate::posterior::{at_mode, coarse_posterior_model, derivatives, posterior_model, seen, solved};
 
 fn posterior_models() -> Vec<PosteriorModel> {
     let bodies = [Body::tongue(5.5e-3), Body::continuum(8e-3, &ContinuumSettings::default())];
@@ -218,8 +216,8 @@ fn a_contour_that_was_drawn_the_other_way_has_the_same_errors() {
 #[test]
 fn each_kind_adds_to_what_is_known() {
     let settings = Sampling { draws: 1000, seed: 1 };
-    let alone = sampled("S2");
-    let posterior_model = alone.density.posterior_model;
+    let posterior_model = &coarse_posterior_model(&Priors::default());
+    let alone = sample(posterior_model, stretches(), &settings).unwrap();
     assert!(alone.is_mixed(), "{}", alone.diagnostics.why);
     // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
     let mean_sd = |draws: &[Draw]| {

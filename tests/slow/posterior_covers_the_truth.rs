@@ -2,18 +2,24 @@
 //! another one than the body of the fit: other ends of muscles, outline and compressibility, in a continuum other
 //! widths of muscles and patches of bones, and another mesh where a test says so.
 
+use tongue_core::geometry::NaturalSpline;
 use tongue_core::random::{normal, normals, seed_of};
 use tongue_fit::body::{Body, ContinuumSettings};
+use tongue_fit::geometry::{Point, Similarity};
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::system::{Model, System};
+use tongue_fit::track::TongueSurface;
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
-    Certainty, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling, sample,
+    AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
+    sample,
 };
+use tongue_infer::standard_deviations::{LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG};
 
 use crate::cases;
 use crate::fixtures::less_compressible;
 use crate::synthetic_speakers::{
-    Number, p_of_uniform, posterior_model_at, seen, stretches, unknowns, unseen,
+    Number, p_of_uniform, posterior_model_at, seen, shapes, stretches_of, unknowns, unseen,
 };
 
 /// Of one number in all cases: whether its 95 % interval contained the truth, the sum of the interval's widths, and the
@@ -161,6 +167,37 @@ fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<Syste
     System::new(&body.mesh, &less_compressible(truth, kappa), &all).ok()
 }
 
+/// Contours of shapes in the frame of the body that is fitted, which is placed, turned and scaled as wrongly as a posterior assumes: 11
+/// points with the usual noise, or a spline through them with `between` points in each gap.
+fn contours(
+    body: &Body<2>,
+    shapes: &[Vec<Point>],
+    between: usize,
+    random: &mut fastrand::Rng,
+) -> AuxiliaryData {
+    let surface = TongueSurface::of(body).unwrap();
+    let [scale, turn] = [LEFT_SCALE, LEFT_TURN_DEG.to_radians()].map(|sd| sd * normal(random));
+    let shift = Point::new(normal(random), normal(random)) * (LEFT_SHIFT_MM * MM);
+    let placed = Similarity::new(scale.exp(), turn, shift);
+    let keypoints = Vec::from_iter(shapes.iter().map(|shape| {
+        let keypoint = |i: u32| -> Point {
+            let at = 10.0 * MM + (surface.tip - 13.0 * MM) * f64::from(i) / 10.0;
+            surface.curve.weights(at).iter().map(|(n, w)| shape[*n] * *w).sum()
+        };
+        (0..11).map(keypoint).collect::<Vec<_>>()
+    }));
+    let centre = keypoints.iter().flatten().sum::<Point>() / (11 * keypoints.len()) as f64;
+    let drawn = Vec::from_iter(keypoints.iter().map(|points| {
+        let noise = |random: &mut fastrand::Rng| Point::new(normal(random), normal(random)) * (0.8 * MM);
+        let seen = points.iter().map(|at| centre + placed.place(at - centre) + noise(random));
+        let curve = NaturalSpline::through(&seen.collect::<Vec<_>>()).unwrap();
+        curve.polygon().iter().step_by(16 / (between + 1)).copied().collect::<Vec<_>>()
+    }));
+    let seen = AlignedRecording::of_contours(&drawn.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    let postures: Vec<Option<usize>> = (0..shapes.len() - 1).map(Some).chain([None]).collect();
+    AuxiliaryData::points(body, &seen, &postures).unwrap()
+}
+
 /// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the
 /// uncertainties of the priors.
 fn coverage(
@@ -169,6 +206,17 @@ fn coverage(
     postures: usize,
     count: usize,
     draws: usize,
+) -> Coverage {
+    coverage_with(truths, fitted, postures, [count, draws], |_, _| Vec::new())
+}
+
+/// The same with what is seen of the shapes of postures and baseline beside the stretches.
+fn coverage_with(
+    truths: &[PosteriorModel],
+    fitted: &PosteriorModel,
+    postures: usize,
+    [count, draws]: [usize; 2],
+    beside: impl Fn(&[Vec<Point>], &mut fastrand::Rng) -> Vec<AuxiliaryData> + Sync,
 ) -> Coverage {
     let numbers: Vec<usize> = (0..count).collect();
     let unknowns = unknowns(fitted, postures);
@@ -179,14 +227,15 @@ fn coverage(
             .then(|| of_other_widths(usual, &mut fastrand::Rng::with_seed(seed_of(19, number))));
         let truth = own.as_ref().unwrap_or(usual);
         let density = unseen(truth, postures);
-        let (drawn, measured) = loop {
+        let (drawn, system, shapes) = loop {
             let (drawn, _) = density.parameter_values(&normals(density.parameters.len(), &mut random));
             let Some(system) = displaced(truth, &mut random) else { continue };
-            if let Some(s) = stretches(&density, &drawn, &system) {
-                break (drawn, s);
+            if let Some(shapes) = shapes(&density, &drawn, &system) {
+                break (drawn, system, shapes);
             }
         };
-        let seen = seen(truth, postures, &measured, &mut random);
+        let seen = seen(truth, postures, &stretches_of(&system, &shapes), &mut random);
+        let seen = Measurements { auxiliary: beside(&shapes, &mut random), ..seen };
         let posterior = sample(fitted, seen, &Sampling { draws, seed: number as u64 }).unwrap();
         let count = posterior.draws.len() as f64;
         // A posterior has no draws where no chain found a start from which its tensions lead from rest; nothing is told of it.
@@ -226,15 +275,20 @@ fn coverage(
     Coverage(unknowns.iter().enumerate().map(number).collect())
 }
 
+/// Whether the parts held of one vowel are 95 % to four binomial errors: of tensions, changes and tones of eight muscles, the hyoid's
+/// displacement and its tilt.
+fn are_due(found: &[(f64, f64)], count: usize) -> bool {
+    let intervals = [8, 8, 8, 2, 1].map(|each| room(each * count));
+    found.iter().zip(intervals).all(|((part, _), room)| (part - 0.95).abs() < room)
+}
+
 #[test]
 fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
     let count = cases(8);
     let model = |priors: &str| posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, priors);
     let usual = [model("")];
     let found = coverage(&usual, &usual[0], 1, count, 400).told("under the stated priors");
-    let intervals = [8, 8, 8, 2, 1].map(|each| room(each * count));
-    let is_due = |((part, _), room): (&(f64, f64), f64)| (part - 0.95).abs() < room;
-    assert!(found.iter().zip(intervals).all(is_due), "{found:?}");
+    assert!(are_due(&found, count), "{found:?}");
     // A wrong scale of the tensions is not seen by the intervals: that is why it is told beside them.
     if count > 100 {
         for (name, wrong) in
@@ -242,6 +296,20 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
         {
             coverage(&[model(wrong)], &usual[0], 1, count, 400).told(name);
         }
+    }
+}
+
+#[test]
+fn intervals_with_contours_beside_the_lengths_cover_the_truth_however_many_points_are_drawn() {
+    let count = cases(8);
+    let usual = [posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, "")];
+    for between in [0, 3] {
+        let contour = |shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
+            vec![contours(&usual[0].body, shapes, between, random)]
+        };
+        let found = coverage_with(&usual, &usual[0], 1, [count, 400], contour);
+        let found = found.told(&format!("contours of {} points", 11 + 10 * between));
+        assert!(are_due(&found, count), "{found:?}");
     }
 }
 

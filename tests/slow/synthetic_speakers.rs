@@ -2,9 +2,10 @@
 
 use nalgebra::DMatrix;
 use tongue_core::random::normals;
-use tongue_core::statics::lanes::{Lanes, Load};
+use tongue_core::statics::lanes::Lanes;
 use tongue_fit::MM;
 use tongue_fit::body::Body;
+use tongue_fit::geometry::Point;
 use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
 use tongue_infer::posterior::{Density, Measurements, ParameterValues, PosteriorModel, Priors};
@@ -28,25 +29,28 @@ pub fn posterior_model_at(spacing_m: f64, priors: &str) -> PosteriorModel {
     PosteriorModel::new(&Body::tongue(spacing_m).unwrap(), &Model::default(), &priors).unwrap()
 }
 
-/// Stretches of a body in the postures of a speaker, one after the other, if it has them.
-pub fn stretches(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<f64>> {
+/// Shapes of a body in the postures of a speaker, one after the other, and at last in the baseline, if it has them.
+pub fn shapes(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<Vec<Point>>> {
     let lanes = Lanes::new(system);
     let settings = statics::SolveSettings::default();
-    let lengths = |load: Load<'_, 2>| {
+    let shape = |posture| {
+        let load = density.posterior_model.load(truth, posture, None);
         let shape = lanes.solve(&[load], &settings).remove(0);
-        (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
+        (shape.solution.status == SolveStatus::Converged).then_some(shape.positions)
     };
-    let over = lengths(density.posterior_model.load(truth, density.postures(), None))?;
-    let mut all = Vec::new();
-    for posture in 0..density.postures() {
-        all.extend(
-            lengths(density.posterior_model.load(truth, posture, None))?
-                .iter()
-                .zip(&over)
-                .map(|(l, l0)| l / l0),
-        );
-    }
-    Some(all)
+    (0..=density.postures()).map(shape).collect()
+}
+
+/// Stretches of shapes against the last one.
+pub fn stretches_of(system: &System<2>, shapes: &[Vec<Point>]) -> Vec<f64> {
+    let lengths: Vec<Vec<f64>> = shapes.iter().map(|shape| system.lengths(shape)).collect();
+    let (over, postures) = lengths.split_last().unwrap();
+    postures.iter().flat_map(|own| own.iter().zip(over).map(|(l, l0)| l / l0)).collect()
+}
+
+/// Stretches of a body in the postures of a speaker, one after the other, if it has them.
+pub fn stretches(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<f64>> {
+    Some(stretches_of(system, &shapes(density, truth, system)?))
 }
 
 /// Of so many postures, with errors that are zero.

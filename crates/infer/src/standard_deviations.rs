@@ -67,8 +67,6 @@ table! {
     STATIC_MM = 0.7, "error of a contour that all frames share";
     ERRORS_FAR_MM = 15.0, "length over which both are alike";
     POINTS_APART_MM = 9.0, "distance of points whose own errors are independent";
-    DRAWN_NEAR_MM = 4.0, "length along which the own errors of a contour of one posture, or of one in space, are alike";
-    DRAWN_ALONE_MM = 0.1, "the part of them that is of a point by itself";
     FRAMES_APART_S = 0.0125, "time between frames whose own errors are independent";
     DRAWN_CONTOUR_MM = 0.5, "a contour that was drawn for a body";
     DRAWN_SPINE_MM = 1.0, "a mental spine that was drawn for it";

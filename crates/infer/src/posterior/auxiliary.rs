@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, DVector, DVectorView, SVector};
 
 use tongue_core::observe::Observable;
 
@@ -50,12 +50,30 @@ impl Active {
 #[derive(Debug, Clone)]
 pub struct PostureView {
     pub posture: Option<usize>,
-    pub numbers: Vec<Arc<dyn Observable<2>>>,
+    pub observables: Vec<Arc<dyn Observable<2>>>,
+    /// The numbers as weighted sums of the observables, a row each; `None` where each observable is a number.
+    pub averages: Option<DMatrix<f64>>,
 }
 
 impl PostureView {
-    fn values<'a>(&'a self, positions: &'a [SVector<f64, 2>]) -> impl Iterator<Item = f64> + 'a {
-        self.numbers.iter().map(|number| number.value(positions))
+    fn len(&self) -> usize {
+        self.averages.as_ref().map_or(self.observables.len(), DMatrix::nrows)
+    }
+
+    fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let values = self.observables.iter().map(|observable| observable.value(positions));
+        match &self.averages {
+            None => values.collect(),
+            Some(averages) => (averages * DVector::from_iterator(averages.ncols(), values)).data.into(),
+        }
+    }
+
+    /// Weights of the observables in a weighted sum of the numbers.
+    fn of_observables(&self, weights: &[f64]) -> Vec<f64> {
+        match &self.averages {
+            None => weights.to_vec(),
+            Some(averages) => averages.tr_mul(&DVectorView::from(weights)).data.into(),
+        }
     }
 }
 
@@ -118,7 +136,7 @@ impl AuxiliaryData {
             DataSource::Activity(_) => &[],
         };
         views.iter().scan(0, |from, view| {
-            let own = *from..*from + view.numbers.len();
+            let own = *from..*from + view.len();
             *from = own.end;
             Some((own, view))
         })
@@ -151,8 +169,8 @@ impl AuxiliaryData {
         by_node: &mut [SVector<f64, 2>],
     ) {
         for (own, view) in self.views().filter(|(_, view)| view.posture == posture) {
-            for (number, weight) in view.numbers.iter().zip(&weights[own]) {
-                number.gradient(positions, &mut |node, slope| by_node[node] += slope * *weight);
+            for (observable, weight) in view.observables.iter().zip(view.of_observables(&weights[own])) {
+                observable.gradient(positions, &mut |node, slope| by_node[node] += slope * weight);
             }
         }
     }

@@ -1,8 +1,9 @@
 //! Points of the tongue as data of a posterior: points of a contour, and coils, in one posture or in several.
 //!
-//! Their errors are those of `track` for one frame. Another part is the same in all postures: the placement of the points in the frame of
+//! Their errors are those of `track` for one frame; many points of a contour count by averages, as there. Another part is the same in all postures: the placement of the points in the frame of
 //! the body, the error of a body with a wrong shape, and the places where coils are glued. So the change from one posture to another is
-//! known better than each posture by itself. What the placement does to a number is linearised where the body is at rest.
+//! known better than each posture by itself. What the placement does to a number is linearised at the body at rest, about the placement
+//! that is most probable there: about no placement, a turn of 18 degrees has an error of millimetres.
 //!
 //! Every error is that of a residual: the measured number less the computed one.
 
@@ -15,49 +16,34 @@ use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, NodePosition, Observable, TongueSurface};
 
+use crate::error_model::{Along, Errors};
 use crate::standard_deviations::{
-    COIL_GAP_MM, DRAWN_ALONE_MM, DRAWN_NEAR_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
-    MEASURED_COIL_MM,
+    COIL_GAP_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG, MEASURED_COIL_MM, POSTURE_ALONE_MM,
+    POSTURE_FAR_MM, POSTURE_MM,
 };
-use crate::track::{Along, Errors};
 use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::auxiliary::{AuxiliaryData, DataSource, PostureView};
 
 /// Step of a central difference along shift, turn and scale, in standard deviations.
 const STEP: f64 = 1e-4;
+/// How often the placement is linearised anew.
+const ROUNDS: usize = 5;
 /// Step of a central difference along the surface, m.
 const STEP_M: f64 = 1e-5;
 
 /// An error that several numbers share.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum SharedError {
-    Back,
-    Up,
-    Turn,
-    Scale,
+    /// One of the unknowns of the placement.
+    Placement(usize),
     /// The place of a coil on the tongue, or its distance from the coil before it.
     Glue(String),
 }
 
-impl SharedError {
-    const PLACEMENT: [Self; 4] = [Self::Back, Self::Up, Self::Turn, Self::Scale];
-
-    /// A point whose placement is wrong by `sds` standard deviations.
-    fn displaced(&self, at: Point, centre: Point, sds: f64) -> Point {
-        let about = |scale, turn| centre + Similarity::new(scale, turn, Point::zeros()).place(at - centre);
-        match self {
-            Self::Back => at + Point::x() * (1e-3 * LEFT_SHIFT_MM * sds),
-            Self::Up => at + Point::y() * (1e-3 * LEFT_SHIFT_MM * sds),
-            Self::Turn => about(1.0, LEFT_TURN_DEG.to_radians() * sds),
-            Self::Scale => about((LEFT_SCALE * sds).exp(), 0.0),
-            Self::Glue(_) => at,
-        }
-    }
-}
-
+/// A number that follows from the shape of a posture, with its errors.
+#[derive(Clone)]
 struct Number {
-    frame: usize,
     observable: Arc<dyn Observable<2>>,
     measured: f64,
     along: Along,
@@ -67,49 +53,75 @@ struct Number {
 
 impl AuxiliaryData {
     /// Points of a speaker's tongue in the frame of the body, each frame of another posture (`None`: the baseline). A contour gives the
-    /// distances of its points from the surface, m, and a coil its two coordinates, m. `None` where the body has no surface or there are no
-    /// points.
+    /// distances of its points from the surface, m, or averages of the distances of many, and a coil its two coordinates, m. `None` where
+    /// the body has no surface or there are no points.
     pub fn points(body: &Body<2>, seen: &AlignedRecording, postures: &[Option<usize>]) -> Option<Self> {
         let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
         let points = seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
         let centre = points.clone().map(|m| m.at).sum::<Point>() / points.count().max(1) as f64;
-        let marks = Marks { surface: &surface, rest, centre, seen };
-        let frames = 0..seen.frames.len().min(postures.len());
-        let numbers: Vec<Number> =
-            frames.flat_map(|f| marks.of_contour(f).into_iter().chain(marks.of_coils(f))).collect();
-        let views = numbers.chunk_by(|a, b| a.frame == b.frame).map(|own| PostureView {
-            posture: postures[own[0].frame],
-            numbers: own.iter().map(|n| n.observable.clone()).collect(),
-        });
-        (!numbers.is_empty()).then(|| Self {
-            of: DataSource::Shapes(views.collect()),
-            measured: numbers.iter().map(|n| n.measured).collect(),
-            errors: errors(&numbers),
+        let mut marks = Marks { surface: &surface, rest, centre, seen, placement: DVector::zeros(4) };
+        for _ in 0..ROUNDS {
+            marks.placement = marks.most_probable_at_rest()?;
+        }
+        let frames = postures.iter().zip(0..seen.frames.len());
+        let frames = frames.map(|(posture, f)| (*posture, marks.of_frame(f)));
+        let frames: Vec<(Option<usize>, Vec<Number>)> = frames.filter(|(_, own)| !own.is_empty()).collect();
+        let numbers: Vec<(usize, &Number)> =
+            (0..).zip(&frames).flat_map(|(f, (_, own))| own.iter().map(move |number| (f, number))).collect();
+        let views: Vec<(PostureView, DVector<f64>)> = frames.iter().map(|(p, own)| view(*p, own)).collect();
+
+        let count = views.iter().map(|(_, own)| own.len()).sum();
+        let mut weights = DMatrix::zeros(count, numbers.len());
+        let [mut row, mut column] = [0; 2];
+        for (view, own) in &views {
+            let (rows, columns) = (own.len(), view.observables.len());
+            let mut block = weights.view_mut((row, column), (rows, columns));
+            match &view.averages {
+                Some(averages) => block.copy_from(averages),
+                None => block.fill_with_identity(),
+            }
+            (row, column) = (row + rows, column + columns);
+        }
+        let own: Vec<f64> = views.iter().flat_map(|(_, own)| own.iter().copied()).collect();
+        let measured = DVector::from_iterator(numbers.len(), numbers.iter().map(|(_, n)| n.measured));
+        (count > 0).then(|| Self {
+            measured: (&weights * measured).data.into(),
+            errors: &weights * shared_errors(&numbers) * weights.transpose()
+                + 1e-6 * DMatrix::from_diagonal(&own.into()),
+            of: DataSource::Shapes(views.into_iter().map(|(view, _)| view).collect()),
         })
     }
 }
 
-/// Covariance of the errors of all numbers, m². A drawn contour has corners that say nothing about the tongue; a smooth covariance of the
-/// own errors would take them as information.
-fn errors(numbers: &[Number]) -> DMatrix<f64> {
-    let errors = Errors::default();
-    let own = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
-        let (a, b) = (&numbers[i].along, &numbers[j].along);
-        let same_frame = numbers[i].frame == numbers[j].frame;
-        let near = (-(a.at_mm - b.at_mm).abs() / DRAWN_NEAR_MM).exp();
-        let is_near = same_frame && a.channel == b.channel;
-        let drawn = if is_near { a.sd_mm * b.sd_mm * near } else { 0.0 };
-        let alone = if i == j { DRAWN_ALONE_MM.powi(2) } else { 0.0 };
-        1e-6 * (errors.of_body(a, b, same_frame) + drawn + alone)
+/// What is seen of a posture, and the variances of the own errors, mm². Postures are too far apart in time to have those in common.
+fn view(posture: Option<usize>, numbers: &[Number]) -> (PostureView, DVector<f64>) {
+    let along: Vec<Along> = numbers.iter().map(|n| n.along).collect();
+    let (averages, own) = Errors::default().in_frame(&along, f64::INFINITY);
+    let own = averages.as_ref().map_or_else(|| own.clone(), |averages| averages * &own);
+    (
+        PostureView {
+            posture,
+            observables: numbers.iter().map(|n| n.observable.clone()).collect(),
+            averages,
+        },
+        own,
+    )
+}
+
+/// Covariance of the errors that numbers share, each with that of its frame: of the body, the placement and the places of coils, m².
+fn shared_errors(numbers: &[(usize, &Number)]) -> DMatrix<f64> {
+    let of_body = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
+        let [(frame, a), (other, b)] = [numbers[i], numbers[j]];
+        1e-6 * Errors::default().of_body(&a.along, &b.along, frame == other)
     });
     let mut by_source: BTreeMap<&SharedError, DVector<f64>> = BTreeMap::new();
-    for (i, number) in numbers.iter().enumerate() {
+    for (i, (_, number)) in numbers.iter().enumerate() {
         for (source, sd) in &number.shared {
             by_source.entry(source).or_insert_with(|| DVector::zeros(numbers.len()))[i] += sd;
         }
     }
-    by_source.values().fold(own, |sum, sds| sum + sds * sds.transpose())
+    by_source.values().fold(of_body, |sum, sds| sum + sds * sds.transpose())
 }
 
 /// The points of all frames on a body.
@@ -119,19 +131,62 @@ struct Marks<'a> {
     /// About this place the points may be turned and scaled.
     centre: Point,
     seen: &'a AlignedRecording,
+    /// The placement about which its effect on a number is linearised: shift backwards and upwards, turn, and logarithm of the scale, in
+    /// standard deviations.
+    placement: DVector<f64>,
 }
 
 impl Marks<'_> {
-    /// By how much a measured number at a point changes with its placement.
+    fn placed(&self, at: Point, placement: &DVector<f64>) -> Point {
+        let turn = LEFT_TURN_DEG.to_radians() * placement[2];
+        let shift = Point::new(placement[0], placement[1]) * (1e-3 * LEFT_SHIFT_MM);
+        let similarity = Similarity::new((LEFT_SCALE * placement[3]).exp(), turn, shift);
+        self.centre + similarity.place(at - self.centre)
+    }
+
+    /// The most probable placement of the points where the body is near its shape at rest, from which postures differ by some millimetres.
+    fn most_probable_at_rest(&self) -> Option<DVector<f64>> {
+        let (mut precision, mut gradient) = (DMatrix::identity(4, 4), DVector::zeros(4));
+        for numbers in (0..self.seen.frames.len()).map(|f| self.of_frame(f)) {
+            let covariance = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
+                let (a, b) = (&numbers[i].along, &numbers[j].along);
+                let alone = if i == j { a.sd_mm.powi(2) + POSTURE_ALONE_MM.powi(2) } else { 0.0 };
+                let near = (-0.5 * ((a.at_mm - b.at_mm) / POSTURE_FAR_MM).powi(2)).exp();
+                let posture = if a.channel == b.channel { POSTURE_MM.powi(2) * near } else { 0.0 };
+                1e-6 * (Errors::default().of_body(a, b, true) + posture + alone)
+            });
+            let rates = DMatrix::from_fn(numbers.len(), 4, |i, source| numbers[i].shared[source].1);
+            let away = numbers.iter().map(|n| n.measured - n.observable.value(self.rest));
+            let weighted = covariance.cholesky()?.solve(&rates);
+            precision += weighted.tr_mul(&rates);
+            gradient += weighted.tr_mul(&DVector::from_iterator(numbers.len(), away));
+        }
+        Some(-precision.cholesky()?.solve(&gradient))
+    }
+
+    fn of_frame(&self, frame: usize) -> Vec<Number> {
+        [self.of_contour(frame), self.of_coils(frame)].concat()
+    }
+
+    /// By how much the measured number at a point changes with its placement.
     fn by_placement(&self, at: Point, value: impl Fn(Point) -> f64) -> Vec<(SharedError, f64)> {
-        Vec::from_iter(SharedError::PLACEMENT.iter().map(|source| {
-            let [high, low] = [STEP, -STEP].map(|sds| value(source.displaced(at, self.centre, sds)));
-            (source.clone(), (high - low) / (2.0 * STEP))
+        Vec::from_iter((0..self.placement.len()).map(|source| {
+            let [high, low] = [STEP, -STEP].map(|sds| {
+                let mut placement = self.placement.clone();
+                placement[source] += sds;
+                value(self.placed(at, &placement))
+            });
+            (SharedError::Placement(source), (high - low) / (2.0 * STEP))
         }))
     }
 
+    /// The change of a number from no placement to the one where it is linearised.
+    fn times_placement(&self, shared: &[(SharedError, f64)]) -> f64 {
+        shared.iter().zip(&self.placement).map(|((_, rate), sds)| rate * sds).sum()
+    }
+
     fn of_contour(&self, frame: usize) -> Vec<Number> {
-        let Self { rest, seen, .. } = *self;
+        let (rest, seen) = (self.rest, self.seen);
         let curve = &self.surface.curve;
         let points: Vec<Mark> =
             seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(_, m)| *m).collect();
@@ -145,19 +200,19 @@ impl Marks<'_> {
         let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
         let offset = offset / feet.len().max(1) as f64;
         Vec::from_iter(points.into_iter().zip(along).map(|(mark, along)| {
+            // The computed number is the distance, and the measured one is zero.
+            let shared = self.by_placement(mark.at, |at| -Contour::new(curve.clone(), at).value(rest));
             Number {
-                frame,
-                observable: Arc::new(Contour::new(curve.clone(), mark.at)),
-                measured: 0.0,
+                observable: Arc::new(Contour::new(curve.clone(), self.placed(mark.at, &self.placement))),
+                measured: -self.times_placement(&shared),
                 along: Along { channel: 0, at_mm: 1e3 * (offset + forwards * along), sd_mm: 1e3 * mark.sd },
-                // The computed number is the distance, and the measured one is zero.
-                shared: self.by_placement(mark.at, |at| -Contour::new(curve.clone(), at).value(rest)),
+                shared,
             }
         }))
     }
 
     fn of_coils(&self, frame: usize) -> Vec<Number> {
-        let Self { rest, seen, .. } = *self;
+        let (rest, seen) = (self.rest, self.seen);
         let curve = &self.surface.curve;
         let place = |at: f64| curve.place(at, rest);
         let points = seen.frames[frame].sensors.iter().enumerate();
@@ -167,13 +222,14 @@ impl Marks<'_> {
             let at = (self.surface.tip - behind).clamp(0.0, curve.length());
             let tangent = (place(at + STEP_M) - place(at - STEP_M)) / (2.0 * STEP_M);
             for (axis, direction) in [Point::x(), Point::y()].into_iter().enumerate() {
-                let glue = glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd));
+                let mut shared = self.by_placement(mark.at, |at| at[axis]);
+                let measured = self.placed(mark.at, &self.placement)[axis] - self.times_placement(&shared);
+                shared.extend(glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd)));
                 out.push(Number {
-                    frame,
                     observable: Arc::new(NodePosition::on_curve(curve, at, direction)),
-                    measured: mark.at[axis],
+                    measured,
                     along: Along { channel: 1 + axis, at_mm: -1e3 * behind, sd_mm: 1e3 * mark.sd },
-                    shared: self.by_placement(mark.at, |at| at[axis]).into_iter().chain(glue).collect(),
+                    shared,
                 });
             }
         }

@@ -10,13 +10,13 @@ use tongue_core::statistics::least_by;
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
-use super::errors::{Errors, Knots};
 use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, follow, minimise, stepped};
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
 use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
 use super::smoother::{FrameState, SmoothedRecording, Smoother};
+use crate::error_model::{Errors, Knots};
 
 /// Weight of the frames for the displayed shape, which is one body and has no intervals.
 const TRUST: f64 = 0.5;

@@ -14,11 +14,11 @@ use tongue_core::geometry::Point;
 use tongue_core::observe::{Observable, Observation};
 use tongue_core::statistics::mean_and_variance;
 
-use super::errors::Along;
 use super::frame::{Frame, FrameObservation};
 use super::settings::Followed;
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 use crate::acoustics::{Articulation, FormantFrequency, VocalTract};
+use crate::error_model::Along;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrackedFormant {

@@ -11,9 +11,9 @@ use tongue_core::statics::{self, Response, SolveSettings, SolveStatus, Workspace
 use tongue_core::system::System;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
-use super::errors::Along;
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{Followed, TrackingContext};
+use crate::error_model::Along;
 
 /// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;

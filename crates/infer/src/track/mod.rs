@@ -11,7 +11,6 @@ mod compare;
 mod display_shape;
 mod draws;
 mod eliminate;
-mod errors;
 mod formants;
 mod frame;
 mod gauss_newton;
@@ -29,8 +28,8 @@ mod shape;
 mod shape_jacobian;
 mod smoother;
 
+pub use crate::error_model::{Along, Errors};
 pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
-pub use errors::{Along, Errors};
 pub use formants::{TrackedFormant, add_formants};
 pub use frame::{BONE_WINDOW, Frame, FrameObservation, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};

@@ -4,13 +4,13 @@ use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
 
 use super::draws::{FrameDraws, Means};
-use super::errors::Along;
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
 use super::reachability::{Reachability, Reached};
 use super::settings::TrackSettings;
 use super::smoother::SmoothedRecording;
+use crate::error_model::Along;
 use crate::inverse::BONE_SD_M;
 use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::recording::Fault;

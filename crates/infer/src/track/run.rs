@@ -13,7 +13,6 @@ use tongue_input::measured::recording::{Fault, FaultKind};
 use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
-use super::errors::Knots;
 use super::frame::Frame;
 use super::gauss_newton::{ROUNDS, minimise};
 use super::prediction::{judged, predict_hidden};
@@ -25,6 +24,7 @@ use super::shape::RestShape;
 use super::shape_jacobian::shape_jacobians;
 use super::smoother::{FEWEST, SmoothedRecording, Smoother, in_chunks};
 use super::{draws, formants};
+use crate::error_model::Knots;
 
 /// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;

@@ -1,8 +1,8 @@
 //! Settings of tracking, and what recordings are tracked on.
 
-use super::errors::{Errors, Knots};
 use super::ornstein_uhlenbeck::Softplus;
 use super::shape::RestShape;
+use crate::error_model::{Errors, Knots};
 use crate::inverse::MovableBone;
 use tongue_core::geometry::Point;
 use tongue_core::random::seed_of;

@@ -12,12 +12,12 @@ use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 
-use super::errors::{Along, FrameErrors, Knots};
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
 use super::settings::{Sizes, TrackSettings, TrackingContext};
 use super::shape::RestShape;
+use crate::error_model::{Along, FrameErrors, Knots};
 
 /// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
 /// results do not either.

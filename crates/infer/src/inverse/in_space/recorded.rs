@@ -12,7 +12,8 @@ use tongue_input::measured::{
 };
 
 use crate::adapt::{Registration, RegistrationData, RestError};
-use crate::standard_deviations::{DRAWN_NEAR_MM, STRETCH};
+use crate::error_model::{Along, Errors};
+use crate::standard_deviations::STRETCH;
 
 /// What was seen of one speaker, in the frame of a body in space.
 #[derive(Debug, Clone)]
@@ -103,10 +104,10 @@ impl Recorded {
 fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
-    let crowded = crowding(&contour);
     let on_contour = contour
-        .into_iter()
-        .map(|m| SpaceMark { what: Marked::Contour(similarity.back(m.at)), sd_m: m.sd * crowded / scale });
+        .iter()
+        .zip(own_sds(&contour))
+        .map(|(m, sd)| SpaceMark { what: Marked::Contour(similarity.back(m.at)), sd_m: sd / scale });
     let coils = seen.sensors.iter().zip(&frame.sensors).filter_map(|((_, behind), mark)| {
         let Mark { at, sd } = (*mark)?;
         let what = Marked::Coil { behind_tip_m: behind.max(0.0) / scale, place: similarity.back(at) };
@@ -115,8 +116,13 @@ fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Simil
     on_contour.chain(coils).collect()
 }
 
-/// By what the standard deviations of contour points grow that lie closer to each other than independent ones.
-fn crowding(contour: &[&Mark]) -> f64 {
-    let length: f64 = contour.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).sum();
-    (contour.len() as f64 * (1e-3 * DRAWN_NEAR_MM) / length.max(1e-3 * DRAWN_NEAR_MM)).max(1.0).sqrt()
+/// Standard deviations of the own errors of the points of a contour, m ([`Errors`]).
+fn own_sds(contour: &[&Mark]) -> Vec<f64> {
+    let mut at_mm = 0.0;
+    let along = contour.iter().enumerate().map(|(i, mark)| {
+        at_mm += 1e3 * (mark.at - contour[i.saturating_sub(1)].at).norm();
+        Along { channel: 0, at_mm, sd_mm: 1e3 * mark.sd }
+    });
+    let variances = Errors::default().own(&along.collect::<Vec<_>>(), f64::INFINITY);
+    variances.into_iter().map(|mm2| 1e-3 * mm2.sqrt()).collect()
 }

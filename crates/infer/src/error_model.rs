@@ -57,7 +57,7 @@ impl Errors {
     }
 
     /// Variances of the own errors of the observations of a frame, mm²; contour points are in their order along the contour.
-    fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
+    pub(crate) fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
         let on_contour: Vec<f64> = along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm).collect();
         let last = on_contour.len().saturating_sub(1);
         let mut numbers = 0..;
@@ -97,6 +97,17 @@ impl Errors {
         Some(DMatrix::from_fn(rows.len(), along.len(), |i, j| rows[i][j]))
     }
 
+    /// The averages that stand for the observations of a frame (`None`: they stand for themselves), and the variances of the own errors of
+    /// the observations, mm², of which those of the averages are averages.
+    pub fn in_frame(&self, along: &[Along], period_s: f64) -> (Option<DMatrix<f64>>, DVector<f64>) {
+        let averages = self.averages(along);
+        let own = match averages {
+            None => self.own(along, period_s),
+            Some(_) => along.iter().map(|a| self.alone(a, period_s)).collect(),
+        };
+        (averages, own.into())
+    }
+
     /// Total standard deviation of an observation, mm.
     pub fn sd(&self, along: &Along) -> f64 {
         let parts = [self.slow_mm, self.static_mm, along.sd_mm];
@@ -124,7 +135,7 @@ const JITTER: f64 = 1e-6;
 
 /// The slow and the static error, as values at a few knots of each channel.
 #[derive(Debug, Clone)]
-pub(super) struct Knots {
+pub(crate) struct Knots {
     errors: Errors,
     /// Channel and place of each knot, mm.
     places: Vec<(usize, f64)>,
@@ -193,13 +204,8 @@ impl Knots {
     pub fn frame(&self, along: &[Along], period_s: f64) -> Option<FrameErrors> {
         let (basis, left) = self.basis(along);
         let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
-        let averages = self.errors.averages(along);
-        let own = match averages {
-            None => self.errors.own(along, period_s),
-            Some(_) => along.iter().map(|a| self.errors.alone(a, period_s)).collect(),
-        };
-        let variances = own.into_iter().zip(left).map(|(own, left)| own + shared * left);
-        let variances = DVector::from_iterator(along.len(), variances);
+        let (averages, own) = self.errors.in_frame(along, period_s);
+        let variances = own + shared * DVector::from(left);
         let sds = match &averages {
             None => variances,
             Some(averages) => averages * variances,
@@ -221,7 +227,7 @@ fn correlation(a: (usize, f64), b: (usize, f64), length: f64) -> f64 {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct FrameErrors {
+pub(crate) struct FrameErrors {
     /// Standard deviations without the contribution of the knots, mm: of the observations, or of their averages.
     sds: DVector<f64>,
     /// Coefficients of the values at the knots for every observation.
