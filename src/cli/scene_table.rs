@@ -7,7 +7,7 @@ use tongue_fit::report;
 use tongue_fit::scene::run::SceneOutcome;
 use tongue_fit::scene::{ScenePlan, force_unit};
 
-use super::table::{self, left, rows};
+use super::table::{self, left, newtons, rows};
 use super::word;
 
 const REASON: usize = 50;
@@ -63,7 +63,9 @@ pub fn outcome(o: &SceneOutcome) -> String {
             .collect();
         let t = rows(&columns, &o.muscles, |m| {
             let interval = m.interval_n.map(|[low, high]| format!("{low:.2} to {high:.2}"));
-            let [pull, rest, length] = [m.pull.value(), m.rest_mm, m.length_mm].map(|v| format!("{v:.2}"));
+            let pull = m.pull.value();
+            let pull = if is_activated { pull.to_string() } else { newtons(pull) };
+            let [rest, length] = [m.rest_mm, m.length_mm].map(|v| format!("{v:.2}"));
             let end = [rest, length, format!("{:.3}", m.stretch)];
             [m.muscle.clone(), pull].into_iter().chain(interval).chain(end)
         });
