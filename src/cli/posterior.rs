@@ -25,7 +25,7 @@ pub struct Arguments {
     /// Number of draws from the posterior of the tensions. It uses all measured stretches, lets every muscle
     /// pull, and includes baseline posture, hyoid, anatomy, constants and the model's own error. Its premises
     /// are --priors, not those of the fit (--muscles, --poisson-ratio). An interval needs
-    /// 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum take 2000
+    /// 400 effective draws: 1000 draws mostly have them, fewer than 500 seldom do; for a continuum take 2000
     #[arg(long, value_name = "N")]
     pub posterior: Option<usize>,
     /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints
