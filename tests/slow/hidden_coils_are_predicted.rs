@@ -1,5 +1,5 @@
 //! A coil that is held out of placement and fit is predicted better than by the straight line between the coils beside it, and about 95 % of
-//! the intervals hold it, on speakers with other bodies. Those of points of a contour that are held out hold fewer.
+//! the intervals hold it, on speakers with other bodies, as those of points of a contour that are held out.
 
 use tongue_core::observe::TongueSurface;
 use tongue_fit::adapt::RestShapeMethod;
@@ -90,7 +90,7 @@ fn a_hidden_coil_is_predicted_better_than_by_a_line_and_its_intervals_hold() {
 
 #[test]
 #[allow(clippy::print_stdout, reason = "for --nocapture")]
-fn intervals_of_hidden_points_of_a_contour_hold_as_many_as_the_model_page_tells() {
+fn intervals_of_hidden_points_of_a_contour_hold() {
     let seeds = seeds();
     let hide = [2, 5, 8].map(|point| format!("tongue_{point}"));
     let all = parallel::map(&seeds, |&seed| {
@@ -105,5 +105,5 @@ fn intervals_of_hidden_points_of_a_contour_hold_as_many_as_the_model_page_tells(
     let (held, due) = held_and_due(all.into_iter().map(|(_, part)| part).collect());
     let told = format!("RMS {rms:.2} mm; {held:.1} % held; 95 % would be {due:.2} times as far");
     println!("{told}");
-    assert!((66.0..=76.0).contains(&held), "{told}");
+    assert!((93.0..=97.0).contains(&held), "{told}");
 }

@@ -30,6 +30,23 @@ pub fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64
 /// Half width of the 95 % interval of a normal distribution in standard deviations.
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
+/// Two-sided 95 % quantile of Student's distribution with at least two degrees of freedom (Abramowitz and Stegun 1964, eq. 26.7.5; exact
+/// for two).
+pub fn student_95(degrees: f64) -> f64 {
+    if degrees < 2.5 {
+        return 4.302_653;
+    }
+    let z = TWO_SIDED_95;
+    let terms = [
+        (z.powi(3) + z) / 4.0,
+        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
+        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
+        (79.0 * z.powi(9) + 776.0 * z.powi(7) + 1482.0 * z.powi(5) - 1920.0 * z.powi(3) - 945.0 * z)
+            / 92_160.0,
+    ];
+    terms.iter().rev().fold(0.0, |sum, term| (sum + term) / degrees) + z
+}
+
 /// Each item once, in the order in which they come first.
 pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut all = Vec::new();
@@ -50,6 +67,13 @@ mod tests {
         assert_eq!(median([9.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median([4.0, 1.0, 2.0, 1e9]), Some(3.0));
         assert_eq!(median([]), None);
+    }
+
+    #[test]
+    fn the_quantiles_are_those_of_students_table() {
+        for (degrees, table) in [(2.0, 4.303), (3.0, 3.182), (4.0, 2.776), (8.0, 2.306), (30.0, 2.042)] {
+            assert!((student_95(degrees) - table).abs() < 4e-3, "{degrees}: {}", student_95(degrees));
+        }
     }
 
     #[test]

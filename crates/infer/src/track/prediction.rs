@@ -7,8 +7,11 @@
 //! ```
 //! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight
 //! `w` of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
-//! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals.
+//! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals. A point is
+//! missed nearly alike in all frames, so the points are counted and not the frames: the half width is that of Student's distribution for their
+//! number less that of the parameters that they choose.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -17,6 +20,7 @@ use super::frame::{Frame, FrameObservation};
 use super::gauss_newton::{ROUNDS, minimise};
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
+use tongue_core::statistics::{least_by, mean_and_variance, student_95};
 
 /// Candidates for the weight of the mechanics, the correlation length, mm, and the noise as a part of the standard deviation.
 const WEIGHTS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
@@ -27,10 +31,10 @@ const MEAN: f64 = 4.0;
 /// Number of parts into which the seen points are divided, and the number of frames by which the candidates are judged.
 const FOLDS: usize = 3;
 const JUDGES: usize = 60;
-/// Fewest points between the ends of a contour for which candidates are judged.
-const INNER: usize = 3;
-/// Part of the errors that an interval holds.
-const HELD: f64 = 0.95;
+/// Fewest points between the ends of a contour for which candidates are judged: two degrees of freedom are left.
+const INNER: usize = 5;
+/// Number of parameters of a candidate: of so many degrees of freedom the choice deprives the errors of the judged points.
+const CHOSEN: f64 = 3.0;
 
 /// Points of a contour: their places along it and their distances from the surface at rest and under tensions, all in mm.
 #[derive(Default)]
@@ -105,7 +109,7 @@ pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) 
     names.sort_by(|a, b| a.1.total_cmp(&b.1));
     let inner = names.get(1..names.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
     let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
-    let mut splits = Vec::new();
+    let mut splits: Vec<(Vec<String>, Split)> = Vec::new();
     for fold in 0..FOLDS {
         let hide: Vec<&str> = inner.iter().skip(fold).step_by(FOLDS).map(|(n, _)| *n).collect();
         let mut sample = smoother.thinned(recordings, frames.div_ceil(JUDGES).max(1));
@@ -117,24 +121,33 @@ pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) 
         let mut again = smoother.clone();
         minimise(&mut again, &mut sample, ROUNDS, &|_| ());
         for recording in &sample {
-            splits.extend((0..recording.frames.len()).filter_map(|t| split(smoother, recording, t, 0)));
+            splits.extend((0..recording.frames.len()).filter_map(|t| {
+                let hidden = recording.frames[t].hidden.iter().map(|point| point.name.clone());
+                Some((hidden.collect(), split(smoother, recording, t, 0)?))
+            }));
         }
     }
     let candidates = WEIGHTS.iter().flat_map(|&weight| {
         LENGTHS_MM.iter().flat_map(move |&length_mm| NOISES.map(|noise| Process { weight, length_mm, noise }))
     });
     let scored = candidates.filter_map(|process| {
-        let errors: Vec<(f64, f64)> = splits.iter().filter_map(|s| process.errors(s)).flatten().collect();
+        let errors: Vec<(f64, f64)> =
+            splits.iter().filter_map(|(_, split)| process.errors(split)).flatten().collect();
         let count = errors.len() as f64;
         let size = errors.iter().map(|(e, v)| e * e / v).sum::<f64>() / count;
         let score = size.ln() + errors.iter().map(|(_, v)| v.ln()).sum::<f64>() / count;
-        score.is_finite().then_some((score, process, errors))
+        score.is_finite().then_some((score, process))
     });
-    let (_, process, errors) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let mut sizes: Vec<f64> = errors.iter().map(|(e, v)| e.abs() / v.sqrt()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let held = (HELD * (sizes.len() + 1) as f64).ceil() as usize;
-    Some(Judged(process, *sizes.get(held.saturating_sub(1)).or(sizes.last())?))
+    let (_, process) = least_by(scored, |(score, _)| *score)?;
+    let mut squares: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for (names, split) in &splits {
+        for (name, (error, variance)) in names.iter().zip(process.errors(split)?) {
+            squares.entry(name).or_default().push(error * error / variance);
+        }
+    }
+    let sum: f64 = squares.values().map(|own| mean_and_variance(own.iter().copied()).0).sum();
+    let freedom = squares.len() as f64 - CHOSEN;
+    (freedom >= 2.0).then(|| Judged(process, student_95(freedom) * (sum / freedom).sqrt()))
 }
 
 /// Makes these points of a frame hidden ones in place of those that it has.

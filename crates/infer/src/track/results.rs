@@ -74,7 +74,7 @@ pub struct HeldOutPrediction {
     /// Distance of the point from its predicted place, m: across the contour; for a coil, which is reported once for each axis, along
     /// that axis.
     pub missed_m: f64,
-    /// Ends of the interval of that distance, m: of coils of 95 %, of a contour so wide that it would hold 95 % of the points that were seen.
+    /// Ends of the 95 % interval of that distance, m.
     pub interval_m: [f64; 2],
 }
 
