@@ -147,7 +147,9 @@ fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
         (low..=high).contains(&h["missed_mm"].as_f64().unwrap())
     };
     let part = hidden.iter().filter(is_held).count() as f64 / hidden.len() as f64;
-    assert!((0.9..0.99).contains(&part), "{part} of {}", hidden.len());
+    assert!(part >= 0.9, "{part} of {}", hidden.len());
+    // Six points judge them, so they are wide, but narrower than the tongue moves.
+    assert!(hidden.iter().all(|h| h["interval_mm"][1].as_f64().unwrap() < 10.0));
 }
 
 /// That threads change no bit, `tensions_are_tracked` in the library shows.

@@ -1,9 +1,10 @@
 //! Points of the tongue as data of a posterior: points of a contour, and coils, in one posture or in several.
 //!
-//! Their errors are those of `track` for one frame; many points of a contour count by averages, as there. Another part is the same in all postures: the placement of the points in the frame of
-//! the body, the error of a body with a wrong shape, and the places where coils are glued. So the change from one posture to another is
-//! known better than each posture by itself. What the placement does to a number is linearised at the body at rest, about the placement
-//! that is most probable there: about no placement, a turn of 18 degrees has an error of millimetres.
+//! Their errors are those of `track` for one frame; many points of a contour count by averages, as there. Another part is the same in all
+//! postures: the placement of the points in the frame of the body, the error of a body with a wrong shape, and the places where coils are
+//! glued. So the change from one posture to another is known better than each posture by itself. What the placement does to a number is
+//! linearised at the body at rest, about the placement that is most probable there: about no placement, a turn of 18 degrees has an error
+//! of millimetres.
 //!
 //! Every error is that of a residual: the measured number less the computed one.
 
