@@ -148,8 +148,10 @@ fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
     };
     let part = hidden.iter().filter(is_held).count() as f64 / hidden.len() as f64;
     assert!(part >= 0.9, "{part} of {}", hidden.len());
-    // Six points judge them, so they are wide, but narrower than the tongue moves.
-    assert!(hidden.iter().all(|h| h["interval_mm"][1].as_f64().unwrap() < 10.0));
+    // Six points judge these intervals, so they are up to six times as wide as the error.
+    let squares = hidden.iter().map(|h| h["missed_mm"].as_f64().unwrap().powi(2));
+    let rms = (squares.sum::<f64>() / hidden.len() as f64).sqrt();
+    assert!(hidden.iter().all(|h| h["interval_mm"][1].as_f64().unwrap() < 6.0 * rms));
 }
 
 /// That threads change no bit, `tensions_are_tracked` in the library shows.

@@ -127,13 +127,21 @@ impl Coverage {
         for kind in ["F - F0", "contrast"] {
             let words = self.words(kind);
             eprintln!("{what}: {kind} sure and probable signs, and how many of each are right: {words:?}");
+        }
+        eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.0.len());
+        kinds.into_iter().map(|kind| self.held(kind)).collect()
+    }
+
+    /// The same, where signs that are called sure or probable must be right as often as these words say, to four binomial errors.
+    fn with_words(&self, what: &str) -> Vec<(f64, f64)> {
+        for kind in ["F - F0", "contrast"] {
+            let words = self.words(kind);
             for ([said, right], least) in words.into_iter().zip([0.95, 0.8]) {
                 let room = 4.0 * (least * (1.0 - least) * said as f64).sqrt();
                 assert!(right as f64 >= least * said as f64 - room, "{kind}: {words:?}");
             }
         }
-        eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.0.len());
-        kinds.into_iter().map(|kind| self.held(kind)).collect()
+        self.told(what)
     }
 }
 
@@ -287,7 +295,7 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
     let count = cases(8);
     let model = |priors: &str| posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, priors);
     let usual = [model("")];
-    let found = coverage(&usual, &usual[0], 1, count, 400).told("under the stated priors");
+    let found = coverage(&usual, &usual[0], 1, count, 400).with_words("under the stated priors");
     assert!(are_due(&found, count), "{found:?}");
     // A wrong scale of the tensions is not seen by the intervals: that is why it is told beside them.
     if count > 100 {
@@ -308,7 +316,7 @@ fn intervals_with_contours_beside_the_lengths_cover_the_truth_however_many_point
             vec![contours(&usual[0].body, shapes, between, random)]
         };
         let found = coverage_with(&usual, &usual[0], 1, [count, 400], contour);
-        let found = found.told(&format!("contours of {} points", 11 + 10 * between));
+        let found = found.with_words(&format!("contours of {} points", 11 + 10 * between));
         assert!(are_due(&found, count), "{found:?}");
     }
 }
@@ -322,9 +330,9 @@ fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
     let count = cases(5);
     let truths = [5.0, 5.5, 6.0].map(|mm| posterior_model_at(mm * coarser(count, 200, 1.8) * MM, ""));
     let coverage = coverage(&truths, &truths[1], 3, count, 400);
-    let found = coverage.told("speakers of three vowels");
+    let found = coverage.with_words("speakers of three vowels");
     for (kind, ((part, error), sd)) in KINDS.iter().zip(found.into_iter().zip(BETWEEN_SPEAKERS)) {
-        // Of one tilt a speaker two hundredths are less than two errors.
+        // A speaker has one tilt, so that 0.02 is little more than its standard error of 200 speakers.
         let room = if count < 200 || *kind == "tilt" { 4.0 * sd / (count as f64).sqrt() } else { 0.02 };
         assert!((part - 0.95).abs() < room, "{kind}: {part} ± {error}, at most {room} from 0.95");
     }
@@ -343,7 +351,7 @@ fn intervals_of_a_continuum_cover_the_truth_of_continua_of_other_widths_and_mesh
         PosteriorModel::new(&body, &Model::default(), &Priors::default()).unwrap()
     };
     let found =
-        coverage(&[continuum(8.0), continuum(9.0)], &continuum(12.0), 1, count, 120).told("continuum");
+        coverage(&[continuum(8.0), continuum(9.0)], &continuum(12.0), 1, count, 120).with_words("continuum");
     let (low, high) = if count < 60 { (0.95 - room(8 * count), 1.0) } else { (0.9, 0.98) };
     assert!(found[..3].iter().all(|(part, _)| (low..=high).contains(part)), "{found:?}");
 }

@@ -167,7 +167,7 @@ impl Operation {
     }
 
     /// The activations of the muscles that are left, of those of all muscles.
-    pub fn left(&self, all: &[f64]) -> Vec<f64> {
+    pub fn of_remaining(&self, all: &[f64]) -> Vec<f64> {
         self.operated.muscles.iter().map(|&m| all[m]).collect()
     }
 
@@ -180,7 +180,7 @@ impl Operation {
         direct: bool,
         tell: &dyn Fn(&str),
     ) -> Result<(Solved<3>, OperationRecord), SimulationError> {
-        let after = Solved::in_space(self.body(), model, &self.left(&before.pulls), direct, tell)?;
+        let after = Solved::in_space(self.body(), model, &self.of_remaining(&before.pulls), direct, tell)?;
         let mut record = self.record([&before.positions, &after.positions]);
         if self.surgery.make_up {
             // Both sides are searched, also where one half was enough for the equilibrium.

@@ -67,7 +67,8 @@ impl Errors {
                 let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
                 (on_contour[after] - on_contour[before]).abs() / (after - before) as f64
             });
-            self.alone(a, period_s) * (self.apart_mm / apart).max(1.0)
+            // Points in one place carry together what one carries.
+            self.alone(a, period_s) * (self.apart_mm / apart).clamp(1.0, on_contour.len().max(1) as f64)
         }))
     }
 
@@ -288,6 +289,12 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn points_in_one_place_carry_what_one_carries() {
+        let own = |places: &[f64]| Errors::default().own(&along(places), f64::INFINITY);
+        assert!(own(&[4.0; 3]).iter().all(|variance| (variance / own(&[4.0])[0] - 3.0).abs() < 1e-12));
     }
 
     /// The information of a tenth of a second about a shift and about waves of the contour.

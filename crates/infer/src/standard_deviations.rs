@@ -43,7 +43,7 @@ table! {
     FIRST_COIL_MM = 4.0, "distance of the first coil behind the tip";
     COIL_GAP_MM = 2.0, "distance of a coil behind the one before it";
     MEASURED_COIL_MM = 1.0, "a measured distance of a coil";
-    POSTURE_MM = 5.0, "difference of the mean posture of coils from rest";
+    POSTURE_MM = 5.0, "difference from rest of a posture by which points are placed: of the mean one of coils, and of each beside lengths";
     POSTURE_FAR_MM = 20.0, "length over which it is alike";
     POSTURE_ALONE_MM = 1.0, "the same of each coil by itself";
     PALATE_MM = 3.0, "difference of a palate from that of the body";

@@ -123,6 +123,6 @@ pub(super) fn activations<const D: usize>(
     let refused = |wrong| SimulationError::Refused(format!("activations: {wrong}"));
     match operation {
         None => left.activations(&given).map_err(refused),
-        Some(operation) => Ok(operation.left(&operation.whole.activations(&given).map_err(refused)?)),
+        Some(operation) => Ok(operation.of_remaining(&operation.whole.activations(&given).map_err(refused)?)),
     }
 }

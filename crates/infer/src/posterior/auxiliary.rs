@@ -25,24 +25,24 @@ pub struct Active {
 const LEAST_TENSION: f64 = 1.0;
 
 impl Active {
-    fn mean(&self, meaning: &ParameterValues) -> f64 {
-        let tensions = self.posture.map_or(&meaning.tones, |p| &meaning.postures[p].tensions);
+    fn mean(&self, values: &ParameterValues) -> f64 {
+        let tensions = self.posture.map_or(&values.tones, |p| &values.postures[p].tensions);
         self.muscles.iter().map(|&m| tensions[m]).sum::<f64>() / self.muscles.len() as f64
     }
 
     /// Logarithm of one plus the mean tension over the least one.
-    fn value(&self, meaning: &ParameterValues) -> f64 {
-        (self.mean(meaning) / LEAST_TENSION).ln_1p()
+    fn value(&self, values: &ParameterValues) -> f64 {
+        (self.mean(values) / LEAST_TENSION).ln_1p()
     }
 
-    fn slope(&self, meaning: &ParameterValues, parameter: Parameter) -> f64 {
+    fn slope(&self, values: &ParameterValues, parameter: Parameter) -> f64 {
         let own = match (parameter, self.posture) {
             (Parameter::Tension(posture, m), Some(own)) if posture == own => m,
             (Parameter::Tone(m), None) => m,
             _ => return 0.0,
         };
         let part = if self.muscles.contains(&own) { 1.0 / self.muscles.len() as f64 } else { 0.0 };
-        part / (self.mean(meaning) + LEAST_TENSION)
+        part / (self.mean(values) + LEAST_TENSION)
     }
 }
 
@@ -180,19 +180,19 @@ impl AuxiliaryData {
     }
 
     /// The numbers at tensions and the shapes to which they lead.
-    pub(super) fn values(&self, meaning: &ParameterValues, place: &SolvedPoint) -> Vec<f64> {
+    pub(super) fn values(&self, values: &ParameterValues, solved: &SolvedPoint) -> Vec<f64> {
         match &self.of {
-            DataSource::Shapes(_) => self.of_shapes(|p| place.shape(p.unwrap_or(place.shapes.len() - 1)).0),
-            DataSource::Activity(all) => all.iter().map(|active| active.value(meaning)).collect(),
+            DataSource::Shapes(_) => self.of_shapes(|p| solved.shape(p.unwrap_or(solved.shapes.len() - 1)).0),
+            DataSource::Activity(all) => all.iter().map(|active| active.value(values)).collect(),
         }
     }
 
     /// Derivative of the sum of the computed numbers times `weights` by a tension on which they depend directly, not through a shape.
-    pub(super) fn slope(&self, meaning: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
+    pub(super) fn slope(&self, values: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
         match &self.of {
             DataSource::Shapes(_) => 0.0,
             DataSource::Activity(all) => {
-                all.iter().zip(weights).map(|(active, w)| w * active.slope(meaning, parameter)).sum()
+                all.iter().zip(weights).map(|(active, w)| w * active.slope(values, parameter)).sum()
             }
         }
     }

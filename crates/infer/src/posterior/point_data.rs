@@ -3,8 +3,8 @@
 //! Their errors are those of `track` for one frame; many points of a contour count by averages, as there. Another part is the same in all
 //! postures: the placement of the points in the frame of the body, the error of a body with a wrong shape, and the places where coils are
 //! glued. So the change from one posture to another is known better than each posture by itself. What the placement does to a number is
-//! linearised at the body at rest, about the placement that is most probable there: about no placement, a turn of 18 degrees has an error
-//! of millimetres.
+//! linearised at the body at rest, about the placement that is most probable there. Linearised about zero, a turn of 18 degrees would be
+//! wrong by millimetres.
 //!
 //! Every error is that of a residual: the measured number less the computed one.
 
@@ -63,7 +63,7 @@ impl AuxiliaryData {
         let centre = points.clone().map(|m| m.at).sum::<Point>() / points.count().max(1) as f64;
         let mut marks = Marks { surface: &surface, rest, centre, seen, placement: DVector::zeros(4) };
         for _ in 0..ROUNDS {
-            marks.placement = marks.most_probable_at_rest()?;
+            marks.placement = marks.most_probable_at_rest().unwrap_or(marks.placement);
         }
         let frames = postures.iter().zip(0..seen.frames.len());
         let frames = frames.map(|(posture, f)| (*posture, marks.of_frame(f)));
@@ -99,7 +99,10 @@ impl AuxiliaryData {
 fn view(posture: Option<usize>, numbers: &[Number]) -> (PostureView, DVector<f64>) {
     let along: Vec<Along> = numbers.iter().map(|n| n.along).collect();
     let (averages, own) = Errors::default().in_frame(&along, f64::INFINITY);
-    let own = averages.as_ref().map_or_else(|| own.clone(), |averages| averages * &own);
+    let own = match &averages {
+        Some(averages) => averages * own,
+        None => own,
+    };
     (
         PostureView {
             posture,
@@ -146,6 +149,7 @@ impl Marks<'_> {
     }
 
     /// The most probable placement of the points where the body is near its shape at rest, from which postures differ by some millimetres.
+    /// Only a place for a linearisation, it is found from every point of a contour.
     fn most_probable_at_rest(&self) -> Option<DVector<f64>> {
         let (mut precision, mut gradient) = (DMatrix::identity(4, 4), DVector::zeros(4));
         for numbers in (0..self.seen.frames.len()).map(|f| self.of_frame(f)) {

@@ -8,8 +8,8 @@
 //! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight
 //! `w` of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
 //! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals. A point is
-//! missed nearly alike in all frames, so the points are counted and not the frames: the half width is that of Student's distribution for their
-//! number less that of the parameters that they choose.
+//! missed nearly alike in all frames, so the points are counted and not the frames, and points closer than 9 mm as fewer: the half width is
+//! that of Student's distribution for their number less that of the parameters that they choose.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,6 +20,7 @@ use super::frame::{Frame, FrameObservation};
 use super::gauss_newton::{ROUNDS, minimise};
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
+use crate::standard_deviations::POINTS_APART_MM;
 use tongue_core::statistics::{least_by, mean_and_variance, student_95};
 
 /// Candidates for the weight of the mechanics, the correlation length, mm, and the noise as a part of the standard deviation.
@@ -141,13 +142,16 @@ pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) 
     let (_, process) = least_by(scored, |(score, _)| *score)?;
     let mut squares: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for (names, split) in &splits {
-        for (name, (error, variance)) in names.iter().zip(process.errors(split)?) {
+        for (name, (error, variance)) in names.iter().zip(process.errors(split).unwrap_or_default()) {
             squares.entry(name).or_default().push(error * error / variance);
         }
     }
     let sum: f64 = squares.values().map(|own| mean_and_variance(own.iter().copied()).0).sum();
-    let freedom = squares.len() as f64 - CHOSEN;
-    (freedom >= 2.0).then(|| Judged(process, student_95(freedom) * (sum / freedom).sqrt()))
+    let judged = squares.len() as f64;
+    let independent = judged.min(1.0 + (inner[inner.len() - 1].1 - inner[0].1) / POINTS_APART_MM);
+    let freedom = independent - CHOSEN;
+    (freedom >= 2.0)
+        .then(|| Judged(process, student_95(freedom) * (sum / judged * independent / freedom).sqrt()))
 }
 
 /// Makes these points of a frame hidden ones in place of those that it has.
