@@ -166,13 +166,13 @@ impl Operation {
         &self.operated.body
     }
 
-    /// The activations of the muscles that are left, of those of all muscles.
+    /// The activations of the muscles that remain after surgery, from those of all muscles.
     pub fn of_remaining(&self, all: &[f64]) -> Vec<f64> {
         self.operated.muscles.iter().map(|&m| all[m]).collect()
     }
 
-    /// The equilibrium after surgery at these activations of all muscles, and what has changed from that `before`; the rest is as in
-    /// [`Solved::in_space`].
+    /// The equilibrium after surgery at the activations of the equilibrium `before` it, and what has changed. `direct` and `tell` are those
+    /// of [`Solved::in_space`].
     pub fn solved(
         &self,
         before: &Solved<3>,

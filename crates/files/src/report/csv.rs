@@ -59,7 +59,8 @@ impl Export for Table {
     }
 }
 
-/// Writes a table row by row, with the provenance behind every row; in a long table only the first row has it.
+/// Writes a table row by row. The last columns are the provenance, which every row repeats; where the table `is_long` only the first row
+/// has it.
 pub(super) fn write<'a>(
     out: &mut dyn Write,
     by: &Provenance,

@@ -141,24 +141,24 @@ impl EffectRow<'_> {
 
     /// The columns of `muscles.csv`, of which the terminal shows those with a heading; of bodies in space or in the plane.
     pub fn columns<'a>(in_space: bool) -> Vec<Column<'a, EffectRow<'a>>> {
-        type Of<'a> = Column<'a, EffectRow<'a>>;
+        type RowColumn<'a> = Column<'a, EffectRow<'a>>;
         let pull = if in_space { ("activation", "") } else { ("tension_n_per_m", "N/m") };
-        let mut columns: Vec<Of<'a>> = vec![
-            Of::new("pulling", "", "the muscle that pulls alone", |r| r.alone.name.as_str().into()),
-            Of::new(pull.0, pull.1, "how hard it pulls", |r| r.alone.pull.into()).in_csv_alone(),
-            Of::new("status", "", "how the solve ended", |r| json!(r.alone.status)).in_csv_alone(),
+        let mut columns: Vec<RowColumn<'a>> = vec![
+            RowColumn::new("pulling", "", "the muscle that pulls alone", |r| r.alone.name.as_str().into()),
+            RowColumn::new(pull.0, pull.1, "how hard it pulls", |r| r.alone.pull.into()).in_csv_alone(),
+            RowColumn::new("status", "", "how the solve ended", |r| json!(r.alone.status)).in_csv_alone(),
         ];
         if !in_space {
             let length_mm = |end: usize| move |r: &EffectRow<'a>| json!(r.muscle.map(|m| 1e3 * m.1[end]));
             columns.extend([
-                Of::new("muscle", "", "a muscle of the body", |r| json!(r.muscle.map(|m| &m.0)))
+                RowColumn::new("muscle", "", "a muscle of the body", |r| json!(r.muscle.map(|m| &m.0)))
                     .in_csv_alone(),
-                Of::new("rest_length_mm", "mm", "its length at rest", length_mm(0)).in_csv_alone(),
-                Of::new("length_mm", "mm", "its length", length_mm(1)).in_csv_alone(),
+                RowColumn::new("rest_length_mm", "mm", "its length at rest", length_mm(0)).in_csv_alone(),
+                RowColumn::new("length_mm", "mm", "its length", length_mm(1)).in_csv_alone(),
             ]);
         }
         columns.push(
-            Of::new("stretch", "", "its length over that at rest", |r| r.stretch().into())
+            RowColumn::new("stretch", "", "its length over that at rest", |r| r.stretch().into())
                 .headed("its length")
                 .shown_as(|r| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0))),
         );
@@ -166,18 +166,20 @@ impl EffectRow<'_> {
         for (end, place) in ["tip", "top", "root"].into_iter().enumerate() {
             for (axis, way) in ["forward", "up"].into_iter().enumerate() {
                 let heading = if axis == 0 { format!("{place} {way}") } else { way.to_owned() };
-                let column = Of::new(format!("{place}_{way}_mm"), "mm", what, move |r| {
+                let column = RowColumn::new(format!("{place}_{way}_mm"), "mm", what, move |r| {
                     r.alone.moved_mm[end][axis].into()
                 });
                 columns.push(column.headed(heading).shown_as(move |r| tenths(r.alone.moved_mm[end][axis])));
             }
         }
         if in_space {
-            let wider = Of::new("wider_mm", "mm", "how much wider the body is", |r| json!(r.alone.wider_mm));
+            let wider =
+                RowColumn::new("wider_mm", "mm", "how much wider the body is", |r| json!(r.alone.wider_mm));
             columns.push(wider.headed("wider").shown_as(|r| tenths(r.alone.wider_mm.unwrap_or_default())));
         }
         columns.push(
-            Of::new("alarms", "", "reasons for doubt", |r| r.alone.alarm_texts().into()).in_csv_alone(),
+            RowColumn::new("alarms", "", "reasons for doubt", |r| r.alone.alarm_texts().into())
+                .in_csv_alone(),
         );
         columns
     }

@@ -31,9 +31,9 @@ pub struct ScreenedRecording {
 }
 
 impl ScreenedRecording {
-    /// The recordings of one speaker, each with the name of its file and the file of its sound, and a sentence for each that is left out
-    /// because nothing can be read from it. Of the palates, m, the first is that of the recordings, in their axes, and the second that of the
-    /// body, which counts where there is no other. `tell` gets what is in each.
+    /// Screens the recordings of one speaker, which are given with the names of their files and the files of their sound. Returns those that
+    /// can be tracked, and for each other one a sentence that says why it is left out. `own`, m, is the palate of the recordings in their axes,
+    /// and `of_body`, m, the one that is taken without it. `tell` receives a line about what each recording shows.
     ///
     /// # Errors
     /// For a map that does not fit a recording.

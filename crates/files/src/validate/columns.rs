@@ -16,25 +16,27 @@ use serde::Deserialize;
 pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
-    type Of<'a> = Column<'a, ScoredOpponent>;
+    type RowColumn<'a> = Column<'a, ScoredOpponent>;
     vec![
-        Of::new("name", "", "the opponent", |o| o.name.as_str().into())
+        RowColumn::new("name", "", "the opponent", |o| o.name.as_str().into())
             .headed("opponent")
             .shown_as(|o| o.name.replace('_', " ")),
-        Of::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
+        RowColumn::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
             o.tuned_parameters.into()
         })
         .headed("tuned"),
-        Of::new("rms", "", "root mean square error over fits", |o| o.rms.into()).headed("RMS").decimals(3),
-        Of::new("low", "", "lower end of its 95 % interval by bootstraps", |o| o.low.into())
+        RowColumn::new("rms", "", "root mean square error over fits", |o| o.rms.into())
+            .headed("RMS")
+            .decimals(3),
+        RowColumn::new("low", "", "lower end of its 95 % interval by bootstraps", |o| o.low.into())
             .headed("95 % of bootstraps")
             .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
-        Of::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
-        Of::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
+        RowColumn::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
+        RowColumn::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
             o.worse_than_no_change.into()
         })
         .shown_as(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
-        Of::new(
+        RowColumn::new(
             "better_than_constant",
             "",
             "part of the bootstraps in which it is better than the constant",
@@ -42,7 +44,7 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
         )
         .headed("better than the constant")
         .per_cent(1),
-        Of::new("correlation", "", "correlation of predicted and measured stretches", |o| {
+        RowColumn::new("correlation", "", "correlation of predicted and measured stretches", |o| {
             o.correlation.into()
         })
         .headed("r")
@@ -51,16 +53,16 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
 }
 
 pub fn predictions(study: &ValidationStudy) -> Vec<Column<'_, Prediction>> {
-    type Of<'a> = Column<'a, Prediction>;
+    type RowColumn<'a> = Column<'a, Prediction>;
     let mut columns = vec![
-        Of::new("subject", "", "subject", |p| p.subject.as_str().into()),
-        Of::new("vowel", "", "vowel", |p| p.vowel.to_string().into()),
-        Of::new("muscle", "", "muscle", |p| p.muscle.as_str().into()),
-        Of::new("measured", "", "measured stretch", |p| brief(p.measured)),
+        RowColumn::new("subject", "", "subject", |p| p.subject.as_str().into()),
+        RowColumn::new("vowel", "", "vowel", |p| p.vowel.to_string().into()),
+        RowColumn::new("muscle", "", "muscle", |p| p.muscle.as_str().into()),
+        RowColumn::new("measured", "", "measured stretch", |p| brief(p.measured)),
     ];
     columns.extend(study.opponents.iter().map(|o| {
         let predicted = move |p: &Prediction| p.predicted.get(&o.name).map_or(Value::Null, |v| brief(*v));
-        Of::new(o.name.clone(), "", "its predicted stretch", predicted)
+        RowColumn::new(o.name.clone(), "", "its predicted stretch", predicted)
     }));
     columns
 }
@@ -71,31 +73,31 @@ fn brief(stretch: f64) -> Value {
 }
 
 pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
-    type Of<'a> = Column<'a, Scored>;
+    type RowColumn<'a> = Column<'a, Scored>;
     vec![
-        Of::of_page("opponent", |s| format!("`{}`", s.name).into()),
-        Of::of_page("RMS", |s| s.rms.into()).decimals(3),
-        Of::of_page("CRPS", |s| s.crps.into()).decimals(3),
-        Of::of_page("log score", |s| s.log_score.into()).decimals(2),
-        Of::of_page("in 50 %", |s| s.coverage_50.into()).per_cent(0),
-        Of::of_page("in 95 %", |s| s.coverage_95.into()).per_cent(0),
-        Of::of_page("muscles", |s| s.predictions.into()),
+        RowColumn::of_page("opponent", |s| format!("`{}`", s.name).into()),
+        RowColumn::of_page("RMS", |s| s.rms.into()).decimals(3),
+        RowColumn::of_page("CRPS", |s| s.crps.into()).decimals(3),
+        RowColumn::of_page("log score", |s| s.log_score.into()).decimals(2),
+        RowColumn::of_page("in 50 %", |s| s.coverage_50.into()).per_cent(0),
+        RowColumn::of_page("in 95 %", |s| s.coverage_95.into()).per_cent(0),
+        RowColumn::of_page("muscles", |s| s.predictions.into()),
     ]
 }
 
 /// Scores with other baselines, and a reason not to trust the best posterior where there is one.
 pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
-    type Of<'s> = Column<'s, BaselineScore<'s>>;
-    let mut columns: Vec<Of<'s>> = vec![
-        Of::of_page("baseline", |r| format!("/{}/", r.0.baseline).into()),
-        Of::of_page("subjects", |r| r.0.subjects.join(", ").into()),
+    type RowColumn<'s> = Column<'s, BaselineScore<'s>>;
+    let mut columns: Vec<RowColumn<'s>> = vec![
+        RowColumn::of_page("baseline", |r| format!("/{}/", r.0.baseline).into()),
+        RowColumn::of_page("subjects", |r| r.0.subjects.join(", ").into()),
     ];
     columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
     // A baseline's warning belongs to the posterior of a speaker's rows with a hyoid that tilts.
     let warning = move |r: &BaselineScore<'s>| {
         if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
     };
-    columns.push(Of::of_page("", move |r| warning(r).into()).shown_as(warning));
+    columns.push(RowColumn::of_page("", move |r| warning(r).into()).shown_as(warning));
     columns
 }
 

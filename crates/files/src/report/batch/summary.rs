@@ -80,16 +80,18 @@ pub struct PassiveGroup {
 
 impl PassiveGroup {
     pub fn columns<'a>() -> Vec<Column<'a, Self>> {
-        type Of<'a> = Column<'a, PassiveGroup>;
+        type RowColumn<'a> = Column<'a, PassiveGroup>;
         vec![
-            Of::of_page("target", |g| {
+            RowColumn::of_page("target", |g| {
                 format!("{}{}", g.target_kind, if g.substitute_baseline { "†" } else { "" }).into()
             }),
-            Of::of_page("vowel", |g| g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/")).into()),
-            Of::of_page("fits", |g| g.fits.into()),
-            Of::of_page("model", |g| g.rms_stretch.into()).decimals(3),
-            Of::of_page("no change", |g| g.no_change_rms_stretch.into()).decimals(3),
-            Of::of_page("verdict", |g| g.verdict().into()),
+            RowColumn::of_page("vowel", |g| {
+                g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/")).into()
+            }),
+            RowColumn::of_page("fits", |g| g.fits.into()),
+            RowColumn::of_page("model", |g| g.rms_stretch.into()).decimals(3),
+            RowColumn::of_page("no change", |g| g.no_change_rms_stretch.into()).decimals(3),
+            RowColumn::of_page("verdict", |g| g.verdict().into()),
         ]
     }
 

@@ -83,15 +83,15 @@ pub fn repeated(repeats: &Repeatability) -> String {
 
 /// The columns of `repeats.csv`; those with a heading stand on the page and on the terminal.
 pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repeated)>> {
-    type Of<'a> = Column<'a, (String, Repeated)>;
+    type RowColumn<'a> = Column<'a, (String, Repeated)>;
     let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
-    fn number<'a>(name: &'static str, heading: &'static str, value: fn(&Repeated) -> f64) -> Of<'a> {
-        let column = Of::new(name, "", "", move |(_, r)| value(r).into());
+    fn number<'a>(name: &'static str, heading: &'static str, value: fn(&Repeated) -> f64) -> RowColumn<'a> {
+        let column = RowColumn::new(name, "", "", move |(_, r)| value(r).into());
         let column = column.headed(heading).shown_as(move |(_, r)| fixed(value(r), 2));
         if heading.is_empty() { column.in_csv_alone() } else { column }
     }
     vec![
-        Of::new("muscle", "", "", |(muscle, _)| muscle.as_str().into()),
+        RowColumn::new("muscle", "", "", |(muscle, _)| muscle.as_str().into()),
         number("icc", "ICC of its course", |r| r.icc),
         number("by_chance", "", |r| r.by_chance),
         number("chance_95", "95 % by shifts", |r| r.chance_95),
@@ -99,15 +99,15 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
         number("exchange_95", "by exchanges", |r| r.exchange_95),
         number("of_label", "ICC of the label", |r| r.of_label),
         number("of_label_95", "95 % by exchanges", |r| r.of_label_95),
-        Of::new("tier", "", "", |_| repeats.tier.as_str().into()).in_csv_alone(),
-        Of::new("labels", "", "", move |_| count.into()).in_csv_alone(),
-        Of::new("repetitions", "", "", move |_| repetitions.into()).in_csv_alone(),
+        RowColumn::new("tier", "", "", |_| repeats.tier.as_str().into()).in_csv_alone(),
+        RowColumn::new("labels", "", "", move |_| count.into()).in_csv_alone(),
+        RowColumn::new("repetitions", "", "", move |_| repetitions.into()).in_csv_alone(),
     ]
 }
 
 /// What is known of each muscle; levels are medians over the frames.
 pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
-    type Of<'a> = Column<'a, CourseSummary>;
+    type RowColumn<'a> = Column<'a, CourseSummary>;
     fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
         let number = record.results.muscles.iter().position(|m| *m == c.muscle);
         let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.levels[number?])));
@@ -116,19 +116,19 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     fn known(of: &CourseSummary) -> Value {
         if of.known { "known" } else { "NOT KNOWN" }.into()
     }
-    let mut columns: Vec<Of<'_>> = vec![
-        Of::of_page("muscle", |c| c.muscle.as_str().into()),
-        Of::of_page("level, N/m", |c| level(record, c, |l| l.median).into()).decimals(1),
-        Of::of_page("95 %", |c| {
+    let mut columns: Vec<RowColumn<'_>> = vec![
+        RowColumn::of_page("muscle", |c| c.muscle.as_str().into()),
+        RowColumn::of_page("level, N/m", |c| level(record, c, |l| l.median).into()).decimals(1),
+        RowColumn::of_page("95 %", |c| {
             let [low, high] = [level(record, c, |l| l.low), level(record, c, |l| l.high)];
             format!("{low:.1} to {high:.1}").into()
         }),
-        Of::of_page("course width, N/m", |c| c.course_width_n.into()).decimals(1),
-        Of::of_page("reliability", |c| c.reliability.into()).decimals(2),
-        Of::of_page("course", known),
+        RowColumn::of_page("course width, N/m", |c| c.course_width_n.into()).decimals(1),
+        RowColumn::of_page("reliability", |c| c.reliability.into()).decimals(2),
+        RowColumn::of_page("course", known),
     ];
     columns.extend(record.comparisons.first().map(|compared| {
-        Of::of_page("labels", |c| {
+        RowColumn::of_page("labels", |c| {
             compared.muscles.iter().find(|m| m.muscle == c.muscle).map_or(Value::Null, known)
         })
     }));
@@ -137,12 +137,12 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
 
 /// How well held-out points were predicted, by the model and by others.
 pub fn held_out_columns<'a>() -> Vec<Column<'a, BaselinePredictor>> {
-    type Of<'a> = Column<'a, BaselinePredictor>;
+    type RowColumn<'a> = Column<'a, BaselinePredictor>;
     vec![
-        Of::of_page("predicted by", |o| o.name.as_str().into()),
-        Of::of_page("points", |o| o.points.into()),
-        Of::of_page("median, mm", |o| o.median_mm.into()).decimals(2),
-        Of::of_page("pooled, mm", |o| o.pooled_mm.into()).decimals(2),
+        RowColumn::of_page("predicted by", |o| o.name.as_str().into()),
+        RowColumn::of_page("points", |o| o.points.into()),
+        RowColumn::of_page("median, mm", |o| o.median_mm.into()).decimals(2),
+        RowColumn::of_page("pooled, mm", |o| o.pooled_mm.into()).decimals(2),
     ]
 }
 
