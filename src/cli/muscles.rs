@@ -8,6 +8,7 @@ use tongue_fit::report::column::{self, Column};
 use tongue_fit::report::{self, Export, Json, OutputDir, Panel};
 use tongue_fit::run::{EffectRow, MuscleEffect};
 use tongue_fit::statics::SolveStatus;
+use tongue_fit::statistics::distinct;
 use tongue_fit::system::TissueModel;
 
 use super::{Global, Outcome, body, output, space, table};
@@ -61,8 +62,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let body = arguments.body.body()?;
     let model = arguments.body.model();
     let out = global.folder("results/muscles")?;
-    let mut names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
-    names.dedup();
+    let names = distinct(body.mesh.muscles.iter().map(|m| m.name.as_str()));
     let equilibria = names.len() as f64;
     body::tell_duration("each muscle alone", body.mesh.nodes.len(), equilibria * body::EQUILIBRIUM_S);
     ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);

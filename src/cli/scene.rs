@@ -152,12 +152,15 @@ fn answered<const D: usize>(
     );
     let settings = prepared.body.mesh.continuum.as_ref().map(|c| &c.settings);
     let by = super::provenance().with_tissue(prepared.system.tissue()).with_chosen(settings);
+    let to = to.map(|(out, name)| {
+        let stem = name.file_stem().unwrap_or(name.as_os_str()).to_string_lossy();
+        let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
+        refuse_to_overwrite(scene, out, &names).map(|()| (out, names))
+    });
+    let to = to.transpose()?;
     let result = run::run(scene, &mut prepared).into_diagnostic()?;
-    let Some((out, name)) = to else { return Ok((result, by, Vec::new())) };
+    let Some((out, names)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let stem = name.file_stem().map_or_else(|| name.to_string_lossy(), |s| s.to_string_lossy());
-    let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
-    refuse_to_overwrite(scene, out, &names)?;
     let mesh = &prepared.body.mesh;
     let picture = draw(mesh, &positions, &result).into_diagnostic()?;
     let stresses = prepared.system.stresses(&positions);

@@ -3,7 +3,7 @@
 use crate::fixtures;
 use nalgebra::SVector;
 use tongue_core::body::largest_distance;
-use tongue_core::dynamics::Spectrum;
+use tongue_core::dynamics::{Failure, Integrator, Spectrum, State, StepCounts};
 use tongue_core::effect::Incompressibility;
 use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
@@ -77,7 +77,7 @@ fn energy_never_grows_without_tension() {
         let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
         let mut state = motion.at_rest();
         state.positions = fixtures::shaken(&mesh, 4e-4);
-        let (start, mut counts) = (motion.energy(&state), tongue_core::dynamics::StepCounts::default());
+        let (start, mut counts) = (motion.energy(&state), StepCounts::default());
         let mut energy = start;
         for step in 0..400 {
             integrator.step(&motion, &mut state, f64::INFINITY, &mut counts).unwrap();
@@ -181,6 +181,50 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
     }
     let motion = Motion::new(&system, table(&[0.0])).unwrap();
     fixtures::says(IntegrationMethod::Verlet.integrator(&motion, Control::Fixed(1e-320)), "the step is 0.00");
+}
+
+#[test]
+fn every_sample_is_shown_where_a_kink_lies_a_bit_before_the_end() {
+    let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
+    let t_end = 0.1 + 0.2;
+    let motion = Motion::new(&system, Tensions::Ramp { to: vec![1.0], duration: 0.3 }).unwrap();
+    assert!(t_end > 0.3 && t_end - 0.3 < 1e-15);
+    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-9)).unwrap();
+    let (mut state, mut seen) = (motion.at_rest(), Keep::default());
+    let times = sample_times(t_end, 5);
+    let outcome = run(&motion, integrator.as_mut(), &mut state, t_end, &times, &mut seen);
+    assert_eq!((outcome.status, outcome.time_s), (MotionStatus::Completed, t_end));
+    assert_eq!(seen.0.len(), times.len());
+    assert_eq!(seen.0.last(), Some(&state.positions));
+}
+
+/// A method that leaves a velocity that is not a number.
+#[derive(Debug)]
+struct Spoiling;
+
+impl Integrator<2> for Spoiling {
+    fn step(
+        &mut self,
+        motion: &Motion<'_, 2>,
+        state: &mut State<2>,
+        until: f64,
+        counts: &mut StepCounts,
+    ) -> Result<(), Failure> {
+        counts.steps += 1;
+        state.time = until;
+        state.velocities[motion.system().pattern().nodes()[0]].x = f64::NAN;
+        Ok(())
+    }
+}
+
+#[test]
+fn a_velocity_that_is_not_a_number_ends_the_run_and_is_not_left_behind() {
+    let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
+    let motion = Motion::new(&system, Tensions::Constant(vec![1.0])).unwrap();
+    let mut state = motion.at_rest();
+    let outcome = run(&motion, &mut Spoiling, &mut state, 1e-3, &[], &mut ());
+    assert_eq!((outcome.status, outcome.time_s), (MotionStatus::NotFinite, 0.0));
+    assert_eq!(state, motion.at_rest());
 }
 
 #[test]

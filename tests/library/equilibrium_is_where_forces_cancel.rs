@@ -25,6 +25,9 @@ fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
     let (solution, workspace) = fixtures::solve(&system, &[8.0]);
     assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     assert!((system.length(workspace.positions(), 0) - exact).abs() < 1e-12);
+    // It has no cells.
+    assert_eq!(system.cell_ratios(workspace.positions()), (1.0, 1.0));
+    assert_eq!(system.tissue_ratios(workspace.positions()), (1.0, 1.0));
     // The condensed path places the inner nodes evenly.
     for (i, p) in workspace.positions().iter().enumerate() {
         assert!((p.x - exact * i as f64 / 5.0).abs() < 1e-12 && p.y == 0.0, "node {i} at {p}");

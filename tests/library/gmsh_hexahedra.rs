@@ -52,6 +52,26 @@ fn a_block_of_gmsh_has_its_hexahedra_regions_and_directions() {
     }
 }
 
+#[test]
+fn the_sign_of_a_direction_says_nothing() {
+    let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();
+    let mut is_turned = false;
+    let lines = text.lines().map(|line| match line.strip_suffix(" 1 -0.2 0") {
+        Some(tag) => {
+            is_turned = !is_turned;
+            format!("{tag} {}\n", if is_turned { "-1 0.2 0" } else { "1 -0.2 0" })
+        }
+        None => line.to_owned() + "\n",
+    });
+    let turned = read_space(lines.collect::<String>().as_bytes(), "b.msh", Unit::M).unwrap();
+    assert!(turned.muscles[0].directions != body().muscles[0].directions);
+    let way = |body: &Body<3>| {
+        let [a, b] = body.mesh.muscles[0].ends().map(|node| body.mesh.nodes[node]);
+        (b - a).dot(&Vector3::new(1.0, -0.2, 0.0)).abs()
+    };
+    assert!((way(&turned) - way(&body())).abs() < 1e-12, "{} {}", way(&turned), way(&body()));
+}
+
 /// The block with a curve for the fibres of M whose nodes are none of the mesh, as Gmsh makes of a curve that is not embedded.
 fn with_curve(places: &[[f64; 3]]) -> String {
     let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();

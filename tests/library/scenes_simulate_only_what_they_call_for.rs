@@ -151,6 +151,9 @@ fn the_plan_says_what_is_simulated_and_why_not() {
     for effect in ["inertia", "viscosity", "muscle dynamics"] {
         assert!(plan.effect(effect).unwrap().simulated, "{effect}");
     }
+    // A connection that contracts has no damper beside its spring.
+    let [viscosity, springs] = ["viscosity", "springs"].map(|effect| plan.effect(effect).unwrap().elements);
+    assert!(viscosity == springs && springs > 0);
     let asked = Scene::from_toml(&format!("{TONGUE}[effects]\ninertia = true\n"), "test").unwrap();
     let plan = prepare(&asked, flat(&asked)).unwrap().plan;
     let inertia = plan.effect("inertia").unwrap();
@@ -263,6 +266,8 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let motion = as_continuum("vowel-a-trajectory").replace("duration_s = 3.0", "duration_s = 60.0");
     let motion = outcome(&motion);
     assert!(motion.converged);
+    let idle: Vec<_> = motion.plan.effects.iter().filter(|e| e.simulated && e.elements == 0).collect();
+    assert!(idle.is_empty(), "{idle:?}");
     let ends = motion.positions_m.iter().zip(&plain.positions_m);
     let apart = ends.map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1])).fold(0.0, f64::max);
     assert!(apart < 1e-5, "{apart:e} m");

@@ -91,6 +91,9 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     ] {
         stopped_when_told(folder.path(), &format!("{line} --threads 1"), &[said, "minutes on one core"]);
     }
+    // The time of one core is that of any number of threads.
+    let fits = "fits on a body of 2998 nodes: about 3 minutes on one core";
+    stopped_when_told(folder.path(), "batch --h 1mm --threads 3", &[fits]);
     let load = "minutes or more if the load is too large";
     stopped_when_told(folder.path(), "simulate --h 0.6mm --tension SGp=1", &[load]);
 }

@@ -72,7 +72,6 @@ pub fn hint<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str> + Clon
 #[cfg(test)]
 mod tests {
     use super::*;
-    use super::{name_of, named, names};
 
     #[derive(Debug, PartialEq, serde::Deserialize)]
     #[serde(rename_all = "kebab-case")]

@@ -79,6 +79,19 @@ fn walls_that_meet_are_refused_with_their_names_and_places() {
 }
 
 #[test]
+fn a_placed_tract_has_all_of_its_lengths_scaled() {
+    let (tract, placed) = (tract(), tract().placed(2.0, |p| p.map(|mm| 2.0 * mm)));
+    for (own, wall) in tract.wall.iter().zip(&placed.wall) {
+        assert!(own.half_width_mm.is_some() && own.arch_mm.is_some());
+        let twice = |mm: [f64; 2]| mm.map(|mm| 2.0 * mm);
+        assert_eq!(wall.half_width_mm, own.half_width_mm.map(twice));
+        assert_eq!(wall.arch_mm, own.arch_mm.map(twice));
+    }
+    let lengths = |t: &Tract| [t.grid.step_mm, t.lips.length_mm, t.lips.width_mm];
+    assert_eq!(lengths(&placed), lengths(&tract).map(|mm| 2.0 * mm));
+}
+
+#[test]
 fn a_tract_that_cannot_be_is_refused() {
     assert!(says(|t| t.wall.clear()).contains("wall"));
     assert!(says(|t| t.wall[0].alpha[0] = -1.0).contains("alpha of wall `larynx`"));

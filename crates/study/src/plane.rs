@@ -4,8 +4,6 @@
 //! nodes of the midsagittal contour are compared. Those in the plane are multiplied by the best number for each
 //! muscle, because a wrong strength is not an error of the plane.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -76,20 +74,9 @@ struct PlaneSection {
 
 impl PlaneSection {
     fn new(body: &Body<3>) -> Self {
-        let mesh = &body.mesh;
-        let faces = body.midsagittal();
-        let mut edges: BTreeMap<[usize; 2], usize> = BTreeMap::new();
-        for f in &faces {
-            for i in 0..4 {
-                let [a, b] = [f[i], f[(i + 1) % 4]];
-                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
-            }
-        }
-        let mut contour: Vec<usize> = edges.iter().filter(|(_, n)| **n == 1).flat_map(|(e, _)| *e).collect();
-        contour.sort_unstable();
-        contour.dedup();
-        contour.retain(|n| mesh.fixed.binary_search(n).is_err());
-        Self { faces, contour }
+        let mut contour = body.midsagittal_mesh().surface_nodes();
+        contour.retain(|n| body.mesh.fixed.binary_search(n).is_err());
+        Self { faces: body.midsagittal(), contour }
     }
 
     fn area(&self, x: &[Vector3<f64>]) -> f64 {

@@ -183,8 +183,7 @@ pub fn open_journal(
 fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let (nodes, fits) = (prepared.run.body.mesh.nodes.len(), todo.len() as f64);
-    let on_each = fits * body::fit_s(prepared.run.settings.method) / rayon::current_num_threads() as f64;
-    body::tell_duration(&format!("{fits} fits"), nodes, on_each);
+    body::tell_duration(&format!("{fits} fits"), nodes, fits * body::fit_s(prepared.run.settings.method));
     let bar = output::bar(of as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
     bar.set_position((of - todo.len()) as u64);
     bar.reset_eta();

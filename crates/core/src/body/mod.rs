@@ -18,6 +18,7 @@ use nalgebra::SVector;
 
 use crate::choice;
 use crate::observe::Line;
+use crate::statistics::distinct;
 
 pub use crate::geometry::{ClosedSpline, Point};
 pub use check::{MeshFault, Quality};
@@ -92,8 +93,7 @@ impl<const D: usize> Body<D> {
     pub fn muscle(&self, name: &str) -> Result<usize, BodyError> {
         let any_case = || self.mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
         self.muscles_called(name).next().or_else(any_case).ok_or_else(|| {
-            let mut known: Vec<_> = self.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
-            known.dedup();
+            let known = distinct(self.mesh.muscles.iter().map(|m| m.name.as_str()));
             let none = "it has no muscles".to_owned();
             let hint = if known.is_empty() { none } else { choice::hint(name, known) };
             BodyError(format!("there is no muscle \"{name}\" in this body; {hint}"))

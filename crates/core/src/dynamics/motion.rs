@@ -108,8 +108,8 @@ impl<'a, const D: usize> Motion<'a, D> {
         Some(state)
     }
 
-    /// The part of the way from `start` (positions of all nodes, m) to equilibrium that a body has gone, for
-    /// the node with the longest way. The equilibrium is that of the tensions at the state's time, found
+    /// The part of the way from `start` (positions of all nodes, m) to equilibrium that a body has gone: one less what the node that is
+    /// farthest from its place has left, over the longest way of a node. The equilibrium is that of the tensions at the state's time, found
     /// from its shape. `None` if it is not found, or if the body began there.
     pub fn part_of_way(&self, start: &[SVector<f64, D>], state: &State<D>) -> Option<f64> {
         let mut tensions = self.slack.clone();

@@ -77,15 +77,17 @@ pub fn run<const D: usize>(
     let mut before = state.clone();
     let mut between = state.positions.clone();
     let mut growth = Growth::new(motion, integrator, state);
-    let mut next = 0;
-    while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
-        between.copy_from_slice(&state.positions);
-        system.place_path_nodes(&mut between);
-        observer.sample(time, &between);
-        next += 1;
-    }
+    let mut samples = samples.iter().peekable();
     let mut status = MotionStatus::Completed;
-    while state.time < t_end {
+    loop {
+        while let Some(&time) = samples.next_if(|&&t| t <= state.time) {
+            interpolate(&before, state, time, &mut between);
+            system.place_path_nodes(&mut between);
+            observer.sample(time, &between);
+        }
+        if state.time >= t_end {
+            break;
+        }
         before.clone_from(state);
         let until = motion.tensions().next_kink(state.time).min(t_end);
         if until - state.time < SHORTEST_STEP {
@@ -99,10 +101,9 @@ pub fn run<const D: usize>(
             };
             break;
         }
-        // The comparison is written so that a number that is not finite fails too.
-        if !system.pattern().nodes().iter().all(|&i| state.positions[i].norm_squared() <= far) {
-            let finite = state.positions.iter().flatten().all(|x| x.is_finite());
-            status = if finite { MotionStatus::Diverged } else { MotionStatus::NotFinite };
+        let is_finite = is_finite(state);
+        if !is_finite || system.pattern().nodes().iter().any(|&i| state.positions[i].norm_squared() > far) {
+            status = if is_finite { MotionStatus::Diverged } else { MotionStatus::NotFinite };
             std::mem::swap(state, &mut before);
             break;
         }
@@ -117,23 +118,22 @@ pub fn run<const D: usize>(
             status = MotionStatus::Unstable;
             break;
         }
-        while let Some(&time) = samples.get(next).filter(|&&t| t <= state.time) {
-            interpolate(&before, state, time, &mut between);
-            system.place_path_nodes(&mut between);
-            observer.sample(time, &between);
-            next += 1;
-        }
     }
     system.place_path_nodes(&mut state.positions);
     MotionOutcome { status, time_s: state.time, counts }
 }
 
+fn is_finite<const D: usize>(state: &State<D>) -> bool {
+    let vectors = state.positions.iter().chain(&state.velocities).flatten();
+    vectors.chain(&state.internal).all(|x| x.is_finite())
+}
+
 /// Positions at a time between two states: the cubic with their positions and velocities.
 fn interpolate<const D: usize>(a: &State<D>, b: &State<D>, time: f64, out: &mut [SVector<f64, D>]) {
-    if time >= b.time {
+    let h = b.time - a.time;
+    if time >= b.time || h == 0.0 {
         return out.copy_from_slice(&b.positions);
     }
-    let h = b.time - a.time;
     let s = (time - a.time) / h;
     let r = 1.0 - s;
     let (pa, pb) = (r * r * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * r));

@@ -235,7 +235,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
                     let best = SAFETY * excess.powf(-1.0 / ERROR_POWER);
                     // An error that is NaN counts as too large.
                     let change = if best >= CHANGE.0 { best.min(CHANGE.1) } else { CHANGE.0 };
-                    if excess <= 1.0 { change.max(CHANGE.0) } else { -change }
+                    if excess <= 1.0 { change } else { -change }
                 }
                 (false, Control::Fixed(_)) => {
                     counts.rejected += 1;

@@ -89,7 +89,7 @@ impl Contact {
             // The first end of the outline belongs to one segment only.
             let weight = if previous.is_some() { ended_before + at_start - 1 } else { at_start };
             self.add_barrier(&mut sum, p - a, weight, false);
-            if place == NearestPlace::AuxiliaryData {
+            if place == NearestPlace::Inside {
                 self.add_barrier(&mut sum, way, 1, true);
             }
             ended_before = i32::from(place == NearestPlace::End);
@@ -133,7 +133,7 @@ impl Contact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum NearestPlace {
     Start,
-    AuxiliaryData,
+    Inside,
     End,
 }
 
@@ -150,7 +150,7 @@ fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, Nearest
     } else if t >= 1.0 {
         (p - b, NearestPlace::End)
     } else {
-        (from_a - along * t, NearestPlace::AuxiliaryData)
+        (from_a - along * t, NearestPlace::Inside)
     }
 }
 

@@ -196,10 +196,7 @@ impl<const D: usize> System<D> {
 
     /// Smallest and largest ratio of a cell's measure to that at rest; `(1, 1)` without cells.
     pub fn cell_ratios(&self, positions: &[SVector<f64, D>]) -> (f64, f64) {
-        self.cells.iter().fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), (cell, rest)| {
-            let ratio = cell_measure(positions, cell) / rest;
-            (lo.min(ratio), hi.max(ratio))
-        })
+        extremes(self.cells.iter().map(|(cell, rest)| cell_measure(positions, cell) / rest))
     }
 
     /// Smallest and largest ratio of the tissue's area, in space its volume, to that at rest. In a continuum it is that of the tissue in
@@ -211,18 +208,14 @@ impl<const D: usize> System<D> {
         }
         // The determinant of FᵀF = I + 2E, as the measure of the simplex of its columns.
         let unit = if D == 2 { 2.0 } else { 6.0 };
-        let squares = self.stresses(positions).into_iter().map(|s| {
+        extremes(self.stresses(positions).into_iter().map(|s| {
             let mut corners = [SVector::zeros(); simplex::MAX_CORNERS];
             for axis in 0..D {
                 corners[axis + 1] = s.strain.column(axis) * 2.0;
                 corners[axis + 1][axis] += 1.0;
             }
-            unit * simplex::measure(&corners)
-        });
-        squares.fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), square| {
-            let ratio = square.max(0.0).sqrt();
-            (lo.min(ratio), hi.max(ratio))
-        })
+            (unit * simplex::measure(&corners)).max(0.0).sqrt()
+        }))
     }
 
     /// Nodes of all cells, one cell after another.
@@ -273,6 +266,11 @@ impl<const D: usize> System<D> {
     pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
         self.continuum.iter().for_each(|c| c.move_followers(motion));
     }
+}
+
+/// The smallest and the largest ratio; 1 and 1 of none.
+fn extremes(ratios: impl Iterator<Item = f64>) -> (f64, f64) {
+    ratios.map(|r| (r, r)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((1.0, 1.0))
 }
 
 /// Area, m², or volume, m³, of a triangle, tetrahedron or hexahedron.

@@ -77,14 +77,11 @@ impl System<3> {
     ) -> Result<Self, SystemError> {
         body.check()?;
         body.mesh.check_size()?;
-        let law = model.law;
-        if !law.is_sound() {
-            return Err(SystemError::Law { c10: law.c10, c20: law.c20, bulk: law.bulk });
-        }
-        let mesh = &body.mesh;
-        let Some(mut tissue) = Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes) else {
-            return Err(SystemError::Law { c10: law.c10, c20: law.c20, bulk: law.bulk });
-        };
+        let (law, mesh) = (model.law, &body.mesh);
+        // The elements of a checked body are upright.
+        let tissue = law.is_sound().then(|| Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes)).flatten();
+        let MooneyRivlin { c10, c20, bulk } = law;
+        let mut tissue = tissue.ok_or(SystemError::Law { c10, c20, bulk })?;
         tissue.scale(&body.factors);
         if model.stiffening > 0.0 {
             let mut muscles = vec![Vec::new(); mesh.hexahedra.len()];

@@ -131,8 +131,8 @@ fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f
     match part.effect {
         "springs" => cost(system, "tissue"),
         "inertia" => light(system.pattern().unknowns()),
-        "viscosity" => light(cost(system, "tissue").0 + cost(system, "muscle").0),
-        "muscle dynamics" => light(cost(system, "muscle").0),
+        "viscosity" => light(cost(system, "tissue").0 + cost(system, "quadratic elements").0),
+        "muscle dynamics" => light(cost(system, "muscle").0 + cost(system, "fibres").0),
         "straight paths" => light(system.paths().len()),
         name if part.elements > 0 => (part.elements, cost(system, name).1),
         name => cost(system, name),

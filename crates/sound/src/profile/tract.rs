@@ -235,9 +235,10 @@ impl Tract {
         for p in [&mut self.tongue.root_mm, &mut self.tongue.tip_mm, &mut self.jaw.joint_mm] {
             *p = place(*p);
         }
-        for length in [&mut self.grid.step_mm, &mut self.lips.length_mm, &mut self.lips.width_mm] {
-            *length *= scale;
-        }
+        let of_walls =
+            self.wall.iter_mut().flat_map(|w| [&mut w.half_width_mm, &mut w.arch_mm]).flatten().flatten();
+        let others = [&mut self.grid.step_mm, &mut self.lips.length_mm, &mut self.lips.width_mm];
+        of_walls.chain(others).for_each(|length| *length *= scale);
         self
     }
 

@@ -20,7 +20,7 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
     let k = coefficients(&strut, &Model::default())?;
     let k = k.tissue_stiffness;
     let buckling = buckling_load(k, 0.02, 0.3, 11);
-    let snapping = snapping_load(k, 0.02, 0.01, 0.03, 40);
+    let snapping = snapping_load(k, 0.02, 0.01, 40);
     let mut rows = Vec::new();
     for (name, mesh, exact, kind) in [
         ("braced strut", &strut, buckling, CriticalKind::Bifurcation),
@@ -75,7 +75,7 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), 
 /// length `s = sqrt(d² + (x - l)²)` with tension `B = k (s - d)`. Axial balance `N + M + 2 B (x - l)/s = 0`
 /// gives `F(x)`; lateral stiffness `N/x + M/(x + l) + 2 (k (d/s)² + B/s ((x - l)/s)²)`; its root in `x` by
 /// bisection.
-pub fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
+fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
     let at = |x: f64| {
         let e = x - l;
         let s = d.hypot(e);
@@ -90,9 +90,8 @@ pub fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
 
 /// The load at which the truss's apex loses stability: the first maximum of
 /// `F(y) = 2 k (L - s)/s y - k/n (y - h)`, `s = sqrt(a² + y²)`, `L = sqrt(a² + h²)`.
-pub fn snapping_load(k: f64, a: f64, h: f64, depth: f64, links: usize) -> f64 {
+fn snapping_load(k: f64, a: f64, h: f64, links: usize) -> f64 {
     let rest = a.hypot(h);
-    debug_assert!(depth > 0.0, "the muscle pulls downwards");
     let y = bisect(|y| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64, h, 0.0);
     2.0 * k * (rest / a.hypot(y) - 1.0) * y - k / links as f64 * (y - h)
 }

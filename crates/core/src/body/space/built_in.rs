@@ -123,11 +123,9 @@ impl Body<3> {
                     number(counts, steps.map(|s| s.round() as usize))
                 });
                 let mut chain = nearest.to_vec();
-                let mut segments =
-                    vec![Segment { nodes: [chain[0], chain[1]], force_n: given.force_n, outside: false }];
                 let force_n = if given.middle { given.force_n } else { 0.5 * given.force_n };
-                segments[0].force_n = force_n;
-                let length = mesh.distance([chain[0], chain[1]]);
+                let mut segments = vec![Segment { nodes: nearest, force_n, outside: false }];
+                let length = mesh.distance(nearest);
                 if let Some(outside) = &given.outside {
                     let [x, z, y] = outside.from_mm.map(|c| 1e-3 * c);
                     mesh.nodes.push(Vector3::new(x, sign * y, z));

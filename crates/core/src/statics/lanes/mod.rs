@@ -194,28 +194,13 @@ impl<'s, const D: usize> Lanes<'s, D> {
         load: impl Fn(usize) -> Load<'l, D> + Sync,
         keep: impl Fn(usize, &LaneEquilibrium<D>) -> R + Sync,
     ) -> Vec<R> {
-        self.map_groups(count, settings, load, |first, group| {
-            group.answers().iter().enumerate().map(|(i, shape)| keep(first + i, shape)).collect()
-        })
-    }
-
-    /// As [`Lanes::map`], with the results of `keep` for every group; it gets the number of the first load
-    /// and the group, which has derivatives.
-    pub fn map_groups<'l, R: Send>(
-        &self,
-        count: usize,
-        settings: &SolveSettings,
-        load: impl Fn(usize) -> Load<'l, D> + Sync,
-        keep: impl Fn(usize, &mut LaneGroup<'_, D>) -> Vec<R> + Sync,
-    ) -> Vec<R> {
         let chunks: Vec<usize> = (0..count).step_by(CHUNK).collect();
         let solved = parallel::map(&chunks, |&chunk| {
             let mut group = self.group();
             let mut out = Vec::with_capacity(CHUNK);
             for first in (chunk..count.min(chunk + CHUNK)).step_by(LANES) {
                 let loads: Vec<_> = (first..count.min(first + LANES)).map(&load).collect();
-                group.solve(&loads, settings);
-                out.extend(keep(first, &mut group));
+                out.extend((first..).zip(group.solve(&loads, settings)).map(|(i, shape)| keep(i, shape)));
             }
             out
         });

@@ -258,7 +258,9 @@ fn longest_chain(lines: &[[usize; 2]], mesh: &Mesh<3>) -> [usize; 2] {
 
 /// The two nodes of a region that are farthest from each other along its mean direction.
 fn farthest(region: &[usize], directions: &[Directions], mesh: &Mesh<3>) -> [usize; 2] {
-    let mean: Vector3<f64> = directions.iter().flatten().flatten().sum();
+    // The sign of a direction says nothing.
+    let along = |sum: Vector3<f64>, d: &Vector3<f64>| if d.dot(&sum) < 0.0 { sum - d } else { sum + d };
+    let mean = directions.iter().flatten().flatten().fold(Vector3::zeros(), along);
     let nodes: BTreeSet<usize> = region.iter().flat_map(|&e| mesh.hexahedra[e]).collect();
     let along = nodes.iter().map(|&n| (mesh.nodes[n].dot(&mean), n));
     let least = along.clone().min_by(|a, b| a.0.total_cmp(&b.0));
