@@ -256,7 +256,7 @@ def forms(name: str, right: Any) -> dict[str, Any]:
         by_name = dict(zip(["GGa", "HGa"] if name == "tensions" else ["x", "y"], nested, strict=True))
         turned = dict(reversed(by_name.items()))
         return found | {"dict in another order": turned, "Series in another order": pd.Series(turned)}
-    return found | {"Series": pd.Series(nested), "Index": pd.Index(nested)}
+    return found | {"Series": pd.Series(nested), "Index": pd.Index(nested), "keys of a dict": dict.fromkeys(nested, 1)}
 
 
 def test_the_same_value_in_any_form_gives_the_same_bits_and_a_spoilt_one_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
