@@ -2,24 +2,21 @@
 //! another one than the body of the fit: other ends of muscles, outline and compressibility, in a continuum other
 //! widths of muscles and patches of bones, and another mesh where a test says so.
 
-use tongue_core::geometry::NaturalSpline;
 use tongue_core::random::{normal, normals, seed_of};
 use tongue_fit::body::{Body, ContinuumSettings};
-use tongue_fit::geometry::{Point, Similarity};
-use tongue_fit::measured::recording::AlignedRecording;
+use tongue_fit::geometry::Point;
 use tongue_fit::system::{Model, System};
-use tongue_fit::track::TongueSurface;
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
     AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
-    sample,
+    fitted_stretches, sample,
 };
-use tongue_infer::standard_deviations::{LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG};
 
 use crate::cases;
 use crate::fixtures::less_compressible;
 use crate::synthetic_speakers::{
-    Number, p_of_uniform, posterior_model_at, seen, shapes, stretches_of, unknowns, unseen,
+    Number, activity, coils, contours, p_of_uniform, posterior_model_at, seen, shapes, stretches_of, unknowns,
+    unseen,
 };
 
 /// Of one number in all cases: whether its 95 % interval contained the truth, the sum of the interval's widths, and the
@@ -63,16 +60,20 @@ fn of_kind(unknowns: &[Number], found: &[Found], kind: &str) -> String {
 }
 
 /// All numbers of the cases that were told.
-struct Coverage(Vec<Counted>);
+struct Coverage {
+    numbers: Vec<Counted>,
+    /// How many intervals of fitted stretches contain the true one, and how many there are.
+    stretches: [usize; 2],
+}
 
 impl Coverage {
     fn of_kind(&self, kind: &str) -> impl Iterator<Item = &Counted> + Clone {
-        self.0.iter().filter(move |number| number.kind == kind)
+        self.numbers.iter().filter(move |number| number.kind == kind)
     }
 
     /// Number of cases.
     fn cases(&self) -> usize {
-        self.0[0].ranks.len()
+        self.numbers[0].ranks.len()
     }
 
     /// Part of the intervals of a kind that contain the truth, and its standard error. The intervals of one case share tones and body, so
@@ -110,7 +111,7 @@ impl Coverage {
 
     /// The number whose ranks are furthest from uniform, and how probable that is by chance.
     fn least_uniform(&self) -> (f64, &str) {
-        let each = self.0.iter().map(|n| (p_of_uniform(n.ranks.clone()), n.name.as_str()));
+        let each = self.numbers.iter().map(|n| (p_of_uniform(n.ranks.clone()), n.name.as_str()));
         each.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
     }
 
@@ -128,12 +129,17 @@ impl Coverage {
             let words = self.words(kind);
             eprintln!("{what}: {kind} sure and probable signs, and how many of each are right: {words:?}");
         }
-        eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.0.len());
+        let [held, all] = self.stretches;
+        let part = 100.0 * held as f64 / all as f64;
+        eprintln!("{what}: {held} of {all} fitted stretches held, {part:.1} %");
+        eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.numbers.len());
         kinds.into_iter().map(|kind| self.held(kind)).collect()
     }
 
-    /// The same, where signs that are called sure or probable must be right as often as these words say, to four binomial errors.
+    /// The same, where to four binomial errors signs that are called sure or probable must be right as often as these words say, and 95 % of
+    /// the intervals of fitted stretches must contain the true ones.
     fn with_words(&self, what: &str) -> Vec<(f64, f64)> {
+        let found = self.told(what);
         for kind in ["F - F0", "contrast"] {
             let words = self.words(kind);
             for ([said, right], least) in words.into_iter().zip([0.95, 0.8]) {
@@ -141,7 +147,9 @@ impl Coverage {
                 assert!(right as f64 >= least * said as f64 - room, "{kind}: {words:?}");
             }
         }
-        self.told(what)
+        let [held, all] = self.stretches;
+        assert!((held as f64 / all as f64 - 0.95).abs() < room(all), "{held} of {all} fitted stretches");
+        found
     }
 }
 
@@ -175,37 +183,6 @@ fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<Syste
     System::new(&body.mesh, &less_compressible(truth, kappa), &all).ok()
 }
 
-/// Contours of shapes in the frame of the body that is fitted, which is placed, turned and scaled as wrongly as a posterior assumes: 11
-/// points with the usual noise, or a spline through them with `between` points in each gap.
-fn contours(
-    body: &Body<2>,
-    shapes: &[Vec<Point>],
-    between: usize,
-    random: &mut fastrand::Rng,
-) -> AuxiliaryData {
-    let surface = TongueSurface::of(body).unwrap();
-    let [scale, turn] = [LEFT_SCALE, LEFT_TURN_DEG.to_radians()].map(|sd| sd * normal(random));
-    let shift = Point::new(normal(random), normal(random)) * (LEFT_SHIFT_MM * MM);
-    let placed = Similarity::new(scale.exp(), turn, shift);
-    let keypoints = Vec::from_iter(shapes.iter().map(|shape| {
-        let keypoint = |i: u32| -> Point {
-            let at = 10.0 * MM + (surface.tip - 13.0 * MM) * f64::from(i) / 10.0;
-            surface.curve.weights(at).iter().map(|(n, w)| shape[*n] * *w).sum()
-        };
-        (0..11).map(keypoint).collect::<Vec<_>>()
-    }));
-    let centre = keypoints.iter().flatten().sum::<Point>() / (11 * keypoints.len()) as f64;
-    let drawn = Vec::from_iter(keypoints.iter().map(|points| {
-        let noise = |random: &mut fastrand::Rng| Point::new(normal(random), normal(random)) * (0.8 * MM);
-        let seen = points.iter().map(|at| centre + placed.place(at - centre) + noise(random));
-        let curve = NaturalSpline::through(&seen.collect::<Vec<_>>()).unwrap();
-        curve.polygon().iter().step_by(16 / (between + 1)).copied().collect::<Vec<_>>()
-    }));
-    let seen = AlignedRecording::of_contours(&drawn.iter().map(Vec::as_slice).collect::<Vec<_>>());
-    let postures: Vec<Option<usize>> = (0..shapes.len() - 1).map(Some).chain([None]).collect();
-    AuxiliaryData::points(body, &seen, &postures).unwrap()
-}
-
 /// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the
 /// uncertainties of the priors.
 fn coverage(
@@ -215,16 +192,16 @@ fn coverage(
     count: usize,
     draws: usize,
 ) -> Coverage {
-    coverage_with(truths, fitted, postures, [count, draws], |_, _| Vec::new())
+    coverage_with(truths, fitted, postures, [count, draws], |_, _, _| Vec::new())
 }
 
-/// The same with what is seen of the shapes of postures and baseline beside the stretches.
+/// The same with what is seen beside the stretches of the tensions, and of the shapes of postures and baseline.
 fn coverage_with(
     truths: &[PosteriorModel],
     fitted: &PosteriorModel,
     postures: usize,
     [count, draws]: [usize; 2],
-    beside: impl Fn(&[Vec<Point>], &mut fastrand::Rng) -> Vec<AuxiliaryData> + Sync,
+    beside: impl Fn(&ParameterValues, &[Vec<Point>], &mut fastrand::Rng) -> Vec<AuxiliaryData> + Sync,
 ) -> Coverage {
     let numbers: Vec<usize> = (0..count).collect();
     let unknowns = unknowns(fitted, postures);
@@ -242,8 +219,9 @@ fn coverage_with(
                 break (drawn, system, shapes);
             }
         };
-        let seen = seen(truth, postures, &stretches_of(&system, &shapes), &mut random);
-        let seen = Measurements { auxiliary: beside(&shapes, &mut random), ..seen };
+        let stretches = stretches_of(&system, &shapes);
+        let seen = seen(truth, postures, &stretches, &mut random);
+        let seen = Measurements { auxiliary: beside(&drawn, &shapes, &mut random), ..seen };
         let posterior = sample(fitted, seen, &Sampling { draws, seed: number as u64 }).unwrap();
         let count = posterior.draws.len() as f64;
         // A posterior has no draws where no chain found a start from which its tensions lead from rest; nothing is told of it.
@@ -267,10 +245,12 @@ fn coverage_with(
             eprintln!("case {number}: {}", found.join(", "));
             each.iter_mut()
                 .for_each(|found| found.rank = (found.rank * count + random.f64()) / (count + 1.0));
-            each
+            let fitted = fitted_stretches(&posterior, number as u64);
+            let held = fitted.iter().zip(&stretches).filter(|(interval, truth)| interval.holds(**truth));
+            (each, [held.count(), fitted.len()])
         })
     });
-    let told: Vec<Vec<Found>> = cases.into_iter().flatten().collect();
+    let (told, of_stretches): (Vec<Vec<Found>>, Vec<[usize; 2]>) = cases.into_iter().flatten().unzip();
     assert!(told.len() * 50 >= count * 49, "{} of {count} are told", told.len());
     let number = |(i, number): (usize, &Number)| Counted {
         kind: number.kind,
@@ -280,7 +260,10 @@ fn coverage_with(
         ranks: told.iter().map(|case| case[i].rank).collect(),
         words: told.iter().map(|case| case[i].word).collect(),
     };
-    Coverage(unknowns.iter().enumerate().map(number).collect())
+    Coverage {
+        numbers: unknowns.iter().enumerate().map(number).collect(),
+        stretches: of_stretches.iter().fold([0; 2], |[held, all], [h, a]| [held + h, all + a]),
+    }
 }
 
 /// Whether the parts held of one vowel are 95 % to four binomial errors: of tensions, changes and tones of eight muscles, the hyoid's
@@ -312,13 +295,24 @@ fn intervals_with_contours_beside_the_lengths_cover_the_truth_however_many_point
     let count = cases(8);
     let usual = [posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, "")];
     for between in [0, 3] {
-        let contour = |shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
+        let contour = |_: &ParameterValues, shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
             vec![contours(&usual[0].body, shapes, between, random)]
         };
         let found = coverage_with(&usual, &usual[0], 1, [count, 400], contour);
         let found = found.with_words(&format!("contours of {} points", 11 + 10 * between));
         assert!(are_due(&found, count), "{found:?}");
     }
+}
+
+#[test]
+fn intervals_with_coils_and_activity_beside_the_lengths_cover_the_truth() {
+    let count = cases(8);
+    let usual = [posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, "")];
+    let both = |values: &ParameterValues, shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
+        vec![coils(&usual[0].body, shapes, random), activity(values, random)]
+    };
+    let found = coverage_with(&usual, &usual[0], 1, [count, 400], both).with_words("coils and activity");
+    assert!(are_due(&found, count), "{found:?}");
 }
 
 /// Standard deviations between speakers of the part of their intervals that contain the truth, of [`KINDS`], from 200 speakers.
@@ -338,7 +332,7 @@ fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
     }
     // The least uniform of so many numbers by chance, once in a hundred runs.
     let (p, name) = coverage.least_uniform();
-    assert!(p > 0.01 / coverage.0.len() as f64, "{name}: {p}");
+    assert!(p > 0.01 / coverage.numbers.len() as f64, "{name}: {p}");
 }
 
 /// `TONGUE_FIT_CASES=60` and more ask for 90 to 98 %.

@@ -1,14 +1,22 @@
 //! Speakers whose tensions are known, drawn from the priors of a posterior, and what is measured of them.
 
 use nalgebra::DMatrix;
-use tongue_core::random::normals;
+use tongue_core::geometry::NaturalSpline;
+use tongue_core::random::{normal, normals};
 use tongue_core::statics::lanes::Lanes;
 use tongue_fit::MM;
 use tongue_fit::body::Body;
-use tongue_fit::geometry::Point;
+use tongue_fit::geometry::{Point, Similarity};
+use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording, SENSOR_SD_M};
 use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
-use tongue_infer::posterior::{Density, Measurements, ParameterValues, PosteriorModel, Priors};
+use tongue_fit::track::TongueSurface;
+use tongue_infer::posterior::{
+    AuxiliaryData, Density, Measurements, ParameterValues, PosteriorModel, Priors,
+};
+use tongue_infer::standard_deviations::{
+    EMG, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
+};
 
 /// Variance of a stretch by the rounding of lengths of some 50 mm to millimetres.
 const ROUNDING: f64 = 6.7e-5;
@@ -86,6 +94,83 @@ pub fn seen(
     let errors = errors.cholesky().unwrap().l() * normals(n, random);
     seen.stretches.iter_mut().zip(errors.iter()).for_each(|(s, e)| *s += e);
     seen
+}
+
+/// Points of shapes in the frame of the body that is fitted, which is placed, turned and scaled as wrongly as a posterior assumes, with
+/// noise along each axis.
+fn placed(shapes: &[Vec<Point>], noise_m: f64, random: &mut fastrand::Rng) -> Vec<Vec<Point>> {
+    let [scale, turn] = [LEFT_SCALE, LEFT_TURN_DEG.to_radians()].map(|sd| sd * normal(random));
+    let shift = Point::new(normal(random), normal(random)) * (LEFT_SHIFT_MM * MM);
+    let similarity = Similarity::new(scale.exp(), turn, shift);
+    let centre = shapes.iter().flatten().sum::<Point>() / shapes.iter().flatten().count() as f64;
+    let mut place = |at: &Point| {
+        let noise = Point::new(normal(random), normal(random)) * noise_m;
+        centre + similarity.place(at - centre) + noise
+    };
+    shapes.iter().map(|points| points.iter().map(&mut place).collect()).collect()
+}
+
+/// The places on shapes at these distances along the surface, m.
+fn on_surface(surface: &TongueSurface, shapes: &[Vec<Point>], places: &[f64]) -> Vec<Vec<Point>> {
+    let place = |shape: &[Point], at: f64| -> Point {
+        surface.curve.weights(at).iter().map(|(n, w)| shape[*n] * *w).sum()
+    };
+    shapes.iter().map(|shape| places.iter().map(|&at| place(shape, at)).collect()).collect()
+}
+
+/// The number of each posture of `shapes`, of which the last one is the baseline.
+fn postures(shapes: &[Vec<Point>]) -> Vec<Option<usize>> {
+    (0..shapes.len() - 1).map(Some).chain([None]).collect()
+}
+
+/// Contours of shapes: 11 points with the usual noise, or a spline through them with `between` points in each gap.
+pub fn contours(
+    body: &Body<2>,
+    shapes: &[Vec<Point>],
+    between: usize,
+    random: &mut fastrand::Rng,
+) -> AuxiliaryData {
+    let surface = TongueSurface::of(body).unwrap();
+    let places =
+        Vec::from_iter((0..11).map(|i| 10.0 * MM + (surface.tip - 13.0 * MM) * f64::from(i) / 10.0));
+    let keypoints = placed(&on_surface(&surface, shapes, &places), 0.8 * MM, random);
+    let drawn = Vec::from_iter(keypoints.iter().map(|points| {
+        let curve = NaturalSpline::through(points).unwrap();
+        curve.polygon().iter().step_by(16 / (between + 1)).copied().collect::<Vec<_>>()
+    }));
+    let seen = AlignedRecording::of_contours(&drawn.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    AuxiliaryData::points(body, &seen, &postures(shapes)).unwrap()
+}
+
+/// Three coils on shapes, glued on by eye.
+pub fn coils(body: &Body<2>, shapes: &[Vec<Point>], random: &mut fastrand::Rng) -> AuxiliaryData {
+    let surface = TongueSurface::of(body).unwrap();
+    let first = surface.tip - (8.0 + FIRST_COIL_MM * normal(random)).clamp(1.0, 20.0) * MM;
+    let [second, third] = [0; 2].map(|_| (13.0 + 6.0 * random.f64()) * MM);
+    let places = [first, first - second, first - second - third];
+    let files = placed(&on_surface(&surface, shapes, &places), SENSOR_SD_M, random);
+    let files = Vec::from_iter(files.iter().map(|coils| {
+        let rows = coils.iter().zip(1..).map(|(at, n)| format!("T{n},{},{}\n", at.x / MM, at.y / MM));
+        let table = format!("point,x_mm,y_mm\n{}", rows.collect::<String>());
+        Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap().remove(0)
+    }));
+    let map = Map::from_toml("back = \"x\"\nup = \"y\"\n", "test").unwrap();
+    let seen = AlignedRecording::new(&Recording::of_coils(&files).unwrap(), &map).unwrap();
+    AuxiliaryData::points(body, &seen, &postures(shapes)).unwrap()
+}
+
+/// Activity of GGa, and of HGa and HGp together, in a posture and in the baseline; each electrode has a gain of its own.
+pub fn activity(values: &ParameterValues, random: &mut fastrand::Rng) -> AuxiliaryData {
+    let electrodes = [vec![0], vec![6, 7]].map(|muscles| {
+        let ln_gain = normal(random);
+        let mut active = |tensions: &[f64]| {
+            let mean = muscles.iter().map(|&m| tensions[m]).sum::<f64>() / muscles.len() as f64;
+            0.025 * (mean.ln_1p() + ln_gain + EMG * normal(random)).exp_m1()
+        };
+        let both = [(Some(0), active(&values.postures[0].tensions)), (None, active(&values.tones))];
+        (muscles, both.to_vec())
+    });
+    AuxiliaryData::emg(&electrodes)
 }
 
 /// A density of which nothing was seen yet.

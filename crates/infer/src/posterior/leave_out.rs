@@ -150,7 +150,7 @@ fn predicted(
 }
 
 /// The stretches of the model, corrected by the error of its geometry given the measurements; one spread for every measured stretch.
-pub fn fitted(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
+pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
     let rows = density.rows();
     let stretches = &rows[..density.seen.len()];

@@ -50,7 +50,7 @@ pub use density::Density;
 pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
 pub use finite_differences::FiniteDifferences;
 pub use from_rest::reached_with_jumps;
-pub use leave_out::without_each;
+pub use leave_out::{fitted_stretches, without_each};
 pub use map::MapEstimate;
 pub use measurements::Measurements;
 pub use model::{Field, PosteriorModel};

@@ -5,7 +5,7 @@ use serde::Serialize;
 use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
-use super::leave_out::{fitted, without_each};
+use super::leave_out::{fitted_stretches, without_each};
 use super::model::PosteriorModel;
 use super::parameters::Draw;
 use super::priors::Priors;
@@ -95,7 +95,7 @@ impl Report {
             || vec![None; density.seen.len()],
             |all| all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
         );
-        let fitted = if mixed { fitted(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
+        let fitted = if mixed { fitted_stretches(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
         let all = All { posterior, left_out, fitted, scaled: Scaled::new(density, draws), seed };
         (0..density.postures()).map(|posture| Self::new(&all, posture)).collect()
     }
