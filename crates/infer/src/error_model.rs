@@ -11,6 +11,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::standard_deviations as sd;
+use tongue_core::geometry::Point;
 
 /// Covariance of the errors of the observations, lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,14 +100,26 @@ impl Errors {
     }
 
     /// The averages that stand for the observations of a frame (`None`: they stand for themselves), and the variances of the own errors of
-    /// the observations, mm², of which those of the averages are averages.
-    pub fn in_frame(&self, along: &[Along], period_s: f64) -> (Option<DMatrix<f64>>, DVector<f64>) {
+    /// what stands for them, mm². `others` are variances, mm², that are added to those of the observations.
+    pub(crate) fn in_frame(
+        &self,
+        along: &[Along],
+        period_s: f64,
+        others: &DVector<f64>,
+    ) -> (Option<DMatrix<f64>>, DVector<f64>) {
         let averages = self.averages(along);
         let own = match averages {
             None => self.own(along, period_s),
             Some(_) => along.iter().map(|a| self.alone(a, period_s)).collect(),
         };
-        (averages, own.into())
+        let variances = DVector::from(own) + others;
+        match averages {
+            None => (None, variances),
+            Some(averages) => {
+                let of_averages = &averages * variances;
+                (Some(averages), of_averages)
+            }
+        }
     }
 
     /// Total standard deviation of an observation, mm.
@@ -125,6 +138,17 @@ pub struct Along {
     pub at_mm: f64,
     /// Standard deviation, mm.
     pub sd_mm: f64,
+}
+
+/// Distances of the points of a contour from its first one along the lines between them, in units of which a metre has `per_m`. A point
+/// that was not seen has that of the one before it.
+pub(crate) fn distances_along(points: impl IntoIterator<Item = Option<Point>>, per_m: f64) -> Vec<f64> {
+    let (mut last, mut along): (Option<Point>, f64) = (None, 0.0);
+    Vec::from_iter(points.into_iter().map(|point| {
+        along += point.zip(last).map_or(0.0, |(a, b)| (a - b).norm() * per_m);
+        last = point.or(last);
+        along
+    }))
 }
 
 /// A contour of more points than this, in units of those that are independent, is averaged.
@@ -205,13 +229,8 @@ impl Knots {
     pub fn frame(&self, along: &[Along], period_s: f64) -> Option<FrameErrors> {
         let (basis, left) = self.basis(along);
         let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
-        let (averages, own) = self.errors.in_frame(along, period_s);
-        let variances = own + shared * DVector::from(left);
-        let sds = match &averages {
-            None => variances,
-            Some(averages) => averages * variances,
-        }
-        .map(f64::sqrt);
+        let (averages, variances) = self.errors.in_frame(along, period_s, &(shared * DVector::from(left)));
+        let sds = variances.map(f64::sqrt);
         sds.iter().all(|sd| *sd > 0.0 && sd.is_finite()).then_some(FrameErrors { sds, basis, averages })
     }
 

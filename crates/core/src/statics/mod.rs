@@ -3,29 +3,31 @@
 //! `minimise E(x) = sum 1/2 k (l - l0)² + sum F (l - l0) + sum 1/2 kappa ((S - S0)/S0)²` over the free nodes.
 //! Masses, dampers, Q2 and the contractile dampers do not affect the equilibrium, so they are not computed.
 //!
-//! Checks of an equilibrium:
+//! What is checked of an equilibrium:
 //!
-//! | | by [`solve`] | with [`SolveSettings::certify`] | by [`trace()`] |
-//! |---|---|---|---|
-//! | forces cancel to the tolerance, or to a rounding that is negligible beside the load | always | always | always |
-//! | no cell is inverted (every step prevents it; for springs alone it is reported) | always | always | always |
-//! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution if that one was not exact | at the solution | at every step |
-//! | the equilibrium is connected to rest by a branch of stable ones | no; see [`Solution::connection`] | no | by following the branch there and back |
+//! - Forces cancel to the tolerance, or to a rounding that is negligible beside the load: always.
+//! - No cell is inverted: every step prevents it; for springs alone it is reported.
+//! - All eigenvalues of the stiffness are positive. [`solve`] checks it at the last factorisation, a step or two before the solution, and at
+//!   the solution if that factorisation was not exact; with [`SolveSettings::certify`] at the solution; [`trace()`] at every step.
+//! - A branch of stable equilibria connects it to rest: [`trace()`] follows the branch there and back; other solves do not check it
+//!   ([`Solution::connection`]).
 //!
 //! # From rest to a shape
 //! At the same loads a body can have several equilibria. Four questions are asked of one:
 //!
-//! | question | its answer | who asks |
-//! |---|---|---|
-//! | Does one branch of stable equilibria lead there from rest, without a jump? | [`FromRest::Branch`], from [`trace()`], or of a given shape from [`leads_from_rest`]; a solution is then [`Connection::Traced`] | `simulate`, scenes, fits |
-//! | Is it where the body goes as all loads grow together, jumps allowed? | [`FromRest::Branch`] or [`FromRest::Fell`] | draws of a posterior and frames of a recording (`reached_with_jumps`), candidates of a search on the load path (`on_load_path`) |
-//! | Is it what Newton's method gives from rest, at the whole loads at once? | [`Trace::same_by_newton`]; a search compares costs (`same_cost_by_newton`) and misfits along a curve | fits; a scene at a wall keeps the shape of Newton's method |
-//! | Is there another way there: from a neighbour's shape, or with one muscle before the others? | `leads_from_neighbour` and `pulled_in_turn` in `track` | frames of a recording |
+//! - Does one branch of stable equilibria lead there from rest, without a jump? [`FromRest::Branch`], from [`trace()`], or of a given shape
+//!   from [`leads_from_rest`]; a solution is then [`Connection::Traced`]. Asked by `simulate`, scenes and fits.
+//! - Is it where the body goes as all loads grow together, jumps allowed? [`FromRest::Branch`] or [`FromRest::Fell`]. Asked of draws of a
+//!   posterior and of frames of a recording (`reached_with_jumps`), and of candidates of a search on the load path (`on_load_path`).
+//! - Is it what Newton's method gives from rest, at the whole loads at once? [`Trace::same_by_newton`]; a search compares costs
+//!   (`same_cost_by_newton`) and misfits along a curve. Asked by fits; a scene at a wall keeps the shape of Newton's method.
+//! - Is there another way there: from a neighbour's shape, or with one muscle before the others? `leads_from_neighbour` and
+//!   `pulled_in_turn` in `track`. Asked of frames of a recording.
 //!
 //! Posterior and `track` solve at a few growing loads, which is faster than a trace; `track` follows the tensions with [`leads_from_rest`] where
-//! these end elsewhere, and the posterior takes more loads. A posterior displaces
-//! bones in proportion to the loads; all other questions are asked with bones displaced before the tensions grow. `tests/library/from_rest.rs` compares all of them
-//! with [`leads_from_rest`]. Shapes are the same if they differ by less than [`SAME_SHAPE_M`].
+//! these end elsewhere, and the posterior takes more loads. A posterior displaces bones in proportion to the loads; all other questions are
+//! asked with bones displaced before the tensions grow. `tests/library/from_rest.rs` compares all of them with [`leads_from_rest`]. Shapes
+//! are the same if they differ by less than [`SAME_SHAPE_M`].
 //!
 //! # How it is solved
 //! Mass-spring bodies in the plane (springs, muscles, incompressible triangles) are solved on flat lists of their

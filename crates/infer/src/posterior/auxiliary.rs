@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, DVectorView, SVector};
+use nalgebra::{DMatrix, DVectorView, SVector};
 
 use tongue_core::observe::Observable;
 
@@ -62,9 +62,14 @@ impl PostureView {
 
     fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
         let values = self.observables.iter().map(|observable| observable.value(positions));
+        self.averaged(DMatrix::from_iterator(self.observables.len(), 1, values)).data.into()
+    }
+
+    /// The rows of the numbers, from those of the observables.
+    pub(super) fn averaged(&self, of_observables: DMatrix<f64>) -> DMatrix<f64> {
         match &self.averages {
-            None => values.collect(),
-            Some(averages) => (averages * DVector::from_iterator(averages.ncols(), values)).data.into(),
+            None => of_observables,
+            Some(averages) => averages * of_observables,
         }
     }
 

@@ -18,8 +18,8 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::System;
 
 impl PerturbedBody {
-    /// The forces on all nodes, N, and the positions of all nodes, m, of this body. Nodes of the tissue have the displacements from rest that
-    /// `positions` are in the body of `posterior_model`, and the hyoid has this displacement, m, and angle, radians.
+    /// The forces on all nodes, N, and the positions of all nodes, m, of this body. Nodes of the tissue are displaced from rest as those of
+    /// the body of `posterior_model` are at `positions`; the hyoid has this displacement, m, and angle, radians.
     fn at(
         &self,
         posterior_model: &PosteriorModel,

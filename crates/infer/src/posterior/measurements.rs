@@ -107,7 +107,7 @@ impl Measurements {
         self.auxiliary.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
     }
 
-    /// Each kind of auxiliary data with its part of `weights`, which run over all of them.
+    /// The auxiliary data of each kind with the weights of its numbers, from those of all auxiliary numbers.
     pub(crate) fn weighed<'a>(
         &'a self,
         weights: &'a [f64],

@@ -17,7 +17,7 @@ use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, NodePosition, Observable, TongueSurface};
 
-use crate::error_model::{Along, Errors};
+use crate::error_model::{Along, Errors, distances_along};
 use crate::standard_deviations::{
     COIL_GAP_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG, MEASURED_COIL_MM, POSTURE_ALONE_MM,
     POSTURE_FAR_MM, POSTURE_MM,
@@ -70,27 +70,15 @@ impl AuxiliaryData {
         let frames: Vec<(Option<usize>, Vec<Number>)> = frames.filter(|(_, own)| !own.is_empty()).collect();
         let numbers: Vec<(usize, &Number)> =
             (0..).zip(&frames).flat_map(|(f, (_, own))| own.iter().map(move |number| (f, number))).collect();
-        let views: Vec<(PostureView, DVector<f64>)> = frames.iter().map(|(p, own)| view(*p, own)).collect();
-
-        let count = views.iter().map(|(_, own)| own.len()).sum();
-        let mut weights = DMatrix::zeros(count, numbers.len());
-        let [mut row, mut column] = [0; 2];
-        for (view, own) in &views {
-            let (rows, columns) = (own.len(), view.observables.len());
-            let mut block = weights.view_mut((row, column), (rows, columns));
-            match &view.averages {
-                Some(averages) => block.copy_from(averages),
-                None => block.fill_with_identity(),
-            }
-            (row, column) = (row + rows, column + columns);
-        }
-        let own: Vec<f64> = views.iter().flat_map(|(_, own)| own.iter().copied()).collect();
-        let measured = DVector::from_iterator(numbers.len(), numbers.iter().map(|(_, n)| n.measured));
-        (count > 0).then(|| Self {
-            measured: (&weights * measured).data.into(),
-            errors: &weights * shared_errors(&numbers) * weights.transpose()
+        let (views, own): (Vec<PostureView>, Vec<DVector<f64>>) =
+            frames.iter().map(|(posture, own)| view(*posture, own)).unzip();
+        let own: Vec<f64> = own.iter().flatten().copied().collect();
+        let measured = DMatrix::from_iterator(numbers.len(), 1, numbers.iter().map(|(_, n)| n.measured));
+        (!own.is_empty()).then(|| Self {
+            measured: averaged(&views, &measured).data.into(),
+            errors: averaged(&views, &averaged(&views, &shared_errors(&numbers)).transpose())
                 + 1e-6 * DMatrix::from_diagonal(&own.into()),
-            of: DataSource::Shapes(views.into_iter().map(|(view, _)| view).collect()),
+            of: DataSource::Shapes(views),
         })
     }
 }
@@ -98,19 +86,22 @@ impl AuxiliaryData {
 /// What is seen of a posture, and the variances of the own errors, mm². Postures are too far apart in time to have those in common.
 fn view(posture: Option<usize>, numbers: &[Number]) -> (PostureView, DVector<f64>) {
     let along: Vec<Along> = numbers.iter().map(|n| n.along).collect();
-    let (averages, own) = Errors::default().in_frame(&along, f64::INFINITY);
-    let own = match &averages {
-        Some(averages) => averages * own,
-        None => own,
-    };
-    (
-        PostureView {
-            posture,
-            observables: numbers.iter().map(|n| n.observable.clone()).collect(),
-            averages,
-        },
-        own,
-    )
+    let others = DVector::zeros(along.len());
+    let (averages, own) = Errors::default().in_frame(&along, f64::INFINITY, &others);
+    let observables = numbers.iter().map(|n| n.observable.clone()).collect();
+    (PostureView { posture, observables, averages }, own)
+}
+
+/// The rows of the numbers of postures, from those of their observables.
+fn averaged(views: &[PostureView], of_observables: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut from = 0;
+    let mut rows = Vec::new();
+    for view in views {
+        let own = of_observables.rows(from, view.observables.len()).into_owned();
+        from += own.nrows();
+        rows.extend(view.averaged(own).row_iter().map(|row| row.into_owned()));
+    }
+    DMatrix::from_rows(&rows)
 }
 
 /// Covariance of the errors that numbers share, each with that of its frame: of the body, the placement and the places of coils, m².
@@ -195,10 +186,7 @@ impl Marks<'_> {
         let curve = &self.surface.curve;
         let points: Vec<Mark> =
             seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(_, m)| *m).collect();
-        let mut along = vec![0.0];
-        for pair in points.windows(2) {
-            along.push(along[along.len() - 1] + (pair[1].at - pair[0].at).norm());
-        }
+        let along = distances_along(points.iter().map(|mark| Some(mark.at)), 1.0);
         // Distances along a contour are counted from where the surface begins, so that those of several contours agree.
         let feet: Vec<f64> = points.iter().map(|m| curve.nearest_place(&m.at, rest)).collect();
         let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };

@@ -13,7 +13,7 @@ use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{Followed, TrackingContext};
-use crate::error_model::Along;
+use crate::error_model::{Along, distances_along};
 
 /// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;
@@ -78,16 +78,12 @@ pub fn frames(
 
 /// Distance of every contour point from the first one along the mean contour, mm. The noise of single frames would make it longer.
 fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
-    let mut last: Option<Point> = None;
-    let mut at = 0.0;
-    Vec::from_iter((0..seen.contour.len()).map(|i| {
+    let means = (0..seen.contour.len()).map(|i| {
         let marks = seen.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
         let (sum, count) = marks.fold((Point::zeros(), 0.0), |(s, n), m| (s + m.at, n + 1.0));
-        let mean = (count > 0.0).then(|| sum / count);
-        at += mean.zip(last).map_or(0.0, |(a, b)| (a - b).norm() * 1e3);
-        last = mean.or(last);
-        at
-    }))
+        (count > 0.0).then(|| sum / count)
+    });
+    distances_along(means, 1e3)
 }
 
 fn one(

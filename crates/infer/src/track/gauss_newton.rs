@@ -104,7 +104,7 @@ pub(super) fn minimise(
             }
         }
     }
-    recordings.iter_mut().for_each(|recording| settle(smoother, recording));
+    recordings.iter_mut().for_each(|recording| relinearise(smoother, recording));
     costs(smoother, recordings)
 }
 
@@ -247,7 +247,7 @@ fn linearised(
 
 /// Linearises frames at the end of the search that have another state than their linearisations. A frame without an equilibrium there goes
 /// back to the state of its last one.
-fn settle(smoother: &Smoother<'_>, recording: &mut SmoothedRecording) {
+fn relinearise(smoother: &Smoother<'_>, recording: &mut SmoothedRecording) {
     let has_moved = |t: usize| {
         let linear = recording.here[t].linear.as_ref();
         linear.is_some_and(|l| (&l.x - smoother.unknowns_of(recording, t)).amax() > SAME)

@@ -12,7 +12,7 @@ use tongue_input::measured::{
 };
 
 use crate::adapt::{Registration, RegistrationData, RestError};
-use crate::error_model::{Along, Errors};
+use crate::error_model::{Along, Errors, distances_along};
 use crate::standard_deviations::STRETCH;
 
 /// What was seen of one speaker, in the frame of a body in space.
@@ -118,11 +118,10 @@ fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Simil
 
 /// Standard deviations of the own errors of the points of a contour, m ([`Errors`]).
 fn own_sds(contour: &[&Mark]) -> Vec<f64> {
-    let mut at_mm = 0.0;
-    let along = contour.iter().enumerate().map(|(i, mark)| {
-        at_mm += 1e3 * (mark.at - contour[i.saturating_sub(1)].at).norm();
-        Along { channel: 0, at_mm, sd_mm: 1e3 * mark.sd }
-    });
+    let along = contour
+        .iter()
+        .zip(distances_along(contour.iter().map(|mark| Some(mark.at)), 1e3))
+        .map(|(mark, at_mm)| Along { channel: 0, at_mm, sd_mm: 1e3 * mark.sd });
     let variances = Errors::default().own(&along.collect::<Vec<_>>(), f64::INFINITY);
     variances.into_iter().map(|mm2| 1e-3 * mm2.sqrt()).collect()
 }
