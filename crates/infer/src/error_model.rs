@@ -20,8 +20,6 @@ pub struct Errors {
     pub slow_mm: f64,
     /// Standard deviation of the error that all frames share, mm.
     pub static_mm: f64,
-    /// Correlation length of both along the contour, mm.
-    pub far_mm: f64,
     /// Distance along the contour for which the standard deviation of a point is meant, mm: closer points share what it says.
     pub apart_mm: f64,
     /// Time between frames for which it is meant, s.
@@ -33,7 +31,6 @@ impl Default for Errors {
         Self {
             slow_mm: sd::SLOW_MM,
             static_mm: sd::STATIC_MM,
-            far_mm: sd::ERRORS_FAR_MM,
             apart_mm: sd::POINTS_APART_MM,
             apart_s: sd::FRAMES_APART_S,
         }
@@ -43,13 +40,13 @@ impl Default for Errors {
 impl Errors {
     /// Errors for a body of known shape, and points whose errors are independent.
     pub const INDEPENDENT: Self =
-        Self { slow_mm: 0.0, static_mm: 0.0, far_mm: sd::ERRORS_FAR_MM, apart_mm: 0.0, apart_s: 0.0 };
+        Self { slow_mm: 0.0, static_mm: 0.0, apart_mm: 0.0, apart_s: 0.0 };
 
     /// Covariance of the errors of two observations of a body of unknown shape, mm², without their own errors. `same_frame`: frames are
     /// otherwise too far apart to remember.
     pub fn of_body(&self, a: &Along, b: &Along, same_frame: bool) -> f64 {
         let slow = if same_frame { self.slow_mm.powi(2) } else { 0.0 };
-        (slow + self.static_mm.powi(2)) * correlation((a.channel, a.at_mm), (b.channel, b.at_mm), self.far_mm)
+        (slow + self.static_mm.powi(2)) * correlation(a, b, sd::ERRORS_FAR_MM)
     }
 
     /// Variance of the own error of an observation that has no other near it, mm². `period_s`: time between frames.
@@ -162,8 +159,7 @@ const JITTER: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub(crate) struct Knots {
     errors: Errors,
-    /// Channel and place of each knot, mm.
-    places: Vec<(usize, f64)>,
+    places: Vec<Along>,
     /// Correlation of the values at the knots, factorised.
     factor: Option<Cholesky<f64, Dyn>>,
 }
@@ -185,15 +181,16 @@ impl Knots {
         let mut places = Vec::new();
         if errors.slow_mm > 0.0 || errors.static_mm > 0.0 {
             for (channel, [low, high]) in ends {
-                let pieces = ((high - low) / (KNOTS_APART * errors.far_mm)).ceil();
+                let pieces = ((high - low) / (KNOTS_APART * sd::ERRORS_FAR_MM)).ceil();
                 let apart = if pieces > 0.0 { (high - low) / pieces } else { 0.0 };
-                places.extend((0..=pieces as usize).map(|i| (channel, low + apart * i as f64)));
+                let knot = |i: usize| Along { channel, at_mm: low + apart * i as f64, sd_mm: 0.0 };
+                places.extend((0..=pieces as usize).map(knot));
             }
         }
         let n = places.len();
         let correlation = DMatrix::from_fn(n, n, |i, j| {
             let same = if i == j { JITTER } else { 0.0 };
-            same + correlation(places[i], places[j], errors.far_mm)
+            same + correlation(&places[i], &places[j], sd::ERRORS_FAR_MM)
         });
         let factor = if n > 0 { Cholesky::new(correlation) } else { None };
         Self { errors, places, factor }
@@ -217,7 +214,7 @@ impl Knots {
             return (DMatrix::zeros(along.len(), 0), vec![0.0; along.len()]);
         };
         let across = DMatrix::from_fn(self.places.len(), along.len(), |k, i| {
-            correlation(self.places[k], (along[i].channel, along[i].at_mm), self.errors.far_mm)
+            correlation(&self.places[k], &along[i], sd::ERRORS_FAR_MM)
         });
         let weights = factor.solve(&across);
         let left = (0..along.len()).map(|i| (1.0 - across.column(i).dot(&weights.column(i))).max(0.0));
@@ -242,8 +239,14 @@ impl Knots {
     }
 }
 
-fn correlation(a: (usize, f64), b: (usize, f64), length: f64) -> f64 {
-    if a.0 == b.0 { (-0.5 * ((a.1 - b.1) / length).powi(2)).exp() } else { 0.0 }
+/// The correlation of errors that are alike over this length, mm, along the contour.
+pub(crate) fn correlation(a: &Along, b: &Along, length_mm: f64) -> f64 {
+    if a.channel == b.channel { bell(a.at_mm - b.at_mm, length_mm) } else { 0.0 }
+}
+
+/// A bell curve of height 1 with this standard deviation.
+pub(crate) fn bell(apart: f64, reach: f64) -> f64 {
+    (-0.5 * (apart / reach).powi(2)).exp()
 }
 
 #[derive(Debug, Clone)]

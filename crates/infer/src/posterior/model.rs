@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, SVector};
 use super::PosteriorError;
 use super::parameters::ParameterValues;
 use super::priors::Priors;
+use crate::error_model::bell;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;
 use tongue_core::material::Constants;
@@ -139,10 +140,6 @@ fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, Po
 
 /// A cell that keeps less than this part of its area counts as folded.
 const LEAST_RATIO: f64 = 0.1;
-
-fn bell(apart_m: f64, reach_m: f64) -> f64 {
-    (-0.5 * (apart_m / reach_m).powi(2)).exp()
-}
 
 /// Fields of every distinct end of a muscle along every axis: one end moves by one standard deviation, and all other ends stay.
 fn attachment_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {

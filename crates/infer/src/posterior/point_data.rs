@@ -17,7 +17,7 @@ use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, NodePosition, Observable, TongueSurface};
 
-use crate::error_model::{Along, Errors, distances_along};
+use crate::error_model::{Along, Errors, correlation, distances_along};
 use crate::standard_deviations::{
     COIL_GAP_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG, MEASURED_COIL_MM, POSTURE_ALONE_MM,
     POSTURE_FAR_MM, POSTURE_MM,
@@ -147,8 +147,7 @@ impl Marks<'_> {
             let covariance = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
                 let (a, b) = (&numbers[i].along, &numbers[j].along);
                 let alone = if i == j { a.sd_mm.powi(2) + POSTURE_ALONE_MM.powi(2) } else { 0.0 };
-                let near = (-0.5 * ((a.at_mm - b.at_mm) / POSTURE_FAR_MM).powi(2)).exp();
-                let posture = if a.channel == b.channel { POSTURE_MM.powi(2) * near } else { 0.0 };
+                let posture = POSTURE_MM.powi(2) * correlation(a, b, POSTURE_FAR_MM);
                 1e-6 * (Errors::default().of_body(a, b, true) + posture + alone)
             });
             let rates = DMatrix::from_fn(numbers.len(), 4, |i, source| numbers[i].shared[source].1);

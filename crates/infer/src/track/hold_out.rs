@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use tongue_core::geometry::{NaturalSpline, Point};
-use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
+use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 use super::Tracked;
 
@@ -66,35 +66,35 @@ pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[Stri
 
 fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<BaselinePredictor> {
     let model = tracked.iter().copied().flatten().flat_map(missed).collect();
-    let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
-    let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
-    let shown: Vec<usize> = (0..names.len()).filter(|&i| !hide.contains(&names[i])).collect();
     let (mut by_spline, mut by_components, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
-    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| s.contour == names) {
-        let training: Vec<DVector<f64>> = seen
-            .iter()
-            .enumerate()
-            .filter(|(o, s)| (*o != nth || seen.len() == 1) && s.contour == names)
-            .flat_map(|(_, s)| s.frames.iter().filter_map(whole))
-            .collect();
-        let learned = Learned::of(&training);
-        for frame in &one.frames {
-            let at = |i: &usize| frame.contour[*i].map(|m| m.at);
-            let Some(visible) = shown.iter().map(at).collect::<Option<Vec<Point>>>() else { continue };
-            let told: Vec<Point> = hidden.iter().filter_map(at).collect();
-            let judge = |contour: &[Point], into: &mut Vec<f64>| {
-                if let Some(curve) = NaturalSpline::through(contour).map(|c| c.extended(BEYOND_M)) {
-                    into.extend(told.iter().map(|p| curve.distance(*p)));
-                }
-            };
-            judge(&visible, &mut by_spline);
-            if let Some(learned) = &learned {
-                judge(&learned.by_components(&shown, &visible), &mut by_components);
-                judge(&learned.by_gaussian(&shown, &visible), &mut by_gaussian);
+    each_frame(seen, hide, (&|s| s.contour.clone(), &|f| &f.contour), &mut |points, learned| {
+        let judge = |contour: &[Point], into: &mut Vec<f64>| {
+            if let Some(curve) = NaturalSpline::through(contour).map(|c| c.extended(BEYOND_M)) {
+                into.extend(points.hidden.iter().map(|(_, at)| curve.distance(*at)));
+            }
+        };
+        judge(&points.visible, &mut by_spline);
+        if let Some(learned) = learned {
+            judge(&learned.by_components(points), &mut by_components);
+            judge(&learned.by_gaussian(points), &mut by_gaussian);
+        }
+    });
+    let (mut by_mean, mut by_line, mut of_coils) = (Vec::new(), Vec::new(), Vec::new());
+    each_frame(seen, hide, (&coil_names, &|f| &f.sensors), &mut |coils, learned| {
+        let Some(learned) = learned else { return };
+        let (mean, expected) = (points(&learned.mean), learned.by_gaussian(coils));
+        for &(i, at) in &coils.hidden {
+            by_mean.push((at - mean[i]).norm());
+            of_coils.push((at - expected[i]).norm());
+            let beside = [coils.shown.iter().rposition(|s| *s < i), coils.shown.iter().position(|s| *s > i)];
+            if let [Some(before), Some(after)] = beside {
+                // The line is divided as it is between the mean places.
+                let far = [before, after].map(|s| (mean[i] - mean[coils.shown[s]]).norm());
+                let ends = [before, after].map(|s| coils.visible[s]);
+                by_line.push((at - ends[0] - (ends[1] - ends[0]) * (far[0] / (far[0] + far[1]))).norm());
             }
         }
-    }
-    let [by_mean, by_line, of_coils] = of_coils(seen, hide);
+    });
     let all = [
         BaselinePredictor::new("the model", model),
         BaselinePredictor::new("mean of the speaker's coils", by_mean),
@@ -105,6 +105,40 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
         BaselinePredictor::new("Gaussian of the speaker's points", by_gaussian),
     ];
     all.into_iter().flatten().collect()
+}
+
+/// The points of a contour, or the coils, of a frame: numbers and places, m, of those that are shown to a method, and of the hidden ones.
+struct SplitFrame<'a> {
+    shown: &'a [usize],
+    visible: Vec<Point>,
+    hidden: Vec<(usize, Point)>,
+}
+
+/// Calls `judge` with every frame in which all shown points were seen, and with what was learned from other recordings of the same points
+/// (from the same one if there is no other). `names` are those of the points of a recording, and `marks` what was seen of them in a frame.
+fn each_frame(
+    seen: &[&AlignedRecording],
+    hide: &[String],
+    (names, marks): (&dyn Fn(&AlignedRecording) -> Vec<String>, &dyn Fn(&AlignedFrame) -> &[Option<Mark>]),
+    judge: &mut dyn FnMut(&SplitFrame<'_>, Option<&Learned>),
+) {
+    let first = seen.first().map(|s| names(s)).unwrap_or_default();
+    let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
+    let place = |f: &AlignedFrame, i: usize| marks(f).get(i).copied().flatten().map(|m| m.at);
+    let whole = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, i)).collect::<Option<Vec<Point>>>();
+    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| names(s) == first) {
+        let others =
+            seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && names(s) == first);
+        let training: Vec<_> =
+            others.flat_map(|(_, s)| s.frames.iter().filter_map(whole)).map(coordinates).collect();
+        let learned = Learned::of(&training);
+        for frame in &one.frames {
+            let visible = shown.iter().map(|&i| place(frame, i)).collect::<Option<Vec<_>>>();
+            let Some(visible) = visible else { continue };
+            let hidden = hidden.iter().filter_map(|&i| Some((i, place(frame, i)?))).collect();
+            judge(&SplitFrame { shown: &shown, visible, hidden }, learned.as_ref());
+        }
+    }
 }
 
 /// The model's error of every hidden point, m. A coil stands there twice, once for each coordinate; its error is the length of both.
@@ -119,51 +153,8 @@ fn missed(frame: &Tracked) -> Vec<f64> {
     out.into_iter().map(|(_, far)| far).collect()
 }
 
-/// Errors, m, of three predictions of hidden coils: their mean place, the straight line between the coils beside them, divided as it is
-/// between the mean places, and the mean of a Gaussian given the other coils.
-fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 3] {
-    let (mut by_mean, mut by_line, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
-    let first = seen.first().map(|s| coil_names(s)).unwrap_or_default();
-    let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
-    let all = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, &i)).collect::<Option<Vec<Point>>>();
-    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| coil_names(s) == first) {
-        let others =
-            seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && coil_names(s) == first);
-        let training: Vec<_> =
-            others.flat_map(|(_, s)| s.frames.iter().filter_map(all)).map(coordinates).collect();
-        let Some(learned) = Learned::of(&training) else { continue };
-        let mean = points(&learned.mean);
-        for frame in &one.frames {
-            let Some(visible) = shown.iter().map(|i| place(frame, i)).collect::<Option<Vec<_>>>() else {
-                continue;
-            };
-            let expected = learned.by_gaussian(&shown, &visible);
-            for (i, at) in hidden.iter().filter_map(|i| Some((*i, place(frame, i)?))) {
-                by_mean.push((at - mean[i]).norm());
-                by_gaussian.push((at - expected[i]).norm());
-                let beside = [shown.iter().rfind(|s| **s < i), shown.iter().find(|s| **s > i)];
-                if let [Some(&a), Some(&b)] = beside {
-                    let far = [a, b].map(|s| (mean[i] - mean[s]).norm());
-                    let ends = [a, b].map(|s| place(frame, &s).unwrap_or(mean[s]));
-                    by_line.push((at - ends[0] - (ends[1] - ends[0]) * (far[0] / (far[0] + far[1]))).norm());
-                }
-            }
-        }
-    }
-    [by_mean, by_line, by_gaussian]
-}
-
-fn place(f: &AlignedFrame, i: &usize) -> Option<Point> {
-    f.sensors.get(*i).copied().flatten().map(|m| m.at)
-}
-
 fn coil_names(s: &AlignedRecording) -> Vec<String> {
     s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>()
-}
-
-/// All coordinates of a frame in which every point was seen; `None` for other frames.
-fn whole(frame: &AlignedFrame) -> Option<DVector<f64>> {
-    frame.contour.iter().map(|m| m.map(|m| m.at)).collect::<Option<Vec<Point>>>().map(coordinates)
 }
 
 fn coordinates(points: Vec<Point>) -> DVector<f64> {
@@ -190,36 +181,33 @@ impl Learned {
         Some(Self { mean, covariance })
     }
 
-    /// The numbers of the coordinates of these points.
-    fn rows(shown: &[usize]) -> Vec<usize> {
-        shown.iter().flat_map(|i| [2 * i, 2 * i + 1]).collect()
-    }
-
-    /// The coordinates of the visible points less their means.
-    fn away(&self, rows: &[usize], visible: &[Point]) -> DVector<f64> {
-        let seen = visible.iter().flat_map(|p| [p.x, p.y]);
-        DVector::from_iterator(rows.len(), rows.iter().zip(seen).map(|(r, v)| v - self.mean[*r]))
+    /// The numbers of the coordinates of the shown points, and these coordinates less their means.
+    fn away(&self, frame: &SplitFrame<'_>) -> (Vec<usize>, DVector<f64>) {
+        let rows: Vec<usize> = frame.shown.iter().flat_map(|i| [2 * i, 2 * i + 1]).collect();
+        let seen = frame.visible.iter().flat_map(|p| [p.x, p.y]);
+        let away = DVector::from_iterator(rows.len(), rows.iter().zip(seen).map(|(r, v)| v - self.mean[*r]));
+        (rows, away)
     }
 
     /// All points: the sum of components that fits the visible ones best.
-    fn by_components(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
+    fn by_components(&self, frame: &SplitFrame<'_>) -> Vec<Point> {
         let eigen = self.covariance.clone().symmetric_eigen();
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
         let basis = eigen.eigenvectors.select_columns(&order[..COMPONENTS.min(order.len())]);
-        let rows = Self::rows(shown);
+        let (rows, away) = self.away(frame);
         let seen = basis.select_rows(&rows);
-        let weights = (seen.tr_mul(&seen)).lu().solve(&seen.tr_mul(&self.away(&rows, visible)));
+        let weights = (seen.tr_mul(&seen)).lu().solve(&seen.tr_mul(&away));
         points(&weights.map_or_else(|| self.mean.clone(), |w| &self.mean + basis * w))
     }
 
     /// All points: their means given the visible ones.
-    fn by_gaussian(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
-        let rows = Self::rows(shown);
+    fn by_gaussian(&self, frame: &SplitFrame<'_>) -> Vec<Point> {
+        let (rows, away) = self.away(frame);
         let mut seen = self.covariance.select_rows(&rows).select_columns(&rows);
         let ridge = RIDGE * seen.diagonal().amax();
         (0..rows.len()).for_each(|i| seen[(i, i)] += ridge);
-        let gain = seen.lu().solve(&self.away(&rows, visible));
+        let gain = seen.lu().solve(&away);
         let across = self.covariance.select_columns(&rows);
         points(&gain.map_or_else(|| self.mean.clone(), |g| &self.mean + across * g))
     }

@@ -20,6 +20,7 @@ use super::frame::{Frame, FrameObservation};
 use super::gauss_newton::{ROUNDS, minimise};
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
+use crate::error_model::bell;
 use crate::standard_deviations::POINTS_APART_MM;
 use tongue_core::statistics::{least_by, mean_and_variance, student_95};
 
@@ -182,7 +183,7 @@ impl Process {
     /// Errors of the predictions of the hidden points, mm, and their variances in units of `s²`.
     fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
         let (seen, hidden) = (&split.seen, &split.hidden);
-        let covariance = |a: f64, b: f64| (-0.5 * ((a - b) / self.length_mm).powi(2)).exp() + MEAN;
+        let covariance = |a: f64, b: f64| bell(a - b, self.length_mm) + MEAN;
         let value = |line: &ContourLine, i: usize| {
             (1.0 - self.weight) * line.at_rest[i] + self.weight * line.pulled[i]
         };

@@ -21,6 +21,8 @@ const MISSED_SD: f64 = 3.0;
 /// The same as a distance from the placed body, m: twice the standard deviation of its place. The linearisation does not hold for larger
 /// distances.
 const REACH_M: f64 = 10e-3;
+/// Tensions from this multiple of the scale on are reported as at the bound.
+const BOUND: f64 = 5.4;
 /// A direction of tensions is resolved if its standard deviation is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
 
@@ -217,7 +219,7 @@ pub(super) fn tracked(
         FrameStatus::NotReached
     } else if rms_sd > MISSED_SD {
         FrameStatus::PoorFit
-    } else if levels.iter().any(|l| l.median >= settings.upper_n) {
+    } else if levels.iter().any(|l| l.median >= BOUND * settings.link.scale_n()) {
         FrameStatus::AtBound
     } else if resolved == 0 {
         FrameStatus::Unresolved

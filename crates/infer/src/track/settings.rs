@@ -18,8 +18,6 @@ pub struct TrackSettings {
     pub errors: Errors,
     pub draws: usize,
     pub seed: u64,
-    /// Upper bound of every tension, N per metre of thickness: larger tensions are reported as at the bound.
-    pub upper_n: f64,
     /// Largest number of frames of a recording whose positions are part of the results; they are equally spaced.
     pub shapes: usize,
     /// Whether it is checked how the shape of every frame can be reached from rest.
@@ -30,9 +28,6 @@ pub struct TrackSettings {
     /// Number of draws of the tensions over labels that are part of the results ([`LabelCourse`](super::LabelCourse)).
     pub kept_draws: usize,
 }
-
-/// Tensions above this multiple of the scale are reported as at the bound.
-const BOUND: f64 = 5.4;
 
 impl TrackSettings {
     /// Whether the positions of frame `t` of so many are part of the results.
@@ -54,7 +49,6 @@ impl TrackSettings {
             errors: Errors::default(),
             draws: 1000,
             seed: 0,
-            upper_n: BOUND * scale_n,
             shapes: usize::MAX,
             reachability: true,
             shared_frames: 240,

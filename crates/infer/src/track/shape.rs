@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::adapt::{
     self, ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten,
 };
+use crate::least_squares::by_differences;
 use crate::standard_deviations as sd;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Effect};
@@ -154,19 +155,11 @@ impl ShapePrior {
 
     /// The same prior expanded about these amounts: its second derivative and its gradient there.
     fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
-        let columns: Vec<DVector<f64>> = Vec::from_iter((0..amounts.len()).map(|k| {
-            let [high, low] = [STEP, -STEP].map(|by| {
-                let mut amounts = amounts.clone();
-                amounts[k] += by;
-                self.area_logs(mesh, &amounts)
-            });
-            (high - low) / (2.0 * STEP)
-        }));
-        let growth = DMatrix::from_columns(&columns);
+        let area_logs = |amounts: &DVector<f64>| Some(self.area_logs(mesh, amounts));
+        let growth = by_differences(amounts, &area_logs, STEP).unwrap_or_default();
         let (precision, gradient) = &self.own;
-        let gradient = gradient + precision * amounts + growth.tr_mul(&self.area_logs(mesh, amounts));
+        self.gradient = gradient + precision * amounts + growth.tr_mul(&self.area_logs(mesh, amounts));
         self.precision = precision + growth.tr_mul(&growth);
-        self.gradient = gradient;
         self
     }
 }
