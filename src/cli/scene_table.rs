@@ -55,7 +55,7 @@ pub fn outcome(o: &SceneOutcome) -> String {
     if !o.muscles.is_empty() {
         let is_activated = o.plan.effect("hexahedra").is_some();
         let tension = if is_activated { "activation".to_owned() } else { format!("tension {unit}") };
-        let interval = o.points.as_ref().map(|_| "95 % interval");
+        let interval = o.points.as_ref().map(|_| "95 % on this body");
         let columns: Vec<&str> = ["muscle", tension.as_str()]
             .into_iter()
             .chain(interval)

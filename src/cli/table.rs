@@ -293,7 +293,7 @@ pub fn operation(o: &OperationRecord) -> String {
             active.map(|(name, a)| format!("{name} {a:.2}{}", interval(name))).collect();
         let _ = writeln!(
             text,
-            "the tip comes back to {to:.2} mm (RMS) with {}; other activations bring it there too, as the 95 % intervals say",
+            "the tip comes back to {to:.2} mm (RMS) with {}; other activations bring it there too, 95 % of them in these ranges",
             active.join(", ")
         );
     }

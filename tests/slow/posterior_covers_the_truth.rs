@@ -9,7 +9,7 @@ use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
     AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
-    fitted_stretches, sample,
+    fitted_stretches, sample, short_run,
 };
 
 use crate::cases;
@@ -62,9 +62,12 @@ fn of_kind(unknowns: &[Number], found: &[Found], kind: &str) -> String {
 /// All numbers of the cases that were told.
 struct Coverage {
     numbers: Vec<Counted>,
-    /// How many intervals of fitted stretches contain the true one, and how many there are.
-    stretches: [usize; 2],
+    /// Of each of [`OTHERS`], how many intervals contain the truth, and how many there are.
+    others: [[usize; 2]; 3],
 }
+
+/// Intervals that are counted beside those of the draws: of the stretches that fit all measurements, and those of the verdict.
+const OTHERS: [&str; 3] = ["fitted stretches", "tensions of the short run", "hyoid of the short run"];
 
 impl Coverage {
     fn of_kind(&self, kind: &str) -> impl Iterator<Item = &Counted> + Clone {
@@ -129,15 +132,16 @@ impl Coverage {
             let words = self.words(kind);
             eprintln!("{what}: {kind} sure and probable signs, and how many of each are right: {words:?}");
         }
-        let [held, all] = self.stretches;
-        let part = 100.0 * held as f64 / all as f64;
-        eprintln!("{what}: {held} of {all} fitted stretches held, {part:.1} %");
+        for (kind, [held, all]) in OTHERS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
+            let part = 100.0 * held as f64 / all as f64;
+            eprintln!("{what}: {kind}, {held} of {all} held, {part:.1} %");
+        }
         eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.numbers.len());
         kinds.into_iter().map(|kind| self.held(kind)).collect()
     }
 
     /// The same, where to four binomial errors signs that are called sure or probable must be right as often as these words say, and 95 % of
-    /// the intervals of fitted stretches must contain the true ones.
+    /// the intervals of each of [`OTHERS`] must contain the truth.
     fn with_words(&self, what: &str) -> Vec<(f64, f64)> {
         let found = self.told(what);
         for kind in ["F - F0", "contrast"] {
@@ -147,8 +151,9 @@ impl Coverage {
                 assert!(right as f64 >= least * said as f64 - room, "{kind}: {words:?}");
             }
         }
-        let [held, all] = self.stretches;
-        assert!((held as f64 / all as f64 - 0.95).abs() < room(all), "{held} of {all} fitted stretches");
+        for (kind, [held, all]) in OTHERS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
+            assert!((held as f64 / all as f64 - 0.95).abs() < room(all), "{kind}: {held} of {all}");
+        }
         found
     }
 }
@@ -205,6 +210,7 @@ fn coverage_with(
 ) -> Coverage {
     let numbers: Vec<usize> = (0..count).collect();
     let unknowns = unknowns(fitted, postures);
+    let fitted_of_springs = fitted.is_of_springs();
     let cases = parallel::map(&numbers, |&number| {
         let mut random = fastrand::Rng::with_seed(seed_of(17, number));
         let usual = &truths[number % truths.len()];
@@ -247,10 +253,21 @@ fn coverage_with(
                 .for_each(|found| found.rank = (found.rank * count + random.f64()) / (count + 1.0));
             let fitted = fitted_stretches(&posterior, number as u64);
             let held = fitted.iter().zip(&stretches).filter(|(interval, truth)| interval.holds(**truth));
-            (each, [held.count(), fitted.len()])
+            // A verdict is on a vowel of which lengths were measured, in a body of springs.
+            let has_verdict =
+                postures == 1 && fitted_of_springs && posterior.density.seen.auxiliary.is_empty();
+            let brief = has_verdict.then(|| short_run(&posterior.density, &posterior.map_estimate, None));
+            let brief = brief.transpose().unwrap().unwrap_or_default();
+            let of_short_run = |kind: &str| {
+                let own = unknowns.iter().filter(|number| number.kind == kind && !brief.is_empty());
+                let interval = |n: &Number| Quantiles::of(brief.iter().map(|d| (n.value)(&d.values)));
+                let held = own.clone().filter(|n| interval(n).holds((n.value)(&drawn))).count();
+                [held, own.count()]
+            };
+            (each, [[held.count(), fitted.len()], of_short_run("F"), of_short_run("hyoid")])
         })
     });
-    let (told, of_stretches): (Vec<Vec<Found>>, Vec<[usize; 2]>) = cases.into_iter().flatten().unzip();
+    let (told, others): (Vec<Vec<Found>>, Vec<[[usize; 2]; 3]>) = cases.into_iter().flatten().unzip();
     assert!(told.len() * 50 >= count * 49, "{} of {count} are told", told.len());
     let number = |(i, number): (usize, &Number)| Counted {
         kind: number.kind,
@@ -262,7 +279,7 @@ fn coverage_with(
     };
     Coverage {
         numbers: unknowns.iter().enumerate().map(number).collect(),
-        stretches: of_stretches.iter().fold([0; 2], |[held, all], [h, a]| [held + h, all + a]),
+        others: [0, 1, 2].map(|i| [0, 1].map(|j| others.iter().map(|of_case| of_case[i][j]).sum())),
     }
 }
 

@@ -129,7 +129,7 @@ pub struct OperationRecord {
     pub deviation_mm: f64,
     /// Activations that bring the tip back to where it was before, where they were searched for.
     pub made_up_by: Option<ByMuscle<f64>>,
-    /// Their 95 % intervals: a tip alone determines few of them.
+    /// For each the range of 95 % of the draws of activations that bring the tip there: a tip alone determines few of them.
     pub made_up_interval_95: Option<ByMuscle<[f64; 2]>>,
     /// How far its nodes stay from there, mm (RMS).
     pub made_up_to_mm: Option<f64>,

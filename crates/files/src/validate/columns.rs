@@ -28,7 +28,7 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
         RowColumn::new("rms", "", "root mean square error over fits", |o| o.rms.into())
             .headed("RMS")
             .decimals(3),
-        RowColumn::new("low", "", "lower end of its 95 % interval by bootstraps", |o| o.low.into())
+        RowColumn::new("low", "", "lower end of the middle 95 % of its bootstraps over fits", |o| o.low.into())
             .headed("95 % of bootstraps")
             .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
         RowColumn::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
@@ -108,7 +108,7 @@ pub struct ScoredOpponent {
     pub what: String,
     pub tuned_parameters: usize,
     pub rms: f64,
-    /// Lower end of the 95 % interval by bootstraps over fits.
+    /// Lower end of the middle 95 % of its bootstraps over fits.
     pub low: f64,
     pub high: f64,
     pub worse_than_no_change: usize,

@@ -58,7 +58,7 @@ pub use over_speakers::OverSpeakers;
 pub use parameters::{Draw, Parameter, ParameterValues, Posture, SolvedPoint};
 pub use priors::*;
 pub use quantiles::Quantiles;
-pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample};
+pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample, short_run};
 pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use summary::{Change, Report, StretchSummary, Summary, Tension};

@@ -170,7 +170,7 @@ pub(super) fn chains(
 
 /// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. With `only`,
 /// those of one group of chains; none if it could not begin.
-pub(super) fn short_run(
+pub fn short_run(
     density: &Density<'_>,
     map_estimate: &MapEstimate,
     only: Option<usize>,
