@@ -143,15 +143,14 @@ impl SampledTargets<'_> {
             }
             seen = AlignedRecording { sensors: read.sensors, measured: read.measured, ..seen };
         }
-        for doubt in recording::check_plausibility(&seen, None) {
-            if doubt.severity == Severity::Note {
-                output::note(&format!("--contour and --points: {}", doubt.said));
-            } else {
-                bail!("--contour and --points: {}", doubt.said);
-            }
-        }
         for (posture, frame) in postures.iter().zip(&seen.frames) {
             let vowel = self.vowel(*posture);
+            // Postures are no frames of one motion.
+            let alone = AlignedRecording { frames: vec![frame.clone()], ..seen.clone() };
+            for doubt in recording::check_plausibility(&alone, None) {
+                let said = format!("--contour and --points, /{vowel}/: {}", doubt.said);
+                if doubt.severity == Severity::Note { output::note(&said) } else { bail!("{said}") }
+            }
             for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {
                 near_the_body(body, marks).wrap_err_with(|| format!("{option}, /{vowel}/"))?;
             }

@@ -56,7 +56,7 @@ pub fn track(record: &TrackRecord) -> String {
     for (bone, end) in freed(record) {
         let _ = writeln!(
             text,
-            "{bone}, not seen: displaced by {end} mm (medians over the frames, 95 % intervals)"
+            "{bone}, not seen: displaced by {end} mm (medians over the frames, ranges of 95 % of the draws)"
         );
     }
     if let Some(held) = &record.held_out {

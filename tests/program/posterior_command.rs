@@ -258,7 +258,7 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     write("metres.csv", &in_metres.collect::<String>());
     let mixed = [20, 50, 30, 60, 25, 55].iter().enumerate().map(|(i, x)| format!("{i},{x},60\n"));
     write("mixed.csv", &mixed.collect::<String>());
-    let line = "--points ɯ=coils.csv --vowel i --h 10 --posterior 1000 --contour ɯ=rest.csv --emg emg.csv --json --out out";
+    let line = "--points ɯ=coils.csv --vowel i --h 10 --posterior 1000 --contour ɯ=rest.csv --contour rest.csv --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     assert!(output.err.contains("rim left out: not a usual name of a coil"), "{}", output.err);
     assert!(output.status == Some(0) && output.record()["posterior"]["status"] == "mixed", "{}", output.err);

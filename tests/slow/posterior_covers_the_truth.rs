@@ -15,8 +15,8 @@ use tongue_infer::posterior::{
 use crate::cases;
 use crate::fixtures::less_compressible;
 use crate::synthetic_speakers::{
-    Number, activity, coils, contours, p_of_uniform, posterior_model_at, seen, shapes, stretches_of, unknowns,
-    unseen,
+    Number, activity, coils, contours, p_of_uniform, posterior_model_at, seen, shapes, stretches_of,
+    unknowns, unseen,
 };
 
 /// Of one number in all cases: whether its 95 % interval contained the truth, the sum of the interval's widths, and the

@@ -7,7 +7,7 @@ use tongue_core::statics::lanes::Lanes;
 use tongue_fit::MM;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::{Point, Similarity};
-use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording, SENSOR_SD_M};
+use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
@@ -15,7 +15,7 @@ use tongue_infer::posterior::{
     AuxiliaryData, Density, Measurements, ParameterValues, PosteriorModel, Priors,
 };
 use tongue_infer::standard_deviations::{
-    EMG, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
+    COIL_M, EMG, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
 };
 
 /// Variance of a stretch by the rounding of lengths of some 50 mm to millimetres.
@@ -131,8 +131,7 @@ pub fn contours(
     random: &mut fastrand::Rng,
 ) -> AuxiliaryData {
     let surface = TongueSurface::of(body).unwrap();
-    let places =
-        Vec::from_iter((0..11).map(|i| 10.0 * MM + (surface.tip - 13.0 * MM) * f64::from(i) / 10.0));
+    let places = Vec::from_iter((0..11).map(|i| 10.0 * MM + (surface.tip - 13.0 * MM) * f64::from(i) / 10.0));
     let keypoints = placed(&on_surface(&surface, shapes, &places), 0.8 * MM, random);
     let drawn = Vec::from_iter(keypoints.iter().map(|points| {
         let curve = NaturalSpline::through(points).unwrap();
@@ -148,7 +147,7 @@ pub fn coils(body: &Body<2>, shapes: &[Vec<Point>], random: &mut fastrand::Rng) 
     let first = surface.tip - (8.0 + FIRST_COIL_MM * normal(random)).clamp(1.0, 20.0) * MM;
     let [second, third] = [0; 2].map(|_| (13.0 + 6.0 * random.f64()) * MM);
     let places = [first, first - second, first - second - third];
-    let files = placed(&on_surface(&surface, shapes, &places), SENSOR_SD_M, random);
+    let files = placed(&on_surface(&surface, shapes, &places), COIL_M, random);
     let files = Vec::from_iter(files.iter().map(|coils| {
         let rows = coils.iter().zip(1..).map(|(at, n)| format!("T{n},{},{}\n", at.x / MM, at.y / MM));
         let table = format!("point,x_mm,y_mm\n{}", rows.collect::<String>());

@@ -39,8 +39,7 @@ impl Default for Errors {
 
 impl Errors {
     /// Errors for a body of known shape, and points whose errors are independent.
-    pub const INDEPENDENT: Self =
-        Self { slow_mm: 0.0, static_mm: 0.0, apart_mm: 0.0, apart_s: 0.0 };
+    pub const INDEPENDENT: Self = Self { slow_mm: 0.0, static_mm: 0.0, apart_mm: 0.0, apart_s: 0.0 };
 
     /// Covariance of the errors of two observations of a body of unknown shape, mm², without their own errors. `same_frame`: frames are
     /// otherwise too far apart to remember.
@@ -183,8 +182,8 @@ impl Knots {
             for (channel, [low, high]) in ends {
                 let pieces = ((high - low) / (KNOTS_APART * sd::ERRORS_FAR_MM)).ceil();
                 let apart = if pieces > 0.0 { (high - low) / pieces } else { 0.0 };
-                let knot = |i: usize| Along { channel, at_mm: low + apart * i as f64, sd_mm: 0.0 };
-                places.extend((0..=pieces as usize).map(knot));
+                let at_mm = (0..=pieces as usize).map(|i| low + apart * i as f64);
+                places.extend(at_mm.map(|at_mm| Along { channel, at_mm, sd_mm: 0.0 }));
             }
         }
         let n = places.len();
@@ -229,13 +228,6 @@ impl Knots {
         let (averages, variances) = self.errors.in_frame(along, period_s, &(shared * DVector::from(left)));
         let sds = variances.map(f64::sqrt);
         sds.iter().all(|sd| *sd > 0.0 && sd.is_finite()).then_some(FrameErrors { sds, basis, averages })
-    }
-
-    /// The error at another place of a frame, by the values at the knots and a remainder.
-    pub fn at(&self, other: &Along) -> (DVector<f64>, f64) {
-        let (basis, left) = self.basis(std::slice::from_ref(other));
-        let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
-        (basis.row(0).transpose(), (other.sd_mm.powi(2) + shared * left[0]).sqrt())
     }
 }
 

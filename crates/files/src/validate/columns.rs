@@ -28,9 +28,11 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
         RowColumn::new("rms", "", "root mean square error over fits", |o| o.rms.into())
             .headed("RMS")
             .decimals(3),
-        RowColumn::new("low", "", "lower end of the middle 95 % of its bootstraps over fits", |o| o.low.into())
-            .headed("95 % of bootstraps")
-            .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
+        RowColumn::new("low", "", "lower end of the middle 95 % of its bootstraps over fits", |o| {
+            o.low.into()
+        })
+        .headed("95 % of bootstraps")
+        .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
         RowColumn::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
         RowColumn::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
             o.worse_than_no_change.into()

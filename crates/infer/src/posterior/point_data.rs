@@ -76,7 +76,7 @@ impl AuxiliaryData {
         let measured = DMatrix::from_iterator(numbers.len(), 1, numbers.iter().map(|(_, n)| n.measured));
         (!own.is_empty()).then(|| Self {
             measured: averaged(&views, &measured).data.into(),
-            errors: averaged(&views, &averaged(&views, &shared_errors(&numbers)).transpose())
+            errors: averaged(&views, &averaged(&views, &shared_errors(&numbers)).transpose()).transpose()
                 + 1e-6 * DMatrix::from_diagonal(&own.into()),
             of: DataSource::Shapes(views),
         })

@@ -30,8 +30,6 @@ pub(super) struct FrameDraws {
     pub tensions: Vec<Vec<f32>>,
     /// The displacements of the bones, in standard deviations.
     pub bones: Vec<Vec<f32>>,
-    /// For every hidden point, its expected distance from the surface of the most probable shape, mm.
-    pub hidden: Vec<Vec<f32>>,
     /// For every formant of the results, its change from the most probable one, Hz; empty without derivatives.
     pub formants: Vec<Vec<f32>>,
 }
@@ -39,8 +37,8 @@ pub(super) struct FrameDraws {
 impl FrameDraws {
     /// Adds further draws.
     fn extend(&mut self, more: Self) {
-        let own = [&mut self.tensions, &mut self.bones, &mut self.hidden, &mut self.formants];
-        for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.hidden, more.formants]) {
+        let own = [&mut self.tensions, &mut self.bones, &mut self.formants];
+        for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.formants]) {
             all.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
         }
     }
@@ -73,12 +71,10 @@ pub(super) struct Sampler<'a> {
     pub number: usize,
 }
 
-#[derive(Clone)]
 struct DrawBatch {
     number: usize,
-    /// The generator at the beginning of every window, and behind all noise, from where hidden points take their numbers.
+    /// The generator at the beginning of every window.
     generators: Vec<Rng>,
-    hidden: Rng,
     /// The coloured noise of the first frame after every window but the last.
     after: Vec<DMatrix<f64>>,
 }
@@ -89,19 +85,18 @@ impl Sampler<'_> {
         let frames = self.linear.recording.frames.len();
         let windows = windows(frames);
         let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
-        let mut batches = parallel::map(&numbers, |&number| self.batch(number, &windows));
+        let batches = parallel::map(&numbers, |&number| self.batch(number, &windows));
         let muscles = self.linear.smoother.sizes.muscles;
         let mut means = Means(vec![vec![0.0; if frames > 0 { self.shared.ncols() } else { 0 }]; muscles]);
         let mut only = None;
-        let mut spare = batches.clone();
         for window in &windows {
-            let draws = self.window(window, &mut spare);
+            let draws = self.window(window, &batches);
             draws.iter().for_each(|draws| means.add(&draws.tensions));
             only = Some(draws).filter(|_| windows.len() == 1);
         }
         means.0.iter_mut().flatten().for_each(|sum| *sum /= frames as f64);
         for window in windows {
-            let draws = only.take().unwrap_or_else(|| self.window(&window, &mut batches));
+            let draws = only.take().unwrap_or_else(|| self.window(&window, &batches));
             take(window, &draws, &means);
         }
     }
@@ -124,7 +119,7 @@ impl Sampler<'_> {
             after.extend(noise.into_iter().next());
         }
         after.reverse();
-        DrawBatch { number, generators, hidden: random, after }
+        DrawBatch { number, generators, after }
     }
 
     /// The deviations of the states from their middles in a window of frames, of a batch of draws.
@@ -147,19 +142,13 @@ impl Sampler<'_> {
     }
 
     /// The draws of a window of frames, from its batches.
-    fn window(&self, window: &Range<usize>, batches: &mut [DrawBatch]) -> Vec<FrameDraws> {
+    fn window(&self, window: &Range<usize>, batches: &[DrawBatch]) -> Vec<FrameDraws> {
         let Eliminated { smoother, recording, .. } = self.linear;
         let (m, bones, link) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.settings.link);
-        let errors_at: Vec<Vec<(DVector<f64>, f64)>> = Vec::from_iter(
-            window
-                .clone()
-                .map(|t| recording.frames[t].hidden.iter().map(|h| smoother.knots.at(&h.along)).collect()),
-        );
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
-        let parts = parallel::map(&*batches, |batch| {
+        let parts = parallel::map(batches, |batch| {
             let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
-            let mut random = batch.hidden.clone();
             let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
             let frames = window.clone().enumerate().zip(noise).map(|((i, t), noise)| {
                 let step = &self.linear.steps[t];
@@ -176,20 +165,14 @@ impl Sampler<'_> {
                     tensions: (0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect(),
                     bones: (m..m + bones).map(|i| (0..BATCH).map(|d| shift(i, d)).collect()).collect(),
                     formants: self.formants(t, &changes, &theta),
-                    hidden: self.hidden(t, &errors_at[i], (&changes, &by, &theta), &mut random),
                 }
             });
-            let frames: Vec<FrameDraws> = frames.collect();
-            (frames, random)
+            frames.collect::<Vec<FrameDraws>>()
         });
-        let mut all: Vec<FrameDraws> = Vec::new();
-        for ((frames, random), batch) in parts.into_iter().zip(batches) {
-            batch.hidden = random;
-            if all.is_empty() {
-                all = frames;
-            } else {
-                all.iter_mut().zip(frames).for_each(|(all, more)| all.extend(more));
-            }
+        let mut parts = parts.into_iter();
+        let mut all = parts.next().unwrap_or_default();
+        for frames in parts {
+            all.iter_mut().zip(frames).for_each(|(all, more)| all.extend(more));
         }
         all
     }
@@ -207,33 +190,6 @@ impl Sampler<'_> {
         let mut changes = changes.clone().resize_vertically(rates.ncols(), 0.0);
         changes.rows_mut(own, rates.ncols() - own).copy_from(&self.of_shape(theta));
         (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
-    }
-
-    /// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.
-    fn hidden(
-        &self,
-        t: usize,
-        errors: &[(DVector<f64>, f64)],
-        (changes, by, theta): (&DMatrix<f64>, &DMatrix<f64>, &DMatrix<f64>),
-        random: &mut Rng,
-    ) -> Vec<Vec<f32>> {
-        let Eliminated { smoother, recording, .. } = self.linear;
-        let (m, k, own) = (smoother.sizes.muscles, smoother.sizes.knots, changes.nrows());
-        let Some(at) = recording.here[t].linear.as_ref() else {
-            return vec![Vec::new(); recording.frames[t].hidden.len()];
-        };
-        let z = recording.here[t].z.rows(own, k) + smoother.shared.rows(m, k);
-        let mut errors_at = by.rows(own, k) + theta.rows(m, k);
-        errors_at.column_iter_mut().for_each(|mut c| c += &z);
-        let mut there = &at.hidden_jacobian * changes;
-        if let Some(shape) = &self.linear.by_shape[t] {
-            there += &shape.hidden * self.of_shape(theta);
-        }
-        Vec::from_iter(errors.iter().enumerate().map(|(i, (basis, sd_mm))| {
-            let expected = basis.tr_mul(&errors_at);
-            let error = |d: usize, random: &mut Rng| expected[(0, d)] + sd_mm * random::normal(random);
-            (0..changes.ncols()).map(|d| (error(d, random) - there[(i, d)]) as f32).collect()
-        }))
     }
 }
 

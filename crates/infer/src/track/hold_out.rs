@@ -67,7 +67,7 @@ pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[Stri
 fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<BaselinePredictor> {
     let model = tracked.iter().copied().flatten().flat_map(missed).collect();
     let (mut by_spline, mut by_components, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
-    each_frame(seen, hide, (&|s| s.contour.clone(), &|f| &f.contour), &mut |points, learned| {
+    each_frame(seen, hide, &|s| s.contour.clone(), &|f| &f.contour, &mut |points, learned| {
         let judge = |contour: &[Point], into: &mut Vec<f64>| {
             if let Some(curve) = NaturalSpline::through(contour).map(|c| c.extended(BEYOND_M)) {
                 into.extend(points.hidden.iter().map(|(_, at)| curve.distance(*at)));
@@ -80,7 +80,7 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
         }
     });
     let (mut by_mean, mut by_line, mut of_coils) = (Vec::new(), Vec::new(), Vec::new());
-    each_frame(seen, hide, (&coil_names, &|f| &f.sensors), &mut |coils, learned| {
+    each_frame(seen, hide, &coil_names, &|f| &f.sensors, &mut |coils, learned| {
         let Some(learned) = learned else { return };
         let (mean, expected) = (points(&learned.mean), learned.by_gaussian(coils));
         for &(i, at) in &coils.hidden {
@@ -119,7 +119,8 @@ struct SplitFrame<'a> {
 fn each_frame(
     seen: &[&AlignedRecording],
     hide: &[String],
-    (names, marks): (&dyn Fn(&AlignedRecording) -> Vec<String>, &dyn Fn(&AlignedFrame) -> &[Option<Mark>]),
+    names: &dyn Fn(&AlignedRecording) -> Vec<String>,
+    marks: &dyn Fn(&AlignedFrame) -> &[Option<Mark>],
     judge: &mut dyn FnMut(&SplitFrame<'_>, Option<&Learned>),
 ) {
     let first = seen.first().map(|s| names(s)).unwrap_or_default();

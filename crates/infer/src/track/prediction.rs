@@ -6,10 +6,11 @@
 //! cov(y_i, y_j) = s² (exp(-(q_i - q_j)² / 2 l²) + M + n² [same point])
 //! ```
 //! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight
-//! `w` of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
-//! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals. A point is
-//! missed nearly alike in all frames, so the points are counted and not the frames, and points closer than 9 mm as fewer: the half width is
-//! that of Student's distribution for their number less that of the parameters that they choose.
+//! `w` of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point, or every
+//! third row of as many points as are hidden in a row, is held out in turn and tensions are found without it (stacking, Wolpert 1992). The
+//! errors of these predictions also give the intervals. A point is missed nearly alike in all frames, so the points are counted and not the
+//! frames, and points closer than 9 mm as fewer: the half width is that of Student's distribution for their number less that of the
+//! parameters that they choose.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -84,7 +85,8 @@ pub(super) fn predict_hidden(
             let own = (0..hidden.len()).filter(|&i| hidden[i].along.channel == channel);
             for (i, (missed, variance)) in own.zip(errors) {
                 let (point, far) = (hidden[i].name.clone(), 1e-3 * reach * variance.sqrt());
-                out[i] = Some(HeldOutPrediction { point, missed_m: 1e-3 * missed, interval_m: [-far, far] });
+                let (missed_m, interval_m) = (1e-3 * missed, Some([-far, far]));
+                out[i] = Some(HeldOutPrediction { point, missed_m, interval_m });
             }
         }
         out
@@ -100,20 +102,27 @@ pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) 
     {
         return None;
     }
-    let mut names: Vec<(&str, f64)> = Vec::new();
+    // Names of the points, places along the contour, and whether they are hidden.
+    let mut points: Vec<(&str, f64, bool)> = Vec::new();
     for frame in recordings.iter().flat_map(|c| c.frames.iter()) {
-        for seen in frame.observations.iter().filter(|o| o.along.channel == 0) {
-            if !names.iter().any(|(n, _)| *n == seen.name) {
-                names.push((&seen.name, seen.along.at_mm));
+        let seen = frame.observations.iter().map(|o| (o, false));
+        let all = seen.chain(frame.hidden.iter().map(|o| (o, true)));
+        for (point, is_hidden) in all.filter(|(o, _)| o.along.channel == 0) {
+            if !points.iter().any(|(name, ..)| *name == point.name) {
+                points.push((&point.name, point.along.at_mm, is_hidden));
             }
         }
     }
-    names.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let inner = names.get(1..names.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
+    points.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let rows = points.chunk_by(|a, b| a.2 == b.2).filter(|row| row[0].2).map(<[_]>::len);
+    let row = rows.max().unwrap_or(1);
+    points.retain(|(.., is_hidden)| !is_hidden);
+    let inner = points.get(1..points.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
     let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let mut splits: Vec<(Vec<String>, Split)> = Vec::new();
     for fold in 0..FOLDS {
-        let hide: Vec<&str> = inner.iter().skip(fold).step_by(FOLDS).map(|(n, _)| *n).collect();
+        let rows = inner.chunks(row).skip(fold).step_by(FOLDS).flatten();
+        let hide: Vec<&str> = rows.map(|(name, ..)| *name).collect();
         let mut sample = smoother.thinned(recordings, frames.div_ceil(JUDGES).max(1));
         for recording in &mut sample {
             Arc::make_mut(&mut recording.frames).iter_mut().for_each(|f| without(f, &hide));

@@ -155,8 +155,8 @@ impl ShapePrior {
 
     /// The same prior expanded about these amounts: its second derivative and its gradient there.
     fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
-        let area_logs = |amounts: &DVector<f64>| Some(self.area_logs(mesh, amounts));
-        let growth = by_differences(amounts, &area_logs, STEP).unwrap_or_default();
+        let growth =
+            by_differences(amounts, &|amounts| Some(self.area_logs(mesh, amounts)), STEP).unwrap_or_default();
         let (precision, gradient) = &self.own;
         self.gradient = gradient + precision * amounts + growth.tr_mul(&self.area_logs(mesh, amounts));
         self.precision = precision + growth.tr_mul(&growth);

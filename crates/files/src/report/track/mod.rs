@@ -116,8 +116,9 @@ impl TrackResults {
     }
 
     /// A frame as JSON, with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`), courses (tensions
-    /// less their mean over the recording), displacements of bones that were not seen, distances of the fitted points (null if there are
-    /// none), and for held-out points the distance across the contour from the predicted place to the measured one.
+    /// less their mean over the recording), distances of the fitted points (null if there are none), and for held-out points the distance
+    /// across the contour from the predicted place to the measured one (its interval is null where too few points judge it); displacements
+    /// of bones that were not seen have the range of 95 % of their draws.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let [levels, courses] =
             [&frame.levels, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));
@@ -145,8 +146,8 @@ impl TrackResults {
             "rms_sd": frame.rms_sd,
             "held_out_rms_mm": missed,
             "held_out": hidden.iter().map(|h| {
-            let [missed_mm, interval_mm] = [json!(mm(h.missed_m)), json!(h.interval_m.map(mm))];
-            json!({ "point": h.point, "missed_mm": missed_mm, "interval_mm": interval_mm })
+            let interval_mm = h.interval_m.map(|ends| ends.map(mm));
+            json!({ "point": h.point, "missed_mm": mm(h.missed_m), "interval_mm": interval_mm })
         }).collect::<Vec<_>>(),
             "resolved": frame.resolved,
             "other_way": frame.other_way,
