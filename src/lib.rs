@@ -200,9 +200,9 @@ pub mod measured {
         pub use tongue_input::measured::lengths::{Malformed, Row};
 
         #[cfg(feature = "cli")]
-        pub(crate) mod rest_distance {
-            //! Whether measured lengths have the proportions of a tongue.
-            pub(crate) use tongue_input::measured::lengths::rest_distance::doubt_of_proportions;
+        pub(crate) mod plausibility {
+            //! Whether measured lengths can be those of a tongue.
+            pub(crate) use tongue_input::measured::lengths::plausibility::doubts;
         }
     }
 

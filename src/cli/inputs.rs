@@ -9,7 +9,7 @@ use tongue_fit::acoustics::{Tract, VocalTract};
 use tongue_fit::choice::{named, names};
 use tongue_fit::files::{self, advice};
 use tongue_fit::measured::Dataset;
-use tongue_fit::measured::lengths::rest_distance;
+use tongue_fit::measured::lengths::plausibility;
 
 use super::{invocation, output};
 
@@ -38,8 +38,9 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Re
         return Err(miette!("a call has no standard input; give the table itself, or the name of its file"));
     }
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
-    if let Some(said) = file.and_then(|_| rest_distance::doubt_of_proportions(&data)) {
-        output::note(&format!("{}: {said}", data.origin()));
+    if file.is_some() {
+        let doubts = plausibility::doubts(&data);
+        doubts.iter().for_each(|said| output::note(&format!("{}: {said}", data.origin())));
     }
     if data.rows().iter().any(|row| row.lengths.vowel.label() == "u") {
         output::note(&format!(

@@ -8,7 +8,7 @@ use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
 use tongue_fit::measured::lengths::{
-    BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row, rest_distance,
+    BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row, plausibility,
 };
 use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
 use tongue_fit::suggest;
@@ -67,6 +67,9 @@ struct LengthRecord<'a> {
     /// Muscles that the built-in tongue does not have, in sentences.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unknown_muscles: Vec<String>,
+    /// Why the lengths may not be those of tongues.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    doubts: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -92,7 +95,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::tell(global, &record, || text(&record, &data))?;
     let is_misspelt = record.unknown_muscles.iter().any(|said| said.contains(MEANT));
     let is_good = !is_misspelt
-        && rest_distance::doubt_of_proportions(&data).is_none()
+        && record.doubts.is_empty()
         && record.broken.is_empty()
         && record.bad_cells.is_empty()
         && record.not_fitted.is_empty();
@@ -128,6 +131,7 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Len
         bad_cells: data.bad_cells(),
         not_fitted: plan.refusals,
         unknown_muscles: unknown(data.muscles()),
+        doubts: plausibility::doubts(data),
     })
 }
 

@@ -17,6 +17,8 @@ use super::{inputs, output};
 const MOST_POINTS: usize = 40;
 /// A contour further from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
+/// If no activity is larger, the unit of the table seems to be wrong.
+const LEAST_OF_LARGEST: f64 = 0.05;
 /// Axes of points that are in the frame of the body.
 const OF_THE_BODY: &str = "back = \"x\"\nup = \"y\"\n";
 
@@ -191,6 +193,22 @@ fn emg(
     };
     for (_, fault) in table.bad_cells().filter(|(vowel, _)| posture_of(vowel).is_some()) {
         output::complain(&format!("{fault} (this cell is left out)"));
+    }
+    let (silent, measured): (Vec<_>, Vec<_>) =
+        measured.into_iter().partition(|row| row.by_vowel.iter().all(|(_, activity)| *activity == 0.0));
+    if !silent.is_empty() {
+        output::note(&format!(
+            "--emg {origin}: {} left out: no activity in any vowel, so the electrode seems to have recorded nothing",
+            silent.into_iter().map(|row| row.name).collect::<Vec<_>>().join(", ")
+        ));
+    }
+    let activities = measured.iter().flat_map(|row| &row.by_vowel).map(|(_, activity)| *activity);
+    let largest = activities.fold(0.0, f64::max);
+    if largest > 0.0 && largest < LEAST_OF_LARGEST {
+        output::note(&format!(
+            "--emg {origin}: the largest activity is {largest:.3}, where that of each muscle is about 1; if the columns are in parts of 1, take the % \
+             out of their names"
+        ));
     }
     let electrodes = Vec::from_iter(measured.into_iter().map(|row| {
         let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture_of(v)?, *activity)));

@@ -65,7 +65,9 @@ impl Arguments {
             Some(path) => {
                 let origin = path.display().to_string();
                 let text = inputs::text("--priors", path)?;
-                Priors::from_toml(&text, &origin).into_diagnostic()?
+                let priors = Priors::from_toml(&text, &origin).into_diagnostic()?;
+                priors.doubts().iter().for_each(|doubt| output::note(&format!("{origin}: {doubt}")));
+                priors
             }
         };
         let (draws, growth) = (self.sampling().draws, body::growth(body.mesh.nodes.len()));

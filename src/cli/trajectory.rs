@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, ensure, miette};
+use tongue_core::limits::TOLERANCE_MM;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
     self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
@@ -89,6 +90,22 @@ impl Arguments {
             let value = given.unwrap_or_default();
             ensure!(is_positive, "{option} is {value}; it must be a positive number of {unit}");
         }
+        ensure!(
+            *ramp <= *t_end,
+            "--ramp is {ramp} s, longer than the motion (--t-end {t_end} s), so that the tensions would end below those of --tension"
+        );
+        ensure!(
+            dt.is_none_or(|dt| dt <= *t_end),
+            "--dt is {} s, longer than the motion (--t-end {t_end} s)",
+            dt.unwrap_or_default()
+        );
+        let tolerance = tolerance.unwrap_or(STEP_ERROR_MM);
+        ensure!(
+            tolerance <= TOLERANCE_MM.most,
+            "--tolerance is {tolerance} mm; it must be at most {} mm: {}",
+            TOLERANCE_MM.most,
+            TOLERANCE_MM.reason
+        );
         ensure!((2..=MOST_FRAMES).contains(frames), "--frames is {frames}; take 2 to {MOST_FRAMES}");
         Ok(())
     }

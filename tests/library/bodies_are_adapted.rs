@@ -53,6 +53,40 @@ fn an_identity_changes_no_bit() {
 }
 
 #[test]
+fn exchanged_bones_and_points_out_of_order_are_told() {
+    let anatomy = Anatomy::reference().unwrap();
+    let body = Body::tongue(5.5e-3).unwrap();
+    let contour = anatomy.outline().points()[3..18].to_vec();
+    let read = |rows: Vec<(String, Point)>, side: f64| {
+        let row = |(name, p): &(String, Point)| format!("{name},{},{}\n", side * 1e3 * p.x, 1e3 * p.y);
+        let text = "point,x_mm,y_mm\n".to_owned() + &rows.iter().map(row).collect::<String>();
+        Landmarks::from_bytes(text.as_bytes(), "points.csv", &Map::default()).unwrap()
+    };
+    let doubt = |names: [&str; 2], order: &[usize], side: f64| {
+        let bones = [mark_of(&body, "mental_spine").unwrap(), mark_of(&body, "hyoid").unwrap()];
+        let bones = names.iter().zip(bones).map(|(name, at)| ((*name).to_owned(), at)).collect();
+        let drawn = order.iter().enumerate().map(|(n, &p)| (format!("p{n}"), contour[p])).collect();
+        read(bones, side).with_contour(read(drawn, side)).doubt().unwrap_or_default()
+    };
+    let right = ["mental_spine", "hyoid"];
+    let along = Vec::from_iter(0..contour.len());
+    let backwards = Vec::from_iter(along.iter().rev().copied());
+    let mut disordered = along.clone();
+    disordered.swap(3, 9);
+    // The whole contour, its front and its back, in both directions, of a face to the left and to the right.
+    for side in [1.0, -1.0] {
+        for order in [&along[..], &backwards, &along[..9], &backwards[6..], &along[5..], &backwards[..10]] {
+            assert_eq!(doubt(right, order, side), "", "{order:?}");
+        }
+        for order in [&along, &backwards] {
+            let said = doubt(["hyoid", "mental_spine"], order, side);
+            assert!(said.contains("the names of these two are exchanged"), "{said}");
+        }
+        assert!(doubt(right, &disordered, side).contains("not in their order along the tongue"));
+    }
+}
+
+#[test]
 fn landmarks_turn_scale_and_shift() {
     let anatomy = Anatomy::reference().unwrap();
     let body = Body::tongue(5.5e-3).unwrap();

@@ -230,6 +230,19 @@ fn half_widths_come_from_columns_digits_or_the_user() {
         assert_eq!(data.reading().columns[0].half_width, HalfWidth::Digits { mm });
         assert_eq!(widths(&data)[0], [mm; 2]);
     }
+    // Lengths in whole or half centimetres, in any unit.
+    for (unit, one, two, mm) in [
+        ("mm", [50.0, 60.0, 40.0, 70.0], [50.0, 50.0, 30.0, 60.0], 5.0),
+        ("mm", [50.0, 65.0, 40.0, 70.0], [45.0, 50.0, 30.0, 60.0], 2.5),
+        ("mm", [50.0, 65.0, 40.0, 70.0], [45.0, 50.0, 31.0, 60.0], 0.5),
+        ("cm", [5.0, 6.5, 4.0, 7.0], [4.5, 5.0, 3.0, 6.0], 2.5),
+    ] {
+        let [one, two] = [one, two].map(|row| row.map(|length: f64| length.to_string()).join(","));
+        let header = ["A", "B", "C", "D"].map(|name| format!("{name}_{unit}")).join(",");
+        let data = dataset(format!("subject,vowel,{header}\nX,a,{one}\nX,i,{two}\n"));
+        assert_eq!(data.reading().columns[0].half_width, HalfWidth::Digits { mm }, "{one}");
+        assert_eq!(data.rows()[1].lengths.half_width_mm, [mm; 4]);
+    }
     let computed = table("GGa_mm,HG_mm,x,y", "40.2518273,41,,");
     assert_eq!(computed.reading().columns[0].half_width, HalfWidth::Default { mm: 0.5 });
 

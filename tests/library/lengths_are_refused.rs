@@ -1,7 +1,7 @@
 //! Tables of lengths that cannot be used are refused, wholly or in part, with the place, the reason and what to write.
 
 use tongue_fit::measured::Dataset;
-use tongue_input::measured::lengths::{DecimalMark, rest_distance};
+use tongue_input::measured::lengths::{DecimalMark, plausibility};
 
 use crate::fixtures::{says, vowel};
 
@@ -206,22 +206,97 @@ fn one_decimal_mark_a_table() {
     assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
 }
 
+/// The published rows, each with its lengths in mm.
+fn published() -> Vec<(String, Vec<f64>)> {
+    let rows = REFERENCE.lines().skip(1).map(|line| {
+        let (name, lengths) = line.split_at(line.match_indices(',').nth(1).unwrap().0 + 1);
+        (name.to_owned(), lengths.split(',').map(|mm| mm.parse().unwrap()).collect())
+    });
+    rows.collect()
+}
+
+/// The doubts about a table of these rows, whose columns have the names of `header`.
+fn doubts_under(header: &str, rows: &[(String, Vec<f64>)]) -> Vec<String> {
+    let lines = rows.iter().map(|(name, mm)| {
+        let lengths: Vec<String> = mm.iter().map(f64::to_string).collect();
+        format!("{name}{}\n", lengths.join(","))
+    });
+    plausibility::doubts(&dataset(format!("{header}\n{}", lines.collect::<String>())))
+}
+
+#[track_caller]
+fn doubted(change: impl Fn(&mut Vec<(String, Vec<f64>)>), told: &str) {
+    let mut rows = published();
+    change(&mut rows);
+    let doubts = doubts_under(HEADER, &rows);
+    assert!(doubts.len() == 1 && doubts[0].contains(told), "{told}: {doubts:?}");
+}
+
 #[test]
-fn names_that_are_shifted_against_their_columns_are_told() {
-    let (header, rows) = REFERENCE.trim_end().split_once('\n').unwrap();
-    let names: Vec<&str> = header.split(',').collect();
-    let told = |by: usize, rows: &str| {
+fn published_lengths_are_not_doubted() {
+    let all = published();
+    assert_eq!(doubts_under(HEADER, &all), Vec::<String>::new());
+    for row in &all {
+        assert_eq!(doubts_under(HEADER, std::slice::from_ref(row)), Vec::<String>::new(), "{row:?}");
+    }
+    for subject in ["S1", "S2", "S3", "S4"] {
+        let own = Vec::from_iter(all.iter().filter(|row| row.0.starts_with(subject)).cloned());
+        for first in 0..own.len() {
+            // Each row in turn is the first, which is the baseline where there is no row of /ɯ/.
+            let mut own = own.clone();
+            own.swap(0, first);
+            assert_eq!(doubts_under(HEADER, &own), Vec::<String>::new(), "{own:?}");
+        }
+    }
+}
+
+#[test]
+fn names_that_do_not_belong_to_their_columns_are_told() {
+    let names: Vec<&str> = HEADER.split(',').collect();
+    let told = |change: &dyn Fn(&mut [&str])| {
         let mut names = names.clone();
-        names[2..10].rotate_left(by);
-        rest_distance::doubt_of_proportions(&dataset(format!("{}\n{rows}\n", names.join(","))))
+        change(&mut names[2..]);
+        doubts_under(&names.join(","), &published()).join("; ")
     };
-    for rows in std::iter::once(rows).chain(rows.lines()) {
-        assert_eq!(told(0, rows), None, "{rows}");
-    }
     for by in 1..8 {
-        assert!(told(by, rows).is_some_and(|said| said.contains("seems to have the lengths of")), "{by}");
+        let said = told(&|names| names.rotate_left(by));
+        assert!(said.contains("seems to have the lengths of"), "{by}: {said}");
     }
-    assert!(told(1, rows).unwrap().contains("shifted by one column: GGm seems to have the lengths of GGa"));
-    let parts = "S,a,95,98,91,100,97,93,99,92";
-    assert!(told(0, parts).unwrap().contains("not percentages"));
+    let said = told(&|names| names.rotate_left(1));
+    assert!(said.contains("shifted by one column: GGm seems to have the lengths of GGa"), "{said}");
+    for (muscle, place) in [("GGm", 1), ("GGp", 2), ("SGp", 3)] {
+        let said = told(&|names| names.swap(place, 4));
+        assert!(said.contains(&format!("of its muscles SGm and {muscle} are exchanged")), "{said}");
+    }
+}
+
+#[test]
+fn what_is_no_length_or_of_another_size_is_told() {
+    let scaled = |row: &mut (String, Vec<f64>), factor: f64| row.1.iter_mut().for_each(|mm| *mm *= factor);
+    let parts = |rows: &mut Vec<_>| {
+        *rows = vec![("S,a,".to_owned(), vec![95.0, 98.0, 91.0, 100.0, 97.0, 93.0, 99.0, 92.0])]
+    };
+    doubted(parts, "not percentages");
+    let of_longest = |rows: &mut Vec<(String, Vec<f64>)>| {
+        for row in rows {
+            let longest = row.1.iter().copied().fold(0.0, f64::max);
+            row.1.iter_mut().for_each(|mm| *mm = 100.0 * *mm / longest);
+        }
+    };
+    doubted(of_longest, "percentages");
+    // A muscle in tenths of an inch, a table in pixels.
+    doubted(|rows| rows.iter_mut().for_each(|row| row.1[2] *= 0.3937), "GGp is 2.5 times as short");
+    for factor in [0.5, 1.9] {
+        doubted(|rows| rows.iter_mut().for_each(|row| scaled(row, factor)), "not in pixels");
+    }
+    // S2 /a/ in another scale than S2 /ɯ/, and then S2 /ɯ/ than all others of S2.
+    for factor in [0.85, 0.8, 1.25] {
+        doubted(|rows| scaled(&mut rows[7], factor), "in S2 /a/ all muscles together are ");
+    }
+    doubted(|rows| scaled(&mut rows[9], 1.25), "shorter than in /ɯ/ (and so in 3 more rows)");
+    doubted(
+        |rows| rows[7].1 = rows[5].1.clone(),
+        "S2 /i/ on line 7 and S2 /a/ on line 9 have the same length in every muscle",
+    );
+    doubted(|rows| rows[7].1 = rows[2].1.clone(), "one seems to be a copy");
 }

@@ -241,6 +241,16 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
 }
 
 #[test]
+fn errors_that_leave_nothing_to_know_and_rounded_places_are_reported() {
+    noticed(&tongue(90), "noise_mm = 20", "a standard deviation of 20 mm", Note);
+    not_suspected(&tongue(90), "noise_mm = 4");
+    let round = |frames: Frames, mm: f64| moved(frames, |p| p.map(|v| (v / mm).round() * mm));
+    not_suspected(&round(tongue(90), 0.5), "");
+    let (words, worst) = said(&round(tongue(90), 4.0), "");
+    assert!(words.contains("rounded to steps") && worst == Some(Note), "{words}");
+}
+
+#[test]
 fn distant_and_stuck_points_are_reported() {
     let far = changed(|_, _, points| points[3].1 = [1e9, 20.0]);
     noticed(&far, "", "tongue_3 lies", Note);

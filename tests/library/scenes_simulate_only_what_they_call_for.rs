@@ -322,11 +322,17 @@ fn contradictions_are_named() {
     let cylinder = |more: &str| format!("{CYLINDER}{more}\n");
     let fit = "[fit]\nsubject = \"S2\"\nvowel = \"a\"";
     let points = "[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]";
+    let mirrored =
+        "[points]\ncontour_mm = [[-9, 10], [9, 46], [43, 33]]\n[effects]\nincompressibility = true"
+            .to_owned();
     let cases = [
         (motion("[material]\ndensity_kg_per_m3 = 0.0"), "want = \"trajectory\"; density_kg_per_m3 = 0; mass"),
         (motion("[effects]\ninertia = false"), "want = \"trajectory\"; effects.inertia = false"),
         (without_times.clone(), "trajectory; lack of [trajectory]; duration_s"),
         (tongue("[trajectory]\nduration_s = 1.0"), "[trajectory]; want"),
+        (motion("") + "ramp_s = 2.0\n", "trajectory.ramp_s; trajectory.duration_s; below their values"),
+        (motion("") + "tolerance_mm = 900.0\n", "trajectory.tolerance_mm; 900; to 1:"),
+        (tongue(&mirrored), "points.contour_mm; in front of and below; change the sign of x"),
         (cylinder(fit), "[fit]; [body.cylinder]; GGa"),
         (cylinder("[tensions_n]\nGGa = 1.0"), "tensions_n.GGa; [body.cylinder]; axial"),
         (tongue("[tensions_n]\nGGx = 1.0"), "tensions_n.GGx; [body.tongue]; did you mean \"GGa\"?"),

@@ -135,6 +135,7 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         ("[tensoin]", "priors.toml:1: unknown field `tensoin`"),
         ("baseline.fixed_n_per_m = { Nobody = 3.0 }", "fix Nobody, a muscle that this body does not have"),
         ("discrepancy.off = true\nrounding.off = true", "one of them is needed"),
+        ("tension.fixed_n_per_m = { GGa = 30000.0 }", "GGa is 30000; it must be from 0 to 10000"),
         (
             "hyoid.off = true\nbaseline.off = true\n[tension.fixed_n_per_m]\n\"*\" = 8.0",
             "leave at least one of them free",
@@ -144,6 +145,25 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         let message = refused(folder.path(), "--vowel a --posterior 400 --priors priors.toml");
         assert!(message.contains(part), "{message}");
     }
+    // Numbers in kN and m. A contour that is not there ends it before the draws.
+    for (priors, part) in [
+        ("tension.scale_n_per_m = 0.02", "tension.scale_n_per_m is 0.02, where 1 to 200 are usual"),
+        ("muscle_ends.sd_mm = 0.003", "muscle_ends.sd_mm is 0.003, where 0.3 to 15 are usual"),
+    ] {
+        std::fs::write(folder.path().join("priors.toml"), priors).unwrap();
+        let line = "--vowel a --posterior 400 --priors priors.toml --contour none.csv";
+        let message = refused(folder.path(), line);
+        assert!(message.contains(part), "{message}");
+    }
+    // Beside slack muscles in the baseline all others are a rise.
+    std::fs::write(folder.path().join("priors.toml"), "baseline.fixed_n_per_m = { \"*\" = 0.008 }").unwrap();
+    let output = run(folder.path(), "--vowel a --h 10 --posterior 600 --priors priors.toml");
+    assert_eq!(output.status, Some(0), "{}", output.err);
+    assert!(
+        output.out.contains("so every tension is a rise") && !output.out.contains("surely"),
+        "{}",
+        output.out
+    );
 }
 
 #[test]
@@ -173,6 +193,30 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
         let alarm = alarms.iter().find(|a| a["kind"] == "no_posterior").unwrap();
         assert!(alarm["text"].as_str().unwrap().contains(reason), "{alarm}");
     }
+}
+
+#[test]
+fn lengths_that_contradict_the_model_end_with_3_and_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    // S2 /a/, in another scale than /ɯ/: all muscles are shorter, which no tongue can be.
+    let rows = "a,35,53,45,50,20,37,28,30\nS2,ɯ,46,60,45,59,32,42,42,31\n";
+    let header = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
+    std::fs::write(folder.path().join("my.csv"), format!("{header}\nS2,{rows}")).unwrap();
+    let done = run(folder.path(), "--vowel a --lengths my.csv --h 10 --posterior 1500 --out out");
+    assert_eq!(done.status, Some(3), "{}", done.err);
+    assert!(done.err.contains("stretches lie outside what the others predict"), "{}", done.err);
+    assert_eq!(
+        done.err.matches("in S2 /a/ all muscles together are 18 % shorter than in /ɯ/").count(),
+        1,
+        "{}",
+        done.err
+    );
+    let fit = record(folder.path(), "out/fit.json");
+    assert_eq!(
+        (&fit["conclusion"]["trusted"], &fit["conclusion"]["decided_by"]),
+        (&false.into(), &"posterior".into())
+    );
+    assert!(fit["alarms"].as_array().unwrap().iter().any(|alarm| alarm["kind"] == "contradicted"));
 }
 
 #[test]
@@ -264,6 +308,17 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     assert!(output.status == Some(0) && output.record()["posterior"]["status"] == "mixed", "{}", output.err);
 
     std::fs::write(folder.path().join("one.csv"), "muscle,a\nGGa,0.9\n").unwrap();
+    std::fs::write(folder.path().join("silent.csv"), "muscle,a,ɯ\nGGa,0,0\nHG,0.9,0.3\n").unwrap();
+    std::fs::write(folder.path().join("small.csv"), "muscle,a (%),ɯ (%)\nGGa,0.9,0.3\n").unwrap();
+    for (emg, told) in [
+        ("silent.csv", "GGa left out: no activity in any vowel"),
+        ("small.csv", "the largest activity is 0.009, where that of each muscle is about 1"),
+    ] {
+        // A contour that is refused ends it before the posterior.
+        let message =
+            refused(folder.path(), &format!("--vowel a --posterior 600 --emg {emg} --contour two.csv"));
+        assert!(message.contains(told), "{emg}: {message}");
+    }
     for (options, reason) in [
         ("--emg one.csv", "no muscle has activity in both /a/ and /ɯ/"),
         ("--emg none.csv", "cannot read --emg \"none.csv\""),

@@ -116,8 +116,12 @@ pub static HYOID_MM: Limit =
 pub static DURATION_S: Limit =
     limit("trajectory.duration_s", [1e-9, 1e6], "", "nothing moves faster or longer");
 pub static RAMP_S: Limit = limit("trajectory.ramp_s", [0.0, 1e6], "", "it is within the duration");
-pub static TOLERANCE_MM: Limit =
-    limit("trajectory.tolerance_mm", [1e-9, 1000.0], "", "it is the error of a step");
+pub static TOLERANCE_MM: Limit = limit(
+    "trajectory.tolerance_mm",
+    [1e-9, 1.0],
+    "",
+    "it is the error of a step, and a tongue moves by some millimetres",
+);
 pub static LIP_OPENING_MM: Limit = limit("tract.lip_opening_mm", [1e-3, 100.0], "", "no mouth opens wider");
 pub static LIP_PROTRUSION_MM: Limit =
     limit("tract.lip_protrusion_mm", [-100.0, 100.0], "", "no lips reach as far");

@@ -119,7 +119,11 @@ impl FitRecord {
                 format!("Trust the {what}, not these tensions: {cause}")
             }
         };
+        let contradiction = alarms.iter().find(|alarm| matches!(alarm, Alarm::Contradicted { .. }));
         let (decided_by, trusted, text) = match (verdict, posterior) {
+            (_, Some(_)) if contradiction.is_some() => {
+                (DecidedBy::Posterior, false, contradiction.map(Alarm::to_string).unwrap_or_default())
+            }
             (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
             (None, Some(report)) if report.summary.is_none() => (
                 DecidedBy::Posterior,

@@ -7,7 +7,7 @@ use tongue_core::statics::SolveStatus;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
-use tongue_infer::posterior::{Report, Verdict};
+use tongue_infer::posterior::{Report, Summary, Verdict};
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Target, TargetKind};
@@ -72,6 +72,10 @@ impl<'a> FitRun<'a> {
             VerdictSource::ShortRun => Verdict::of_target(body, model, target),
             VerdictSource::Posterior(posterior) => {
                 record.posterior = posterior.ok().cloned();
+                let summary = posterior.ok().and_then(|report| report.summary.as_ref());
+                if let Some((outside, predicted)) = summary.and_then(Summary::contradiction) {
+                    record.alarms.push(Alarm::Contradicted { outside, predicted });
+                }
                 let verdict = posterior.map_err(str::to_owned).and_then(of_posterior);
                 // Where the chains have not mixed, the posterior has no summary.
                 let has_mixed = posterior.is_ok_and(|report| report.summary.is_some());
@@ -97,10 +101,14 @@ pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Co
     Ok(Contact::new(palate.to_vec(), &mesh.surface_nodes(), stiffness, CONTACT_REACH_MM * 1e-3))
 }
 
+/// With less tension in the baseline a muscle is slack there, N per metre of thickness.
+const SLACK_N_PER_M: f64 = 1.0;
+
 /// The verdict of a posterior, or why it has none.
 fn of_posterior(report: &Report) -> Result<Verdict, String> {
     let verdict = Verdict::of(report).ok_or_else(|| report.diagnostics.why.clone())?;
-    if report.priors.baseline.off {
+    let mut tones = verdict.muscles.iter().map(|m| report.priors.fixed_tone(&m.muscle));
+    if tones.all(|tone| tone.is_some_and(|tone| tone < SLACK_N_PER_M)) {
         return Err(
             "these priors switch off the tensions of the baseline, so every tension is a rise".to_owned()
         );

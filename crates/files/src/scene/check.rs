@@ -8,6 +8,9 @@ use tongue_core::limits::{self, BeyondLimit};
 use tongue_infer::track;
 
 const LEAST_SEGMENT_MM: f64 = 1e-3;
+/// A contour whose first point lies so far in front of and below the last one is mirrored or does not begin at the root.
+const AHEAD_MM: f64 = 10.0;
+const BELOW_MM: f64 = 5.0;
 
 const NO_MASS: &str = "a body without mass has no motion to follow";
 const ONE_TISSUE: &str =
@@ -63,6 +66,8 @@ impl Scene {
                 "over time a muscle pulls through its series spring and damper; leave them on"),
             (moves && e.viscosity == Some(false), "want = \"trajectory\"", "effects.viscosity = false",
                 "without dampers the body would oscillate for ever at frequencies that no step could follow"),
+            (self.trajectory.as_ref().is_some_and(|t| t.ramp_s > t.duration_s), "trajectory.ramp_s", "trajectory.duration_s",
+                "the tensions would end below their values; let the motion last as long as they grow"),
             (moves && points, "want = \"trajectory\"", "[points]", "points show one posture at rest; want = \"shape\""),
             (moves && fit, "want = \"trajectory\"", "[fit]",
                 "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\""),
@@ -109,6 +114,18 @@ impl Scene {
         for sensor in &points.sensors {
             coordinates("points.sensors.at_mm", sensor.at_mm.iter())?;
             limits::SURFACE_MM.check(sensor.surface_mm).map_err(of("points.sensors"))?;
+        }
+        if let [first, .., last] = &points.contour_mm[..] {
+            let (ahead_mm, below_mm) = (last[0] - first[0], last[1] - first[1]);
+            if ahead_mm > AHEAD_MM && below_mm > BELOW_MM {
+                let why = "its first point, at the root, lies in front of and below the last one: x grows to the back and y upwards, from root to \
+                           tip; change the sign of x if the face looks the other way";
+                return Err(SimulationError::contradiction(
+                    "points.contour_mm",
+                    "the frame of the body",
+                    why,
+                ));
+            }
         }
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
         if seen < track::FEWEST {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_input::measured::ReadError;
-use tongue_input::measured::recording::{AlignedRecording, Format, Map, Recording};
+use tongue_input::measured::recording::{AlignedRecording, Format, Map, Recording, disorder_of_contour};
 
 /// Points of one posture, in the frame of a body: m, x to the back of the head, y up.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -122,11 +122,27 @@ impl Landmarks {
         let (spine, hyoid) = (self.named.get(MANDIBLE)?, self.named.get(HYOID)?);
         let count = self.contour.len() as f64;
         let height = self.contour.iter().map(|p| p.y).sum::<f64>() / count;
-        let below = count > 0.0 && height < spine.y.min(hyoid.y);
-        below.then(|| {
-            "the contour lies below the hyoid and the mental spine, where no tongue is; give y upwards, and both in one frame"
-                .to_owned()
-        })
+        if count > 0.0 && height < spine.y.min(hyoid.y) {
+            return Some(
+                "the contour lies below the hyoid and the mental spine, where no tongue is; give y upwards, and both in one frame"
+                    .to_owned(),
+            );
+        }
+        if self.root_is_at(spine, hyoid) {
+            return Some(
+                "the lower end of the contour, which is the root, lies by the mental spine, and the other one behind the hyoid: the names of \
+                 these two are exchanged, or contour and bones are not in one frame"
+                    .to_owned(),
+            );
+        }
+        disorder_of_contour(&self.contour).map(str::to_owned)
+    }
+
+    /// Whether the lower end of the contour is nearer to `bone` than to the one at the root, and the higher end lies behind that one.
+    fn root_is_at(&self, bone: &Point, at_root: &Point) -> bool {
+        let (Some(first), Some(last)) = (self.contour.first(), self.contour.last()) else { return false };
+        let (lower, higher) = if first.y < last.y { (first, last) } else { (last, first) };
+        (lower - bone).norm() < (lower - at_root).norm() && higher.x > at_root.x
     }
 
     /// Names that are neither bones of the body nor points of the contour.

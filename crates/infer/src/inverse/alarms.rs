@@ -86,6 +86,12 @@ pub enum Alarm {
     NothingResolved,
     #[error("no posterior: {reason}")]
     NoPosterior { reason: String },
+    /// So many of the measured stretches lie outside of what the posterior predicts from the others.
+    #[error(
+        "{outside} of {predicted} measured stretches lie outside what the others predict, where one in twenty should: these lengths and the \
+         model contradict each other; check them and those of the baseline"
+    )]
+    Contradicted { outside: usize, predicted: usize },
     #[error("equilibrium not certain: {reason}")]
     EquilibriumNotCertain { reason: &'static str },
 }

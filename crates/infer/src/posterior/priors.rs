@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::PosteriorError;
 use crate::standard_deviations as sd;
 use tongue_core::body::ContinuumSettings;
+use tongue_core::limits::TENSION;
 use tongue_core::toml_text;
 
 /// The name that stands for every muscle without an entry of its own.
@@ -235,9 +236,10 @@ impl Priors {
         for (name, all) in
             [("tension", &self.tension.fixed_n_per_m), ("baseline", &self.baseline.fixed_n_per_m)]
         {
-            if let Some((muscle, value)) = all.iter().find(|(_, v)| !(v.is_finite() && **v >= 0.0)) {
+            if let Some((muscle, value)) = all.iter().find(|(_, v)| TENSION.check(**v).is_err()) {
                 return wrong(format!(
-                    "{name}.fixed_n_per_m.{muscle} is {value}; muscles pull, so it must not be negative"
+                    "{name}.fixed_n_per_m.{muscle} is {value}; it must be from 0 to {}: {}",
+                    TENSION.most, TENSION.reason
                 ));
             }
         }
@@ -255,6 +257,37 @@ impl Priors {
             );
         }
         Ok(())
+    }
+
+    /// Numbers that are so far from the usual ones that they seem to be in another unit, in sentences.
+    pub fn doubts(&self) -> Vec<String> {
+        let usual = [
+            ("tension.scale_n_per_m", Some(self.tension.scale_n_per_m), [1.0, 200.0]),
+            (
+                "baseline.scale_n_per_m",
+                Some(self.baseline.scale_n_per_m).filter(|_| !self.baseline.off),
+                [1.0, 200.0],
+            ),
+            ("hyoid.sd_mm", Some(self.hyoid.sd_mm).filter(|_| !self.hyoid.off), [0.5, 20.0]),
+            (
+                "muscle_ends.sd_mm",
+                Some(self.muscle_ends.sd_mm).filter(|_| !self.muscle_ends.off),
+                [0.3, 15.0],
+            ),
+            (
+                "muscle_ends.reach_mm",
+                Some(self.muscle_ends.reach_mm).filter(|_| !self.muscle_ends.off),
+                [1.0, 50.0],
+            ),
+            ("outline.sd_mm", Some(self.outline.sd_mm).filter(|_| !self.outline.off), [0.15, 10.0]),
+            ("outline.reach_mm", Some(self.outline.reach_mm).filter(|_| !self.outline.off), [1.0, 100.0]),
+            ("discrepancy.sd", Some(self.discrepancy.sd).filter(|_| !self.discrepancy.off), [0.003, 0.3]),
+        ];
+        let unusual = usual.into_iter().filter_map(|(name, value, [least, most])| {
+            let value = value.filter(|value| !(least..=most).contains(value))?;
+            Some(format!("{name} is {value}, where {least} to {most} are usual; check its unit"))
+        });
+        unusual.collect()
     }
 
     /// The fixed tension of a muscle in the vowel, N per metre of thickness; `None` where it is unknown.

@@ -191,6 +191,18 @@ impl Summary {
     }
 }
 
+impl Summary {
+    /// The number of stretches that were measured outside of their 95 % predictions by the others, and of these predictions, if the
+    /// measurements and the model contradict each other: at least three and half of them.
+    pub fn contradiction(&self) -> Option<(usize, usize)> {
+        const FEWEST: usize = 3;
+        let all = self.stretches.0.iter().filter_map(|(_, s)| s.left_out.as_ref().map(|l| (s, &l.spread)));
+        let (outside, inside): (Vec<_>, Vec<_>) = all.partition(|(s, spread)| !spread.holds(s.measured));
+        let (outside, predicted) = (outside.len(), outside.len() + inside.len());
+        (outside >= FEWEST && 2 * outside >= predicted).then_some((outside, predicted))
+    }
+}
+
 /// The part by which the upper end of a tension's interval moves if the scale of its prior is half as large again, from draws weighted by
 /// the ratio of both densities. Zero for a tension that the priors fix.
 pub(super) fn moved_by_prior(

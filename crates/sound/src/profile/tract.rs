@@ -25,6 +25,8 @@ const FARTHEST_MM: f64 = 1e3;
 /// Largest coefficient and exponent of an area. Those of Heinz and Stevens (1964) are at most 4 and 1.5.
 const MOST_ALPHA: f64 = 20.0;
 const MOST_BETA: f64 = 3.0;
+/// Lips that are nearer to each other make a consonant, mm.
+const LEAST_OPENING_MM: f64 = 1.0;
 
 /// The walls around a tongue. Lengths in mm, as in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -274,9 +276,10 @@ impl Tract {
         let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
         let length = self.lips.length_mm + protrusion;
-        if !opening.is_finite() || opening <= 0.0 || width.is_nan() || width <= 0.0 {
+        if !opening.is_finite() || opening < LEAST_OPENING_MM || width.is_nan() || width <= 0.0 {
             return Err(TractError::Bad(format!(
-                "lips with an opening of {opening} mm and a protrusion of {protrusion} mm are closed: there is no vowel"
+                "lips with an opening of {opening} mm and a protrusion of {protrusion} mm are closed, or so near to each other that \
+                 they make a consonant: there is no vowel (an opening is at least {LEAST_OPENING_MM} mm)"
             )));
         }
         if !length.is_finite() || length <= 0.0 {

@@ -12,6 +12,7 @@
 mod columns;
 mod dataset;
 pub(in crate::measured) mod number;
+pub mod plausibility;
 mod read;
 mod reading;
 pub mod rest_distance;

@@ -147,9 +147,32 @@ fn half_width_by_digits(
     let decimals = of_unit
         .flat_map(|l| cells.rows.iter().filter_map(move |row| decimals_mm(row.cell(l.field), mark, unit)));
     // Parsed from text, to get exactly the decimal number.
-    let mm =
+    let mm: Option<f64> =
         decimals.max().filter(|n| *n <= MOST_DECIMALS).and_then(|n| format!("5e{}", -n - 1).parse().ok());
-    (mm.is_some(), mm.unwrap_or(DEFAULT_HALF_WIDTH_MM))
+    let by_digits = mm.unwrap_or(DEFAULT_HALF_WIDTH_MM);
+    let half_width =
+        half_of_common_step(cells, columns, mark, unit).map_or(by_digits, |mm| mm.max(by_digits));
+    (mm.is_some(), half_width)
+}
+
+/// Half of the step of lengths in a unit, mm, if all of them were rounded to whole or half centimetres, whatever digits they are written
+/// with; of few lengths it may be chance.
+fn half_of_common_step(
+    cells: &TableLines<'_>,
+    columns: &LengthColumns,
+    mark: DecimalMark,
+    unit: TableUnit,
+) -> Option<f64> {
+    const FEWEST: usize = 8;
+    const STEPS_MM: [f64; 2] = [10.0, 5.0];
+    let lengths_mm: Vec<f64> = (columns.lengths.iter().filter(|l| l.unit == unit))
+        .flat_map(|l| {
+            let numbers = LengthNumbers { column: "", unit, mark };
+            cells.rows.iter().filter_map(move |row| numbers.length(row.cell(l.field)).ok()?)
+        })
+        .collect();
+    let is_common = |step: &f64| lengths_mm.iter().all(|mm| mm % step == 0.0);
+    STEPS_MM.into_iter().filter(|_| lengths_mm.len() >= FEWEST).find(is_common).map(|step| step / 2.0)
 }
 
 struct Reader<'a> {

@@ -197,20 +197,25 @@ impl<'a> PointCourses<'a> {
         still.then(|| bare(self.recording.frames.len() as f64))
     }
 
-    /// 1 if all points repeat their place in most frames, though some move.
+    /// The part of the frames that repeat all places of the one before, if some points move.
     pub fn repeated(&self) -> Option<NamedValue> {
-        let courses = &self.courses;
-        let moving = courses.iter().any(PointTrack::moves);
-        (moving && courses.iter().all(|c| c.part_still() > 0.5)).then(|| bare(1.0))
+        let repeats = (1..self.recording.frames.len()).filter(|f| self.repeats(*f)).count();
+        let part = repeats as f64 / self.recording.frames.len().saturating_sub(1).max(1) as f64;
+        self.courses.iter().any(PointTrack::moves).then(|| bare(part))
+    }
+
+    /// Whether a frame has exactly the places of the one before, of which at least one was seen.
+    fn repeats(&self, frame: usize) -> bool {
+        let places = |f: usize| self.recording.frames[f].points().map(|m| Some(m?.at));
+        places(frame).eq(places(frame - 1)) && places(frame).flatten().next().is_some()
     }
 
     /// The most frames one after another in which all points have exactly the same places, with where they begin.
     pub fn longest_freeze(&self) -> Option<NamedValue> {
         let frames = &self.recording.frames;
-        let places = |f: usize| frames[f].points().map(|m| Some(m?.at));
         let (mut longest, mut from) = ((1, 0), 0);
         for f in 1..frames.len() {
-            if !places(f).eq(places(f - 1)) || places(f).flatten().next().is_none() {
+            if !self.repeats(f) {
                 from = f;
             }
             longest = longest.max((f - from + 1, from));
@@ -225,7 +230,15 @@ impl<'a> PointCourses<'a> {
         let stuck = courses.iter().map(|c| (c.name, c.part_still())).filter(|(_, part)| *part > 0.5);
         let (names, parts): (Vec<&str>, Vec<f64>) = stuck.unzip();
         let most = parts.into_iter().fold(0.0, f64::max);
-        courses.iter().any(PointTrack::moves).then(|| (most, names.join("\" and \"")))
+        courses.iter().any(PointTrack::moves).then(|| (most, names.join(" and ")))
+    }
+
+    /// The part of the points that stay in most frames, though most points move by more than their noise.
+    pub fn part_rounded(&self) -> Option<NamedValue> {
+        let courses = &self.courses;
+        let moving = courses.iter().filter(|course| course.moves()).count();
+        let staying = courses.iter().filter(|course| course.part_still() > 0.5).count();
+        (2 * moving > courses.len()).then(|| bare(staying as f64 / courses.len() as f64))
     }
 
     pub fn quickest_part(&self) -> Option<NamedValue> {

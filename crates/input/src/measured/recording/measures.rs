@@ -6,7 +6,7 @@ use tongue_core::statistics::{least_by, upper_median};
 
 use super::dynamics::{FEW, NamedValue, PointCourses, bare};
 use super::flat::{steep_deg, upper_median_point};
-use super::{AlignedRecording, names};
+use super::{AlignedFrame, AlignedRecording, names};
 
 /// A recording with its palate, the median positions of its channels, m, and their motion.
 pub(super) struct Measures<'a> {
@@ -102,6 +102,12 @@ impl<'a> Measures<'a> {
         self.recording.frames.iter().map(|f| f.points().flatten().count()).max().map(|n| bare(n as f64))
     }
 
+    /// The median standard deviation of the points of the tongue.
+    pub fn usual_sd_mm(&self) -> Option<NamedValue> {
+        let points = self.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
+        upper_median(points.map(|mark| mark.sd)).map(|sd| bare(sd * MM))
+    }
+
     pub fn bones_apart_mm(&self) -> Option<NamedValue> {
         let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
         steady.map(|(a, b)| bare((a - b).norm() * MM))
@@ -178,20 +184,8 @@ impl<'a> Measures<'a> {
         Some((of_ends.max(of_top), format!("{times:.1}")))
     }
 
-    /// The length of the contour over that of a path from its outermost point to the nearest that is left, and so on.
     pub fn detour_of_contour(&self) -> Option<NamedValue> {
-        let contour = self.near_contour(5)?;
-        let mut left = contour.clone();
-        let mut path: Vec<Point> = Vec::with_capacity(left.len());
-        let centre = contour.iter().sum::<Point>() / contour.len() as f64;
-        while !left.is_empty() {
-            let next = least_by(0..left.len(), |&n| match path.last() {
-                Some(last) => (left[n] - last).norm(),
-                None => -(left[n] - centre).norm(),
-            });
-            path.push(left.swap_remove(next.unwrap_or(0)));
-        }
-        Some(bare(length(&contour) / length(&path)))
+        Some(bare(detour(&self.near_contour(5)?)))
     }
 
     pub fn coils_that_turn(&self) -> Option<NamedValue> {
@@ -268,6 +262,21 @@ impl<'a> Measures<'a> {
         });
         out.max_by(|a, b| a.0.total_cmp(&b.0))
     }
+}
+
+/// The length of a contour over that of a path from its outermost point to the nearest that is left, and so on.
+pub(super) fn detour(contour: &[Point]) -> f64 {
+    let mut left = contour.to_vec();
+    let mut path: Vec<Point> = Vec::with_capacity(left.len());
+    let centre = contour.iter().sum::<Point>() / contour.len() as f64;
+    while !left.is_empty() {
+        let next = least_by(0..left.len(), |&n| match path.last() {
+            Some(last) => (left[n] - last).norm(),
+            None => -(left[n] - centre).norm(),
+        });
+        path.push(left.swap_remove(next.unwrap_or(0)));
+    }
+    length(contour) / length(&path)
 }
 
 fn depth([first, p, last]: [Point; 3]) -> f64 {

@@ -49,7 +49,7 @@ pub use map::{CONTOUR_SD_M, Map, SENSOR_SD_M, Stated, WITHOUT_BONES};
 pub use names::{Role, is_coil};
 pub use orientation::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use outliers::{Fault, FaultKind, RecordingFaults, remove_outliers};
-pub use plausibility::{Doubt, Severity, check_plausibility, other_size};
+pub use plausibility::{Doubt, Severity, check_plausibility, disorder_of_contour, other_size};
 pub use waveform::Waveform;
 
 /// Limit of coordinates, in the unit of the file.

@@ -5,7 +5,7 @@ use tongue_core::geometry::Point;
 use super::dynamics::{FEW, NamedValue, bare};
 use super::flat::STEEPEST_BONES_DEG;
 use super::map::WITHOUT_BONES;
-use super::measures::{ANY, MM, Measures, sag};
+use super::measures::{ANY, MM, Measures, detour, sag};
 use super::outliers::above;
 use super::{AlignedFrame, AlignedRecording};
 use Severity::{Note, Refused, Untrusted};
@@ -71,6 +71,9 @@ impl DoubtList {
             "only {value} of the points of the contour is seen at once, which does not determine the shape of a tongue; give three or more");
         self.check("points", m.most_points(), [2.0, ANY], Refused,
             "only {value} coil is seen, which does not determine the shape of a tongue; give three or more (two at least)");
+        self.check("noise", m.usual_sd_mm(), [0.0, 5.0], Note,
+            "its points have a standard deviation of {value} mm, where 0.2 to 2 are usual, so they say little; correct sigma_mm in the table, or \
+             noise_mm in the map");
         let is_as_a_tongue = m.contour_width_mm().is_some_and(|(mm, _)| (30.0..=90.0).contains(&mm));
         self.check("size", m.bones_apart_mm().filter(|_| is_as_a_tongue), [20.0, 75.0], Refused,
             "the mental spine and the hyoid are apart by {value} mm, where 20 to 75 are possible, while the contour is as large as a tongue: \
@@ -108,8 +111,7 @@ impl DoubtList {
         self.check("axes", m.root_nearer_to_spine_mm(), [-ANY, 0.0], Refused,
             "the end of the contour at the root lies by the mental spine and not by the hyoid: the names of these two are wrong, or contour and \
              bones are not in one frame; correct them, or leave the bones out with a map (--map) of the line {without_bones}");
-        self.check("axes", m.detour_of_contour(), [0.0, 1.6], Refused,
-            "the points of the contour are not in their order along the tongue; number them from the root to the tip");
+        self.check("axes", m.detour_of_contour(), [0.0, MOST_DETOUR], Refused, DISORDERED);
         self.check("axes", m.near_contour(5).and_then(|contour| sag(&contour)).map(|m| bare(m * MM)), [-ANY, 5.0], Refused,
             "the contour hangs below the line of its ends, where a tongue is arched upwards: the recording is upside down; give the axis that \
              grows upwards in a map, such as up = \"-y\"");
@@ -140,10 +142,13 @@ impl DoubtList {
         self.check("still", m.motion.frozen(), [0.0, 0.0], Refused,
             "nothing moves: all {value} frames have exactly the same places, which no measurement has; export the recording anew, or give one \
              frame alone");
-        self.check("still", m.motion.repeated(), [0.0, 0.0], Note,
+        self.check("still", m.motion.repeated(), [0.0, 0.5], Note,
             "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out");
+        self.check("still", m.motion.part_rounded(), [0.0, 0.5], Note,
+            "most points stay in the very same place in most frames: the places are rounded to steps that are larger than the motion; export more \
+             decimals");
         self.check("still", m.motion.stuck(), [0.0, 0.5], Note,
-            "{name} stays in the very same place in most frames while others move; write \"{name}\" = \"ignore\" into a map");
+            "{name} stays in the very same place in most frames while others move; write \"ignore\" for it into a map");
         self.check("still", m.motion.longest_freeze(), [0.0, 10.0], Note,
             "all points stay in the very same place in {value} frames from {name} on, which no measurement has; take these frames out");
         self.check("rate", m.motion.disorder(), [0.0, 0.6], Refused,
@@ -185,6 +190,15 @@ impl DoubtList {
         self.check("palate", room_mm.filter(|_| m.recording.frames.len() >= FEW), [-ANY, 25.0], Note,
             "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
     }
+}
+
+const MOST_DETOUR: f64 = 1.6;
+const DISORDERED: &str =
+    "the points of the contour are not in their order along the tongue; number them from the root to the tip";
+
+/// What is wrong with the order of the points of a contour, if anything is.
+pub fn disorder_of_contour(contour: &[Point]) -> Option<&'static str> {
+    (contour.len() >= 5 && detour(contour) > MOST_DETOUR).then_some(DISORDERED)
 }
 
 const GIVE_PALATE: &str =

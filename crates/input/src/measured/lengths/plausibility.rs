@@ -1,0 +1,172 @@
+//! Whether a table of lengths is plausible: proportions and size of a tongue, and rows that cannot be of one speaker.
+
+use super::{Dataset, Lengths, Row};
+use crate::measured::thesis::Thesis;
+use tongue_core::statistics::{mean_and_variance, median, upper_median};
+
+/// Fewer muscles are not judged.
+const FEWEST: usize = 5;
+
+/// A column of lengths: its muscle, and the logarithms of its median and of the thesis's length at rest, mm.
+type MuscleColumn<'a> = (&'a str, f64, f64);
+
+/// The doubts about a table: numbers that are no lengths, names that do not belong to their columns, a muscle or a tongue of another size,
+/// rows that repeat one another, and rows in which all muscles together are shorter or longer than in the baseline.
+pub fn doubts(data: &Dataset) -> Vec<String> {
+    if let Some(told) = percentages(data) {
+        return vec![told];
+    }
+    let proportions = columns(data).and_then(|columns| {
+        alike(&columns)
+            .or_else(|| exchanged_names(&columns))
+            .or_else(|| muscle_of_another_size(&columns))
+            .or_else(|| tongue_of_another_size(&columns))
+    });
+    proportions.into_iter().chain(repeated_rows(data)).chain(rows_of_another_size(data)).collect()
+}
+
+fn columns(data: &Dataset) -> Option<Vec<MuscleColumn<'_>>> {
+    let thesis = Thesis::reference().ok()?;
+    let columns = Vec::from_iter(data.muscles().iter().enumerate().filter_map(|(n, name)| {
+        let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
+        Some((name.as_str(), upper_median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
+    }));
+    (columns.len() >= FEWEST).then_some(columns)
+}
+
+/// Numbers of which the largest is exactly 100 in every row.
+fn percentages(data: &Dataset) -> Option<String> {
+    let is_of_longest = data.rows().iter().all(|Row { lengths, .. }| {
+        let longest = lengths.measured().map(|(_, mm)| mm).fold(0.0, f64::max);
+        longest == 100.0 && lengths.measured().count() >= FEWEST
+    });
+    (is_of_longest && data.rows().len() > 1).then(|| {
+        "the longest muscle of every row has exactly 100 mm, so these seem to be percentages of it: give lengths in millimetres".to_owned()
+    })
+}
+
+/// Numbers that are nearly the same in all muscles, where the lengths of a tongue spread by 0.31.
+fn alike(columns: &[MuscleColumn<'_>]) -> Option<String> {
+    const ALIKE: f64 = 0.1;
+    (mean_and_variance(columns.iter().map(|c| c.1)).1.sqrt() < ALIKE).then(|| {
+        "all muscles have nearly the same length, where the longest of a tongue is more than twice the shortest: give lengths in millimetres, not \
+         percentages or other parts of a length"
+            .to_owned()
+    })
+}
+
+/// Names with which the proportions of the lengths to those of the tongue at rest are much less alike than with the names of other columns:
+/// they spread by 0.10 to 0.27 in published rows, and by 0.28 to 0.65 where names are shifted or two are exchanged.
+fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
+    const SPREAD: f64 = 0.27;
+    const PART: f64 = 0.6;
+    let count = columns.len();
+    let spread = |at: &dyn Fn(usize) -> usize| {
+        mean_and_variance((0..count).map(|n| columns[n].1 - columns[at(n)].2)).1.sqrt()
+    };
+    let as_named = spread(&|n| n);
+    let shifts = (1..count).map(|by| {
+        let columns_by = match by.min(count - by) {
+            1 => "one column".to_owned(),
+            by => format!("{by} columns"),
+        };
+        let told = format!(
+            "are shifted by {columns_by}: {} seems to have the lengths of {}, and so on",
+            columns[0].0, columns[by].0
+        );
+        (spread(&|n| (n + by) % count), told)
+    });
+    let pairs = (0..count).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| {
+        let exchanged = spread(&|n| match n {
+            n if n == a => b,
+            n if n == b => a,
+            n => n,
+        });
+        (exchanged, format!("{} and {} are exchanged", columns[b].0, columns[a].0))
+    });
+    let best = shifts.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, told) = best.filter(|(spread, _)| as_named > SPREAD && *spread < PART * as_named)?;
+    Some(format!(
+        "the lengths have the proportions of a tongue if the names of its muscles {told}; check the header"
+    ))
+}
+
+/// A muscle that is out of proportion to the median of the muscles by a factor of 1.6: of published speakers by 1.3 at most.
+fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
+    const FACTOR: f64 = 1.6;
+    let size = median(columns.iter().map(|c| c.1 - c.2))?;
+    let out = columns.iter().map(|c| (c.0, c.1 - c.2 - size)).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let (muscle, by) = out.filter(|(_, by)| by.abs() > FACTOR.ln())?;
+    let (times, side) = (by.abs().exp(), if by > 0.0 { "long" } else { "short" });
+    Some(format!(
+        "beside its other muscles {muscle} is {times:.1} times as {side} as in a tongue; check its unit and its name, since ratios depend on it"
+    ))
+}
+
+/// A tongue that is much smaller or larger than an adult's: those of published speakers are 0.97 to 1.12 times as large as the thesis's.
+fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
+    let times = mean_and_variance(columns.iter().map(|c| c.1 - c.2)).0.exp();
+    (!(0.55..=1.6).contains(&times)).then(|| {
+        format!("all muscles are {times:.1} times as long as an adult's; check that the lengths are in the unit of the header, and not in pixels")
+    })
+}
+
+/// Rows with the same length in every muscle.
+fn repeated_rows(data: &Dataset) -> Option<String> {
+    let rows: Vec<&Row> = data.rows().iter().filter(|row| row.lengths.measured().count() >= FEWEST).collect();
+    let twins = rows.iter().enumerate().filter_map(|(n, row)| {
+        let first = rows[..n].iter().find(|other| other.lengths.length_mm == row.lengths.length_mm)?;
+        Some(format!(
+            "{} on line {} and {} on line {}",
+            name(&first.lengths),
+            first.line,
+            name(&row.lengths),
+            row.line
+        ))
+    });
+    let twins: Vec<String> = twins.collect();
+    let first = twins.first()?;
+    let others = match twins.len() - 1 {
+        0 => String::new(),
+        more => format!(" (and {more} more)"),
+    };
+    Some(format!(
+        "{first} have the same length in every muscle{others}, which no two measurements have: one seems to be a copy"
+    ))
+}
+
+/// Rows in which the mean change of all muscles is more than an eighth. A tongue keeps its volume, so that some muscles are longer where
+/// others are shorter: in published rows the mean logarithm of the stretch is -0.06 to 0.03.
+fn rows_of_another_size(data: &Dataset) -> Option<String> {
+    const LARGEST: f64 = 0.125;
+    let changes = data.rows().iter().filter_map(|Row { lengths, .. }| {
+        let subject = &lengths.subject;
+        let own = data
+            .baseline(subject)
+            .ok()
+            .or_else(|| data.rows().iter().map(|r| &r.lengths).find(|l| l.subject == *subject))?;
+        let both = lengths.measured().filter_map(|(muscle, mm)| Some((mm / own.length_mm_of(muscle)?).ln()));
+        let changes: Vec<f64> = both.collect();
+        let (mean, _) = mean_and_variance(changes.iter().copied());
+        (changes.len() >= FEWEST && mean.abs() > LARGEST).then_some((lengths, own, mean))
+    });
+    let changes: Vec<_> = changes.collect();
+    let (row, own, mean) = changes.first()?;
+    let others = match changes.len() - 1 {
+        0 => String::new(),
+        1 => " (and so in another row)".to_owned(),
+        more => format!(" (and so in {more} more rows)"),
+    };
+    Some(format!(
+        "in {} all muscles together are {:.0} % {} than in /{}/{others}, where a tongue keeps its volume and 6 % are the most that was published: \
+         one of the two rows seems to have another scale",
+        name(row),
+        100.0 * (mean.exp() - 1.0).abs(),
+        if *mean < 0.0 { "shorter" } else { "longer" },
+        own.vowel
+    ))
+}
+
+fn name(lengths: &Lengths) -> String {
+    format!("{} /{}/", lengths.subject, lengths.vowel)
+}
