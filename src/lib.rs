@@ -371,6 +371,12 @@ pub mod choice {
 }
 
 #[cfg(feature = "cli")]
+pub(crate) mod limits {
+    //! Limits of numbers that a user gives.
+    pub(crate) use tongue_core::limits::TOLERANCE_MM;
+}
+
+#[cfg(feature = "cli")]
 pub(crate) mod suggest {
     //! "Did you mean".
     pub(crate) use tongue_core::choice::hint;

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, ensure, miette};
-use tongue_core::limits::TOLERANCE_MM;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
     self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
@@ -13,6 +12,7 @@ use tongue_fit::dynamics::{
 use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms;
+use tongue_fit::limits::TOLERANCE_MM;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
