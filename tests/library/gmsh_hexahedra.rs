@@ -70,6 +70,20 @@ fn the_sign_of_a_direction_says_nothing() {
         (b - a).dot(&Vector3::new(1.0, -0.2, 0.0)).abs()
     };
     assert!((way(&turned) - way(&body())).abs() < 1e-12, "{} {}", way(&turned), way(&body()));
+    // Directions of nodes that differ by their signs and a little more.
+    let (before, view) = text.split_once("$ElementData\n2\n\"fibre:A_L\"").unwrap();
+    let (_, after) = view.split_once("$EndElementData\n").unwrap();
+    let vector = |tag: usize| if tag.is_multiple_of(2) { "1 -0.2 0" } else { "-1 0.2 0.1" };
+    let rows: String = (1..1000).map(|tag| format!("{tag} {}\n", vector(tag))).collect();
+    let text =
+        format!("{before}$NodeData\n1\n\"fibre:A_L\"\n1\n0\n3\n0\n3\n999\n{rows}$EndNodeData\n{after}");
+    let of_nodes = read_space(text.as_bytes(), "b.msh", Unit::M).unwrap();
+    for &element in &of_nodes.muscles[0].region {
+        for direction in of_nodes.directions(0, element) {
+            let across = direction.unwrap().cross(&Vector3::new(1.0, -0.2, 0.0).normalize());
+            assert!(across.norm() < 0.11, "{direction:?}");
+        }
+    }
 }
 
 /// The block with a curve for the fibres of M whose nodes are none of the mesh, as Gmsh makes of a curve that is not embedded.

@@ -8,6 +8,7 @@ use super::ReportError;
 use super::export::{Export, Provenance};
 use super::space::volume;
 use super::svg::{check, escaped};
+use tongue_core::body::space::mean_axis;
 use tongue_core::body::{Body, Bone, Mesh};
 use tongue_core::geometry::{hexahedron, simplex};
 use tongue_core::material::Stress;
@@ -228,7 +229,7 @@ fn fibre<const D: usize>(
     let (gradients, _) = hexahedron::gradients(&x, [0.0; 3])?;
     let parts = now.iter().zip(gradients).map(|(x, g)| x * g.transpose());
     let f = parts.fold(Matrix3::zeros(), |sum, part| sum + part);
-    let mean: Vector3<f64> = body.directions(muscle, element).into_iter().flatten().sum();
+    let mean = mean_axis(body.directions(muscle, element).into_iter().flatten());
     let along = f * mean.try_normalize(0.0)?;
     Some((along.try_normalize(0.0)?, along.norm()))
 }

@@ -58,6 +58,15 @@ impl SpaceMark {
     pub fn node(node: usize, place: Vector3<f64>, sd_m: f64) -> Self {
         Self { what: Marked::Node { node, place }, sd_m }
     }
+
+    /// What can be seen only once in a frame: a node or a muscle.
+    fn name(&self) -> Option<String> {
+        match &self.what {
+            Marked::Node { node, .. } => Some(format!("node {}", node + 1)),
+            Marked::Muscle { muscle, .. } => Some(format!("muscle {muscle}")),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -83,7 +92,13 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
         }
         for frame in frames {
             match all.iter_mut().find(|f| f.time_s == frame.time_s) {
-                Some(same) => same.marks.extend(frame.marks),
+                Some(same) => {
+                    let known: BTreeSet<String> = same.marks.iter().filter_map(SpaceMark::name).collect();
+                    match frame.marks.iter().filter_map(SpaceMark::name).find(|name| known.contains(name)) {
+                        Some(name) => return Err(wrong(twice(&name))),
+                        None => same.marks.extend(frame.marks),
+                    }
+                }
                 None => all.push(frame),
             }
         }
@@ -101,6 +116,10 @@ pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
     Ok(reader
         .headers()
         .is_ok_and(|h| !has(h, "point") && (has(h, "node") || has(h, "muscle") || has(h, "z_mm"))))
+}
+
+fn twice(name: &str) -> String {
+    format!("{name} comes twice in a frame; give it once")
 }
 
 fn has(header: &StringRecord, name: &str) -> bool {
@@ -226,11 +245,6 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
         let row = MarkRow { header: &header, record: &record };
         let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
         let time_s = row.number("time_s").map_err(wrong)?;
-        let name = match &mark.what {
-            Marked::Node { node, .. } => Some(format!("node {}", node + 1)),
-            Marked::Muscle { muscle, .. } => Some(format!("muscle {muscle}")),
-            _ => None,
-        };
         if frames.last().is_some_and(|f| f.time_s > time_s) {
             return Err(wrong(
                 "its time comes before that of the rows above; sort them by time_s".to_owned(),
@@ -240,8 +254,8 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
             of_frame.clear();
             frames.push(SpaceFrame { time_s, marks: Vec::new() });
         }
-        if let Some(name) = name.filter(|name| !of_frame.insert(name.clone())) {
-            return Err(wrong(format!("{name} comes twice in a frame; give it once")));
+        if let Some(name) = mark.name().filter(|name| !of_frame.insert(name.clone())) {
+            return Err(wrong(twice(&name)));
         }
         frames.last_mut().into_iter().for_each(|f| f.marks.push(mark.clone()));
     }

@@ -72,7 +72,7 @@ impl<const D: usize> Body<D> {
     /// where the muscle has no direction.
     pub fn local_fibre(&self, muscle: usize, element: usize) -> Option<Vector3<f64>> {
         let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
-        let mean: Vector3<f64> = self.directions(muscle, element).into_iter().flatten().sum();
+        let mean = mean_axis(self.directions(muscle, element).into_iter().flatten());
         let local = hexahedron::jacobian(&x, [0.0; 3]).try_inverse()? * mean;
         (local.amax() > 0.0).then(|| local / local.amax())
     }
@@ -259,6 +259,11 @@ impl Body<3> {
         bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
         bones
     }
+}
+
+/// The sum of directions of fibres, whose signs say nothing: each is turned to the side of the sum of those before it.
+pub fn mean_axis(directions: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    directions.fold(Vector3::zeros(), |sum, d| if d.dot(&sum) < 0.0 { sum - d } else { sum + d })
 }
 
 /// Nearer to the middle of a segment than this part of its length a place takes no more from it than there.

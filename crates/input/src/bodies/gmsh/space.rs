@@ -19,7 +19,7 @@ use super::fibres::{FibreView, MeshFibres};
 use super::groups::{GroupParts, GroupRole, positions, sorted};
 use super::parse::{Form, Raw};
 use crate::bodies::group_and_side;
-use tongue_core::body::space::{Directions, Segment};
+use tongue_core::body::space::{Directions, Segment, mean_axis};
 use tongue_core::body::{Body, Mesh, Muscle, MuscleChain};
 use tongue_core::geometry::hexahedron;
 
@@ -216,7 +216,7 @@ impl<'a> SpaceAssembly<'a> {
             let cell = self.parts.cells[element];
             let directions: Directions = if view.of_nodes { hexahedron::points().map(|at| {
                     let corners = cell.nodes.iter().zip(hexahedron::values(at));
-                    unit(corners.filter_map(|(tag, share)| Some(of_tag(tag)? * share)).sum())
+                    unit(mean_axis(corners.filter_map(|(tag, share)| Some(of_tag(tag)? * share))))
                 }) } else { [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS] };
             if directions.iter().all(Option::is_some) { Ok(directions) } else { Err(wrong!(
                     view.at,
@@ -258,9 +258,7 @@ fn longest_chain(lines: &[[usize; 2]], mesh: &Mesh<3>) -> [usize; 2] {
 
 /// The two nodes of a region that are farthest from each other along its mean direction.
 fn farthest(region: &[usize], directions: &[Directions], mesh: &Mesh<3>) -> [usize; 2] {
-    // The sign of a direction says nothing.
-    let along = |sum: Vector3<f64>, d: &Vector3<f64>| if d.dot(&sum) < 0.0 { sum - d } else { sum + d };
-    let mean = directions.iter().flatten().flatten().fold(Vector3::zeros(), along);
+    let mean = mean_axis(directions.iter().flatten().flatten().copied());
     let nodes: BTreeSet<usize> = region.iter().flat_map(|&e| mesh.hexahedra[e]).collect();
     let along = nodes.iter().map(|&n| (mesh.nodes[n].dot(&mean), n));
     let least = along.clone().min_by(|a, b| a.0.total_cmp(&b.0));
