@@ -136,7 +136,7 @@ impl Dataset {
         Err(ReadError::Refused(told))
     }
 
-    fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, ReadError> {
+    pub(super) fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, ReadError> {
         let Some(numbers) = self.index.get(&fold(subject)) else {
             let known = self.subjects();
             let (of_subjects, of_vowels) = (&self.reading.subject, &self.reading.vowel);

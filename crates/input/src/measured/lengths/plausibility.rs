@@ -1,5 +1,7 @@
 //! Whether a table of lengths is plausible: proportions and size of a tongue, and rows that cannot be of one speaker.
 
+use std::collections::BTreeMap;
+
 use super::{Dataset, Lengths, Row};
 use crate::measured::thesis::Thesis;
 use tongue_core::statistics::{mean_and_variance, median, upper_median};
@@ -113,16 +115,13 @@ fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
 
 /// Rows with the same length in every muscle.
 fn repeated_rows(data: &Dataset) -> Option<String> {
-    let rows: Vec<&Row> = data.rows().iter().filter(|row| row.lengths.measured().count() >= FEWEST).collect();
-    let twins = rows.iter().enumerate().filter_map(|(n, row)| {
-        let first = rows[..n].iter().find(|other| other.lengths.length_mm == row.lengths.length_mm)?;
-        Some(format!(
-            "{} on line {} and {} on line {}",
-            name(&first.lengths),
-            first.line,
-            name(&row.lengths),
-            row.line
-        ))
+    let mut firsts = BTreeMap::new();
+    let rows = data.rows().iter().filter(|row| row.lengths.measured().count() >= FEWEST);
+    let twins = rows.filter_map(|row| {
+        let lengths: Vec<_> = row.lengths.length_mm.iter().map(|mm| mm.map(f64::to_bits)).collect();
+        let first = *firsts.entry(lengths).or_insert(row);
+        let places = [first, row].map(|row| format!("{} on line {}", name(&row.lengths), row.line));
+        (!std::ptr::eq(first, row)).then(|| places.join(" and "))
     });
     let twins: Vec<String> = twins.collect();
     let first = twins.first()?;
@@ -141,10 +140,7 @@ fn rows_of_another_size(data: &Dataset) -> Option<String> {
     const LARGEST: f64 = 0.125;
     let changes = data.rows().iter().filter_map(|Row { lengths, .. }| {
         let subject = &lengths.subject;
-        let own = data
-            .baseline(subject)
-            .ok()
-            .or_else(|| data.rows().iter().map(|r| &r.lengths).find(|l| l.subject == *subject))?;
+        let own = data.baseline(subject).ok().or_else(|| data.of_subject(subject).ok()?.next())?;
         let both = lengths.measured().filter_map(|(muscle, mm)| Some((mm / own.length_mm_of(muscle)?).ln()));
         let changes: Vec<f64> = both.collect();
         let (mean, _) = mean_and_variance(changes.iter().copied());
