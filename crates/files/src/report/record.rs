@@ -52,8 +52,8 @@ pub struct FitRecord {
 /// What records tell of a fit. Simulated lengths are the model's, whose size is not the subject's; ratios are lengths over that of the
 /// reference muscle, stretches over that at rest (simulated) or in the baseline (measured). Singular values, 1/N, are those of
 /// d(fitted value)/d(tension), largest first; null directions are unit vectors over `active`, and `segments` the ends of the curves along
-/// them. Tensions (`tensions_n`, `from_n`, `to_n`) are per metre of thickness, N/m. `replay_difference_m` is the largest distance of a node between the search's answer and the shape to which its tensions lead
-/// from rest.
+/// them. Tensions (`tensions_n`, `from_n`, `to_n`) are per metre of thickness, N/m. `replay_difference_m` is the largest distance of a node
+/// between the search's answer and the shape to which its tensions lead from rest.
 fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
     let (target, all, replay) = (&fit.matched.target, &fit.matched.muscles, &fit.answer.replay);
     let (measured, active) = (&target.muscles, fit.active_names());

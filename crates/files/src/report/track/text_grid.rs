@@ -12,8 +12,8 @@ type WordInterval = (&'static str, [f64; 2]);
 
 impl RecordingResult {
     /// A tier for each muscle, with stretches in which the 95 % interval of its course excludes 0 in every frame, and every frame can be
-    /// trusted: `above` or `below` its mean over the recording. Borders lie in the middle between frames; a step
-    /// much longer than usual is a hole, whose borders lie half a usual step from the frames beside it. The format is that of Praat's manual, "TextGrid file formats".
+    /// trusted: `above` or `below` its mean over the recording. Borders lie in the middle between frames; a step much longer than usual is
+    /// a hole, whose borders lie half a usual step from the frames beside it. The format is that of Praat's manual, "TextGrid file formats".
     pub fn write_text_grid(&self, muscles: &[String], out: &mut dyn Write) -> io::Result<()> {
         // Without words the whole recording is one stretch.
         let [first, last] = self.stretches(|_| "").first().map_or([0.0, 1.0], |(_, ends)| *ends);

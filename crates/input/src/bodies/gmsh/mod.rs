@@ -8,9 +8,9 @@
 //! | `bone`, `bone:NAME` | points, curves, surfaces or volumes | nodes that do not move |
 //! | `other:NAME` | anything | left out |
 //!
-//! Case does not matter, except in a NAME. A group of another name is an error. A scene's jaw carries `bone:mental_spine`, and its hyoid shifts `bone:hyoid`. A
-//! body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles
-//! are reversed. A muscle may run outside the tissue if its curve is on no surface. Gmsh files have no unit,
+//! Case does not matter, except in a NAME. A group of another name is an error. A scene's jaw carries `bone:mental_spine`, and its hyoid
+//! shifts `bone:hyoid`. A body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles are
+//! reversed. A muscle may run outside the tissue if its curve is on no surface. Gmsh files have no unit,
 //! so the caller must give it ([`Unit`]).
 //!
 //! Of elements of the second order (types 8, 9 and 11) the corners are read and the sides are taken as
