@@ -274,6 +274,7 @@ fn hidden(arguments: &Arguments, recordings: &[ScreenedRecording]) -> miette::Re
                 tongue_fit::suggest::hint(word, known)
             )
         })?;
+        ensure!(!out.contains(found), "--hold-out: {found} is given twice; give each point once");
         out.push(found.clone());
     }
     // A coil has two coordinates.

@@ -167,6 +167,16 @@ pub fn run(
         None => given.iter().map(|(m, _)| *m).collect(),
     };
     let system = System::new(&mesh, &body.model(), &active).into_diagnostic()?;
+    if let Some((Tensions::Table { times, .. }, file)) =
+        curves.as_ref().map(|c| &c.tensions).zip(arguments.tension_curves.as_ref())
+        && let Some(last) = times.last().filter(|last| **last > arguments.t_end)
+    {
+        output::note(&format!(
+            "the motion ends at {} s (--t-end), before the last time of {}, {last} s; its times are in seconds",
+            arguments.t_end,
+            file.display()
+        ));
+    }
     let tensions = match curves {
         Some(curves) => curves.tensions,
         None => {

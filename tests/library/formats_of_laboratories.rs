@@ -395,6 +395,23 @@ fn many_short_recordings_and_many_frames_of_one_point_are_too_large_for_a_file()
 }
 
 #[test]
+fn a_likelihood_in_percent_is_refused_with_its_place() {
+    let table = |likelihood: f64| {
+        let text =
+            format!("scorer,n,n,n\nbodyparts,hyoid,hyoid,hyoid\ncoords,x,y,likelihood\n0,1,2,{likelihood}\n");
+        Recording::from_bytes(text.as_bytes(), "a.csv", None).map(|found| found[0].samples.len())
+    };
+    assert_eq!(table(1.000_001), Ok(1));
+    for likelihood in [3.0, 99.0, -0.5] {
+        let told = table(likelihood).unwrap_err().to_string();
+        assert!(
+            told.starts_with("a.csv:4:4: the likelihood of hyoid is") && told.contains("not of 100"),
+            "{told}"
+        );
+    }
+}
+
+#[test]
 fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() {
     let rows = |row: &dyn Fn(i32) -> String| (10..40).map(row).collect::<String>();
     let tidy = rows(&|f| format!("{f},tongue_1,3{f}.1234567,2{f}.765432\n"));

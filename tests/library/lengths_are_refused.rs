@@ -287,7 +287,7 @@ fn what_is_no_length_or_of_another_size_is_told() {
     // A muscle in tenths of an inch, a table in pixels.
     doubted(|rows| rows.iter_mut().for_each(|row| row.1[2] *= 0.3937), "GGp is 2.5 times as short");
     for factor in [0.5, 1.9] {
-        doubted(|rows| rows.iter_mut().for_each(|row| scaled(row, factor)), "not in pixels");
+        doubted(|rows| rows.iter_mut().for_each(|row| scaled(row, factor)), "not pixels");
     }
     // S2 /a/ in another scale than S2 /ɯ/, and then S2 /ɯ/ than all others of S2.
     for factor in [0.85, 0.8, 1.25] {

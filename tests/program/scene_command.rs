@@ -1,6 +1,6 @@
 //! `tongue-fit scene` as its users meet it.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::run::{json, refused, run};
 
@@ -57,6 +57,61 @@ fn a_mesh_that_was_printed_is_a_body_again_and_no_result_takes_its_place() {
     let message = refused(folder.path(), "scene run mesh.toml --out .");
     assert!(message.contains("mesh.json") && message.contains("--out"), "{message}");
     assert_eq!(std::fs::read_to_string(folder.path().join("mesh.json")).unwrap(), mesh.out);
+}
+
+#[test]
+fn a_body_that_lies_wrong_in_the_head_or_is_of_another_size_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut body: Value = serde_json::from_str(&run(folder.path(), "mesh --json").out).unwrap();
+    // What follows from the nodes is left out, and the bones too where nodes are let go.
+    for key in ["kappa_s_j", "node_mass_kg", "rest_lengths_mm"] {
+        body.as_object_mut().unwrap().remove(key);
+    }
+    for connection in body["connections"].as_array_mut().unwrap() {
+        *connection = json!({ "nodes": connection["nodes"] });
+    }
+    let told = |change: &dyn Fn(&mut Value)| {
+        let mut body = body.clone();
+        change(&mut body);
+        std::fs::write(folder.path().join("body.json"), body.to_string()).unwrap();
+        let done = run(folder.path(), "mesh --mesh body.json");
+        assert_eq!(done.status, Some(0), "{}", done.err);
+        done.err
+    };
+    let moved = |to: fn(f64, f64) -> [f64; 2]| {
+        told(&move |body| {
+            let at = |place: &Value| [0, 1].map(|axis| place[axis].as_f64().unwrap());
+            for place in body["nodes_m"].as_array_mut().unwrap() {
+                let [x, y] = at(place);
+                *place = to(x, y).to_vec().into();
+            }
+            let [a, b] = [to(1.0, 0.0), to(0.0, 1.0)];
+            if a[0] * b[1] < a[1] * b[0] {
+                body["triangles"]
+                    .as_array_mut()
+                    .unwrap()
+                    .iter_mut()
+                    .for_each(|t| t.as_array_mut().unwrap().reverse());
+            }
+        })
+    };
+    assert_eq!(moved(|x, y| [x, y]), "");
+    for (said, part) in [
+        (moved(|x, y| [-x, y]), "the mental spine lies behind the hyoid"),
+        (moved(|x, y| [x, -y]), "the tissue lies below the mental spine and the hyoid"),
+        (moved(|x, y| [y, x]), "lie one above the other"),
+        (moved(|x, y| [2.0 * x, 2.0 * y]), "all muscles are 2.0 times as long as an adult's"),
+    ] {
+        assert!(said.contains(part) && said.matches("body.json: ").count() == 1, "{part}: {said}");
+    }
+    let exchanged = told(&|body| {
+        let muscles = body["muscles"].as_object_mut().unwrap();
+        let [a, b] = ["GGa", "SGm"].map(|name| muscles[name].clone());
+        (muscles["GGa"], muscles["SGm"]) = (b, a);
+    });
+    assert!(exchanged.contains("GGa and SGm are exchanged"), "{exchanged}");
+    let free = told(&|body| (body["bones"], body["fixed"]) = (json!({}), json!([0])));
+    assert!(free.contains("only one node is held"), "{free}");
 }
 
 #[test]

@@ -33,6 +33,20 @@ fn lengths_frames_and_an_animation_of_a_motion_are_written() {
 }
 
 #[test]
+fn a_motion_that_ends_before_its_tension_curves_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |last: &str| {
+        std::fs::write(folder.path().join("pull.csv"), format!("time_s,GGa\n0,0\n{last},12\n")).unwrap();
+        run(folder.path(), "simulate --trajectory --tension-curves pull.csv --t-end 0.5 --frames 2 --out out")
+            .err
+    };
+    assert!(
+        told("500").contains("the motion ends at 0.5 s (--t-end), before the last time of pull.csv, 500 s")
+    );
+    assert_eq!(told("0.5"), "");
+}
+
+#[test]
 fn a_failed_motion_reports_it_and_keeps_its_frames() {
     let folder = tempfile::tempdir().unwrap();
     let line = "simulate --trajectory --tension GGa=12 --method verlet --dt 1e-5 --t-end 0.1 --force --json";

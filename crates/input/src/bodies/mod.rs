@@ -45,15 +45,18 @@ impl MeshContent {
         let (bytes, unit) = match self {
             Self::Json(text) => {
                 let body = json::read(text, origin)?;
-                gmsh::review(&body.mesh).into_iter().for_each(tell);
+                gmsh::review(&body.mesh).into_iter().chain(gmsh::review_of_head(&body)).for_each(tell);
                 return Ok(AnyBody::Flat(body));
             }
             Self::Gmsh { bytes, unit } => (bytes, *unit),
         };
         let gmsh::Content { body, concerns, .. } = gmsh::read(bytes, origin, unit)?;
-        concerns.into_iter().for_each(tell);
+        concerns.into_iter().for_each(&mut *tell);
         let size = match &body {
-            AnyBody::Flat(body) => body.mesh.check_size(),
+            AnyBody::Flat(body) => {
+                gmsh::review_of_head(body).into_iter().for_each(tell);
+                body.mesh.check_size()
+            }
             AnyBody::Solid(body) => body.mesh.check_size(),
         };
         size.map(|()| body).map_err(|error| {

@@ -35,7 +35,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::AnyBody;
-pub(super) use review::review;
+pub(super) use review::{review, review_of_head};
 use tongue_core::body::{Body, BodyError};
 pub use write::write;
 

@@ -2,9 +2,11 @@
 
 use std::ops::RangeInclusive;
 
+use crate::measured::lengths::plausibility::doubt_of_lengths;
 use crate::measured::muscles::Muscles;
-use tongue_core::body::Mesh;
+use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::simplex;
+use tongue_core::statistics::upper_median;
 
 /// Plausible lengths of a tongue, from a child's to an adult's with all muscles outside it, m.
 const TONGUE_M: RangeInclusive<f64> = 0.02..=0.3;
@@ -50,6 +52,37 @@ pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<String> {
         ));
     }
     concerns.extend(bent_muscles(mesh));
+    concerns
+}
+
+/// What a user should look at in how a body in the plane lies in the head, and in the lengths of its muscles.
+pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
+    let (mesh, mut concerns) = (&body.mesh, Vec::new());
+    if mesh.fixed.len() == 1 {
+        concerns
+            .push("only one node is held, so that the body can turn about it; hold another one".to_owned());
+    }
+    let places = [MANDIBLE, HYOID].map(|bone| body.bone(bone).first().map(|node| mesh.nodes[*node]));
+    if let [Some(spine), Some(hyoid)] = places {
+        let to_hyoid = hyoid - spine;
+        let in_tissue = mesh.in_tissue();
+        let heights =
+            mesh.nodes.iter().zip(in_tissue).filter(|(_, is_tissue)| *is_tissue).map(|(at, _)| at.y);
+        let is_below = upper_median(heights).is_some_and(|height| height < spine.y.min(hyoid.y));
+        let turned = match () {
+            () if to_hyoid.y.abs() > to_hyoid.x.abs() => {
+                Some("the mental spine and the hyoid lie one above the other")
+            }
+            () if to_hyoid.x < 0.0 => Some("the mental spine lies behind the hyoid"),
+            () if is_below => Some("the tissue lies below the mental spine and the hyoid"),
+            () => None,
+        };
+        concerns.extend(turned.map(|told| {
+            format!("{told}: x grows to the back of the head and y upwards, and weight, walls and recordings are in these axes")
+        }));
+    }
+    let lengths = mesh.muscles.iter().map(|m| (m.name.as_str(), 1e3 * mesh.distance(m.ends())));
+    concerns.extend(doubt_of_lengths(lengths));
     concerns
 }
 

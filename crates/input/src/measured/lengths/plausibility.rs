@@ -9,8 +9,23 @@ use tongue_core::statistics::{mean_and_variance, median, upper_median};
 /// Fewer muscles are not judged.
 const FEWEST: usize = 5;
 
-/// A column of lengths: its muscle, and the logarithms of its median and of the thesis's length at rest, mm.
+/// Lengths of a muscle: its name, and the logarithms of their median and of the thesis's length at rest, mm.
 type MuscleColumn<'a> = (&'a str, f64, f64);
+
+/// The doubt about the lengths of muscles in a body, mm, as in a table: names that do not belong to them, or another size.
+pub(crate) fn doubt_of_lengths<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
+    let thesis = Thesis::reference().ok()?;
+    let columns = Vec::from_iter(
+        lengths_mm.filter_map(|(name, mm)| Some((name, mm.ln(), thesis.row(name)?.rest_length_mm.ln()))),
+    );
+    (columns.len() >= FEWEST).then(|| doubt_of_proportions(&columns)).flatten()
+}
+
+fn doubt_of_proportions(columns: &[MuscleColumn<'_>]) -> Option<String> {
+    exchanged_names(columns)
+        .or_else(|| muscle_of_another_size(columns))
+        .or_else(|| tongue_of_another_size(columns))
+}
 
 /// The doubts about a table: numbers that are no lengths, names that do not belong to their columns, a muscle or a tongue of another size,
 /// rows that repeat one another, and rows in which all muscles together are shorter or longer than in the baseline.
@@ -18,12 +33,8 @@ pub fn doubts(data: &Dataset) -> Vec<String> {
     if let Some(told) = percentages(data) {
         return vec![told];
     }
-    let proportions = columns(data).and_then(|columns| {
-        alike(&columns)
-            .or_else(|| exchanged_names(&columns))
-            .or_else(|| muscle_of_another_size(&columns))
-            .or_else(|| tongue_of_another_size(&columns))
-    });
+    let proportions =
+        columns(data).and_then(|columns| alike(&columns).or_else(|| doubt_of_proportions(&columns)));
     proportions.into_iter().chain(repeated_rows(data)).chain(rows_of_another_size(data)).collect()
 }
 
@@ -89,7 +100,7 @@ fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
     let best = shifts.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0));
     let (_, told) = best.filter(|(spread, _)| as_named > SPREAD && *spread < PART * as_named)?;
     Some(format!(
-        "the lengths have the proportions of a tongue if the names of its muscles {told}; check the header"
+        "the lengths have the proportions of a tongue if the names of its muscles {told}; check them"
     ))
 }
 
@@ -109,7 +120,7 @@ fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
 fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     let times = mean_and_variance(columns.iter().map(|c| c.1 - c.2)).0.exp();
     (!(0.55..=1.6).contains(&times)).then(|| {
-        format!("all muscles are {times:.1} times as long as an adult's; check that the lengths are in the unit of the header, and not in pixels")
+        format!("all muscles are {times:.1} times as long as an adult's; check the unit, and that it is not pixels")
     })
 }
 

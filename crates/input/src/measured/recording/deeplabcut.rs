@@ -10,6 +10,8 @@ use super::{Budget, Format, Recording, Sample, Times, limits, names, numbers};
 
 /// Likelihood below which a point counts as not seen.
 const LEAST_LIKELIHOOD: f64 = 0.05;
+/// A likelihood of 1 that was computed may be larger by rounding.
+const MOST_LIKELIHOOD: f64 = 1.001;
 /// Keypoints of the tongue in AAA's models, from the vallecula to the tip (Wrench and Balch-Tomes 2022).
 const TONGUE: [&str; 11] = [
     "vallecula",
@@ -61,6 +63,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                 numbers::value(record.get(field).unwrap_or_default(), &part.name, at.at_column(field + 1))
             };
             let likelihood = part.likelihood.map(value).transpose()?.map(|l| l.unwrap_or(0.0));
+            if let Some((field, l)) =
+                part.likelihood.zip(likelihood).filter(|(_, l)| !(0.0..=MOST_LIKELIHOOD).contains(l))
+            {
+                let what = format!("the likelihood of {} is {l}", part.name);
+                return Err(at.at_column(field + 1).error(what, "give it as a part of 1, not of 100"));
+            }
             let sure = likelihood.is_none_or(|l| l >= LEAST_LIKELIHOOD);
             let place = value(part.x)?.zip(value(part.x + 1)?).map(|(x, y)| [x, y, 0.0]);
             sample.places.push(place.filter(|_| sure));
