@@ -110,6 +110,12 @@ fn ratios(scene: &TestTensions, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
     (scene.ratios(workspace.positions()), solved)
 }
 
+/// Ratios at a load; `None` where the solve did not converge.
+fn converged(scene: &TestTensions, load: f64) -> Option<Vec<f64>> {
+    let (ratios, solved) = ratios(scene, load);
+    (solved.result == SolveStatus::Converged).then_some(ratios)
+}
+
 fn target(subject: &str, vowel: &str) -> Result<Target, Error> {
     let vowel: Vowel = vowel.parse()?;
     Ok(Target::new(&Dataset::reference()?, subject, &vowel, TargetKind::Stretch, &TargetOptions::default())?)
@@ -158,7 +164,7 @@ pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
 /// A row, and the values for comparing it with others.
 struct MeasuredRow {
     row: Spacing,
-    /// Ratios at the tensions and at twice the tensions.
+    /// Ratios at the tensions and at twice the tensions; of these none where there is no equilibrium.
     ratios: [Vec<f64>; 2],
     tensions: Option<Vec<f64>>,
 }
@@ -181,7 +187,8 @@ impl BodyKind<'_> {
         let scene = TestTensions::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
-        let twice = if self.settings == Some(&CONTROL) { Vec::new() } else { ratios(&scene, 2.0).0 };
+        let twice = if self.settings == Some(&CONTROL) { None } else { converged(&scene, 2.0) };
+        let twice = twice.unwrap_or_default();
         let fitted = measure(&FITS, || fitted(&body, &Model::default(), self.target));
         let fit = fitted.result?;
         let tensions = (fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
@@ -216,7 +223,8 @@ fn nested(
         if let Some(MeasuredRow { row, ratios, .. }) = all.last() {
             let [once, twice] = [0, 1].map(|i| largest_difference(&ratios[i], &here.ratios[i]));
             here.row.change_of_ratio = Some(once);
-            here.row.change_at_twice = Some(twice).filter(|_| !here.ratios[1].is_empty());
+            here.row.change_at_twice =
+                Some(twice).filter(|_| !(ratios[1].is_empty() || here.ratios[1].is_empty()));
             here.row.order = row.change_of_ratio.map(|before| (before / once).log2());
         }
         all.push(here);
@@ -256,7 +264,8 @@ fn ratios_at(h: f64, nu: f64) -> Result<Vec<f64>, Error> {
     let body = Body::continuum(h, &ContinuumSettings::default())?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
     let model = Model { constants };
-    Ok(ratios(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
+    let found = converged(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0);
+    found.ok_or_else(|| format!("no equilibrium at a spacing of {h} m and a Poisson's ratio of {nu}").into())
 }
 
 /// `reference` is filled by the first call.
@@ -289,7 +298,7 @@ fn sensitive(
     let scene = TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?;
     let table = Thesis::reference()?.ratios_a(&scene.muscles).unwrap_or_default();
     let rms = |load: f64| {
-        let ratios = ratios(&scene, load).0;
+        let Some(ratios) = converged(&scene, load) else { return f64::NAN };
         let squares: f64 = ratios.iter().zip(&table).map(|(a, b)| (a - b).powi(2)).sum();
         // The first ratio is 1 by definition.
         (squares / (table.len() - 1) as f64).sqrt()
