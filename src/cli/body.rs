@@ -134,15 +134,14 @@ impl Arguments {
         }
     }
 
-    fn kind(&self) -> Kind {
-        match self.body {
-            BodyName::Plane(kind) => kind,
-            BodyName::Space(_) => Kind::Springs,
-        }
-    }
-
     pub fn plane(&self) -> miette::Result<PlaneBody> {
-        self.check()?;
+        let kind = match &self.body {
+            BodyName::Plane(kind) => *kind,
+            BodyName::Space(source) => bail!(
+                "{source} is a body in space, which `tongue-fit --vowel`, `simulate`, `muscles`, `track` and `sound` answer for; this needs a \
+                 body in the plane: --body springs, --body continuum, or --mesh FILE"
+            ),
+        };
         let spacing_m = self.h.as_deref().map(spacing).transpose()?;
         let source = match (&self.mesh, &self.anatomy) {
             (Some(path), _) => BodySource::read(path, self.mesh_unit).into_diagnostic()?,
@@ -151,7 +150,7 @@ impl Arguments {
             }
             (None, None) => BodySource::Tongue,
         };
-        Ok(PlaneBody { source, kind: self.kind(), spacing_m })
+        Ok(PlaneBody { source, kind, spacing_m })
     }
 
     pub fn body(&self) -> miette::Result<Body<2>> {
@@ -184,16 +183,6 @@ impl Arguments {
             BodyName::Space(source) => Some(source),
             _ => None,
         }
-    }
-
-    fn check(&self) -> miette::Result<()> {
-        if let BodyName::Space(source) = &self.body {
-            bail!(
-                "{source} is a body in space, which `tongue-fit --vowel`, `simulate`, `muscles`, `track` and `sound` answer for; this needs a body in the plane: --body \
-                 springs, --body continuum, or --mesh FILE"
-            );
-        }
-        Ok(())
     }
 
     pub fn model(&self) -> Model {
