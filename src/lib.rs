@@ -262,8 +262,9 @@ pub mod report {
         RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
         Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
         courses_columns, discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns,
-        limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated, repeats_columns,
-        segments_csv, solid, status_name, tally, timelines, track_csv, views, vowel, wrapped,
+        limit_of_plane, over_speakers, panels, placed, prior_interval_n, probability, repeated,
+        repeats_columns, segments_csv, solid, status_name, tally, timelines, track_csv, views, vowel,
+        wrapped,
     };
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,

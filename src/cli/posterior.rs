@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
 use tongue_fit::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
-use tongue_fit::report::fixed;
+use tongue_fit::report::{fixed, probability};
 use tongue_fit::run::SampledPosterior;
 use tongue_fit::system::Model;
 
@@ -158,7 +158,11 @@ fn changes(summary: &Summary) -> String {
             fixed(change.spread.median, 0),
             range(change.spread.interval_50, 0),
             format!("{}{}", interval(&change.spread), if change.depends_on_prior { "°" } else { "" }),
-            format!("{:.2}{}", change.probability_rises, if change.sign_depends_on_prior { "‡" } else { "" }),
+            format!(
+                "{}{}",
+                probability(change.probability_rises),
+                if change.sign_depends_on_prior { "‡" } else { "" }
+            ),
             format!("{}{}", interval(&tension.spread), if tension.depends_on_prior { "°" } else { "" }),
             interval(&summary.baseline_tensions_n.0[i].1),
         ]

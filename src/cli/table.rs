@@ -253,8 +253,8 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
 /// A difference between labels that is probable, with its size.
 pub(super) fn difference(c: &Contrast) -> String {
     let [by, low, high] = c.size().map(|n| report::fixed(n, 1));
-    let sure = c.probability_more.max(1.0 - c.probability_more);
-    format!("{}, by {by} ({low} to {high}) N/m, P {sure:.2}", c.said().unwrap_or_default())
+    let sure = report::probability(c.probability_more.max(1.0 - c.probability_more));
+    format!("{}, by {by} ({low} to {high}) N/m, P {sure}", c.said().unwrap_or_default())
 }
 
 /// The differences between labels in which most speakers agree, a line each.

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use roxmltree::{Document, Node};
 use tongue_files::report::{
     AnimationFrame, Export, PrecisionCurve, Provenance, ReportError, Scatter, SectionPicture, Series, Vtu,
-    animation, changes, parts, scatter, solid, tongue, work_precision,
+    animation, changes, parts, probability, scatter, solid, tongue, work_precision,
 };
 use tongue_fit::body::{self, Cells, Mesh, MuscleChain};
 
@@ -128,6 +128,18 @@ fn drawn(mesh: &Mesh<2>, positions: &[SVector<f64, 2>], tensions: &[f64], title:
 fn picture() -> String {
     let mesh = patch();
     drawn(&mesh, &moved(&mesh), &[0.0, 2.5], "S2 /ɯ/")
+}
+
+#[test]
+fn a_probability_does_not_seem_to_reach_the_limit_of_a_word_that_it_stays_below() {
+    // 0.8 and 0.95 are the limits of the words.
+    let told =
+        [0.949, 0.95, 0.796, 0.8, 0.5, 0.204, 0.2, 0.051, 0.05, 0.29, 0.58, 1.0, 0.0, 0.999].map(probability);
+    let wanted = [
+        "0.94", "0.95", "0.79", "0.80", "0.50", "0.21", "0.20", "0.06", "0.05", "0.29", "0.58", "1.00",
+        "0.00", "0.99",
+    ];
+    assert_eq!(told, wanted);
 }
 
 #[test]

@@ -47,7 +47,7 @@ pub use tongue_page::TonguePage;
 pub use track::TrackPage;
 pub use track::{
     FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns, draws_csv, fixed,
-    formants_csv, held_out_columns, over_speakers, placed, prior_interval_n, repeated, repeats_columns,
-    segments_csv, status_name, tally, track_csv,
+    formants_csv, held_out_columns, over_speakers, placed, prior_interval_n, probability, repeated,
+    repeats_columns, segments_csv, status_name, tally, track_csv,
 };
 pub use vtu::{Msh, Pvd, Vtu};

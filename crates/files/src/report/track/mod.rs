@@ -215,6 +215,12 @@ impl Serialize for Each<'_> {
     }
 }
 
+/// A probability with two decimals, rounded towards one half, so that it does not seem to reach a limit that it stays below.
+pub fn probability(p: f64) -> String {
+    let percent = if p < 0.5 { (100.0 * p - 1e-9).ceil() } else { (100.0 * p + 1e-9).floor() };
+    fixed(percent / 100.0, 2)
+}
+
 /// A number with this many decimals, and no minus sign if they are all zero.
 pub fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::figure::{figure, shared};
 use super::{
-    TrackRecord, courses_columns, fixed, held_out_columns, placed, prior_interval_n, repeated,
+    TrackRecord, courses_columns, fixed, held_out_columns, placed, prior_interval_n, probability, repeated,
     repeats_columns, status_name,
 };
 use crate::report::column::Column;
@@ -111,7 +111,7 @@ fn contrasts(compared: &Comparison) -> Markup {
                 @for c in decided.iter().take(MOST) { tr {
                     td { (c.said().unwrap_or_default()) }
                     td { (with_interval(c.size())) }
-                    td { (fixed(c.probability_more.max(1.0 - c.probability_more), 2)) }
+                    td { (probability(c.probability_more.max(1.0 - c.probability_more))) }
                     td { @if let Some([a, b]) = c.repetitions { (c.a) " " (a) ", " (c.b) " " (b) } }
                 } }
             }))

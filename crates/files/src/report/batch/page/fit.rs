@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::batch::record::AssessedRecord;
 use crate::report::column::Column;
 use crate::report::tongue_page::cells;
-use crate::report::{ByMuscle, ReportError, status_name};
+use crate::report::{ByMuscle, ReportError, probability, status_name};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Certainty;
 
@@ -142,7 +142,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
                         (Certainty::of(change.probability_rises).text().replace(" harder", ""))
                         br;
-                        span.interval { (format!("{:.2}", change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
+                        span.interval { (probability(change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },
                     None => td title=(r.record.posterior.as_ref().map_or("", |p| p.diagnostics.why.as_str())) { "not mixed" },
                 }
