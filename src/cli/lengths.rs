@@ -246,6 +246,9 @@ fn half_width(column: &ReadColumn) -> String {
     match &column.half_width {
         HalfWidth::Column { name, else_mm } => format!("column {name:?}, else {else_mm} mm"),
         HalfWidth::Given { mm } => format!("{mm} mm, as given"),
+        HalfWidth::Digits { mm } | HalfWidth::Default { mm } if *mm > 0.5 => {
+            format!("{mm} mm, because all lengths are multiples of {} mm", 2.0 * mm)
+        }
         HalfWidth::Digits { mm } => format!("{mm} mm, by the digits"),
         HalfWidth::Default { mm } => {
             format!("{mm} mm, by default, because the lengths have more digits than a measurement gives")

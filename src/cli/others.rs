@@ -194,8 +194,9 @@ fn emg(
     for (_, fault) in table.bad_cells().filter(|(vowel, _)| posture_of(vowel).is_some()) {
         output::complain(&format!("{fault} (this cell is left out)"));
     }
-    let (silent, measured): (Vec<_>, Vec<_>) =
-        measured.into_iter().partition(|row| row.by_vowel.iter().all(|(_, activity)| *activity == 0.0));
+    let (silent, measured): (Vec<_>, Vec<_>) = measured.into_iter().partition(|row| {
+        !row.by_vowel.is_empty() && row.by_vowel.iter().all(|(_, activity)| *activity == 0.0)
+    });
     if !silent.is_empty() {
         output::note(&format!(
             "--emg {origin}: {} left out: no activity in any vowel, so the electrode seems to have recorded nothing",

@@ -73,10 +73,12 @@ fn exchanged_bones_and_points_out_of_order_are_told() {
     let backwards = Vec::from_iter(along.iter().rev().copied());
     let mut disordered = along.clone();
     disordered.swap(3, 9);
-    // The whole contour, its front and its back, in both directions, of a face to the left and to the right.
+    // The whole contour and every part of it of eight points and more, in both directions, of a face to the left and to the right.
     for side in [1.0, -1.0] {
-        for order in [&along[..], &backwards, &along[..9], &backwards[6..], &along[5..], &backwards[..10]] {
-            assert_eq!(doubt(right, order, side), "", "{order:?}");
+        for (first, last) in (0..=7).flat_map(|first| (first + 8..=15).map(move |last| (first, last))) {
+            for order in [&along[first..last], &backwards[15 - last..15 - first]] {
+                assert_eq!(doubt(right, order, side), "", "{order:?}");
+            }
         }
         for order in [&along, &backwards] {
             let said = doubt(["hyoid", "mental_spine"], order, side);

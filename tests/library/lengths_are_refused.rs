@@ -236,6 +236,29 @@ fn doubted(change: impl Fn(&mut Vec<(String, Vec<f64>)>), told: &str) {
 fn published_lengths_are_not_doubted() {
     let all = published();
     assert_eq!(doubts_under(HEADER, &all), Vec::<String>::new());
+    let mut in_cm = all.clone();
+    in_cm.iter_mut().flat_map(|row| &mut row.1).for_each(|mm| *mm = 10.0 * (*mm / 10.0).round());
+    assert_eq!(doubts_under(HEADER, &in_cm), Vec::<String>::new());
+    // Without any one muscle, and of the first five alone.
+    for left_out in (0..8).map(|m| vec![m]).chain([vec![5, 6, 7]]) {
+        let kept = |n: &usize| !left_out.contains(n);
+        let names: Vec<&str> = HEADER.split(',').collect();
+        let names = Vec::from_iter(
+            names.iter().enumerate().filter(|(n, _)| *n < 2 || kept(&(n - 2))).map(|(_, n)| *n),
+        );
+        let mut fewer = all.clone();
+        for row in &mut fewer {
+            row.1 = (0..8).filter(kept).map(|n| row.1[n]).collect();
+        }
+        assert_eq!(doubts_under(&names.join(","), &fewer), Vec::<String>::new(), "{names:?}");
+        for row in &fewer {
+            assert_eq!(
+                doubts_under(&names.join(","), std::slice::from_ref(row)),
+                Vec::<String>::new(),
+                "{row:?}"
+            );
+        }
+    }
     for row in &all {
         assert_eq!(doubts_under(HEADER, std::slice::from_ref(row)), Vec::<String>::new(), "{row:?}");
     }

@@ -217,6 +217,11 @@ fn lengths_that_contradict_the_model_end_with_3_and_the_reason() {
         (&false.into(), &"posterior".into())
     );
     assert!(fit["alarms"].as_array().unwrap().iter().any(|alarm| alarm["kind"] == "contradicted"));
+    let batch = "batch --lengths my.csv --vowels a --target stretch --h 10 --posterior 1500 --json --out all";
+    let done = run(folder.path(), batch);
+    assert_eq!(done.status, Some(3), "{}", done.err);
+    assert_eq!(done.record()["summary"]["posteriors_contradicted"], 1);
+    assert!(done.message().contains("1 posterior contradicts the measured lengths"), "{}", done.err);
 }
 
 #[test]

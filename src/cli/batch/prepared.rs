@@ -119,8 +119,11 @@ impl PreparedBatch {
         }
         let untold = summary.posteriors_untold;
         let untold = (untold > 0).then(|| format!("{} cannot be reported", counted(untold, "posterior")));
+        let contradicted = summary.posteriors_contradicted;
+        let contradicted =
+            (contradicted > 0).then(|| format!("{} the measured lengths", contradict(contradicted)));
         let fits = outcome::untrusted(&summary.statuses, &["converged"], "fits");
-        let why: Vec<String> = fits.into_iter().chain(untold).collect();
+        let why: Vec<String> = fits.into_iter().chain(untold).chain(contradicted).collect();
         Ok(Outcome::judged(why.is_empty(), || why.join("; ")))
     }
 
@@ -180,6 +183,13 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
             counted(s.posteriors_untold, "posterior")
         );
     }
+    if s.posteriors_contradicted > 0 {
+        let _ = writeln!(
+            text,
+            "{} the measured lengths; the alarms of their fits in batch.json say how many",
+            contradict(s.posteriors_contradicted)
+        );
+    }
     if let Some(n) = &s.nearest_row_to_rest {
         let _ = writeln!(
             text,
@@ -235,4 +245,13 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     (1..columns.len() - 3).for_each(|column| left(&mut t, column));
     let gap = if verdicts.is_empty() { "" } else { "\n" };
     Ok(format!("{verdicts}{gap}{t}\n\n"))
+}
+
+/// How many posteriors contradict, with its verb.
+fn contradict(posteriors: usize) -> String {
+    format!(
+        "{} {}",
+        counted(posteriors, "posterior"),
+        if posteriors == 1 { "contradicts" } else { "contradict" }
+    )
 }

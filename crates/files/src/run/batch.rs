@@ -161,6 +161,7 @@ impl BatchRun {
             not_fitted: plan.refusals.len() + plan.jobs.len() - fits,
             unreadable_rows: unreadable,
             posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
+            posteriors_contradicted: digests.clone().filter(|d| d.contradicted).count(),
             substitute_baselines: substitutes.into_iter().collect(),
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(muscles, &rest, data, reference),

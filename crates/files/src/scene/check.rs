@@ -119,7 +119,7 @@ impl Scene {
             let (ahead_mm, below_mm) = (last[0] - first[0], last[1] - first[1]);
             if ahead_mm > AHEAD_MM && below_mm > BELOW_MM {
                 let why = "its first point, at the root, lies in front of and below the last one: x grows to the back and y upwards, from root to \
-                           tip; change the sign of x if the face looks the other way";
+                           tip; change the sign of x if the face looks the other way, or reverse the points if they begin at the tip";
                 return Err(SimulationError::contradiction(
                     "points.contour_mm",
                     "the frame of the body",

@@ -144,6 +144,7 @@ impl<const D: usize> Assembly<D> {
         let is_time = |t: f64| t.is_finite() && t >= SHORTEST_S;
         checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
+        checked("the time of the ramp", ramp_s, ramp_s <= t_end_s, "at most the time to the end")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
         let motion = Motion::new(self.system(), tensions)?;
         let mut integrator =

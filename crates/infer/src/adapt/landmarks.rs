@@ -138,11 +138,12 @@ impl Landmarks {
         disorder_of_contour(&self.contour).map(str::to_owned)
     }
 
-    /// Whether the lower end of the contour is nearer to `bone` than to the one at the root, and the higher end lies behind that one.
+    /// Whether the lower end of the contour is much nearer to `bone` than the bones are to each other, and the higher end lies behind the bone
+    /// at the root. The lower end of a contour whose root is cut off, as in ultrasound, may be the tip, which is far from both.
     fn root_is_at(&self, bone: &Point, at_root: &Point) -> bool {
         let (Some(first), Some(last)) = (self.contour.first(), self.contour.last()) else { return false };
         let (lower, higher) = if first.y < last.y { (first, last) } else { (last, first) };
-        (lower - bone).norm() < (lower - at_root).norm() && higher.x > at_root.x
+        2.0 * (lower - bone).norm() < (bone - at_root).norm() && higher.x > at_root.x
     }
 
     /// Names that are neither bones of the body nor points of the contour.

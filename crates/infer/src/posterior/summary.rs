@@ -189,9 +189,7 @@ impl Summary {
             stretches: ByMuscle::new(&names, stretches),
         }
     }
-}
 
-impl Summary {
     /// The number of stretches that were measured outside of their 95 % predictions by the others, and of these predictions, if the
     /// measurements and the model contradict each other: at least three and half of them.
     pub fn contradiction(&self) -> Option<(usize, usize)> {

@@ -123,6 +123,9 @@ pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) 
     for fold in 0..FOLDS {
         let rows = inner.chunks(row).skip(fold).step_by(FOLDS).flatten();
         let hide: Vec<&str> = rows.map(|(name, ..)| *name).collect();
+        if hide.is_empty() {
+            continue;
+        }
         let mut sample = smoother.thinned(recordings, frames.div_ceil(JUDGES).max(1));
         for recording in &mut sample {
             Arc::make_mut(&mut recording.frames).iter_mut().for_each(|f| without(f, &hide));

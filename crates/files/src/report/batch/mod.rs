@@ -14,7 +14,6 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
 use tongue_core::body::Mesh;
-use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Job, Refusal};
 
 use self::journal::{Journal, JournalEntry};
@@ -161,7 +160,6 @@ pub fn fitted(
     let shown = shown.map(|number| page::PageFit::new(number, record, (moved(), ridges), muscles));
     Ok(Fitted {
         digest: Digest {
-            posterior_untold: record.record.alarms.iter().any(|a| matches!(a, Alarm::NoPosterior { .. })),
             contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
             ..Digest::new(record)
         },

@@ -12,6 +12,7 @@ use super::tables::provenance;
 use crate::report::column::Column;
 use crate::report::{column, csv, status_name};
 use tongue_core::statistics::distinct;
+use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::{Contrast, OverSpeakers};
 use tongue_input::measured::Vowel;
@@ -33,6 +34,8 @@ pub struct Digest {
     pub has_posterior: bool,
     /// Whether a posterior was asked for and cannot be reported.
     pub posterior_untold: bool,
+    /// Whether its posterior contradicts the measured stretches.
+    pub contradicted: bool,
     pub contrasts: Vec<Contrast>,
 }
 
@@ -48,7 +51,8 @@ impl Digest {
             passive_muscles: fit.residuals().len() - target.active.len(),
             seen_in_part: fit.answer.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
             has_posterior: r.record.posterior.is_some(),
-            posterior_untold: false,
+            posterior_untold: r.record.alarms.iter().any(|alarm| matches!(alarm, Alarm::NoPosterior { .. })),
+            contradicted: r.record.alarms.iter().any(|alarm| matches!(alarm, Alarm::Contradicted { .. })),
             contrasts: Vec::new(),
         }
     }
@@ -120,6 +124,9 @@ pub struct BatchSummary {
     /// Number of posteriors that were asked for and cannot be reported; the alarms of their fits say why.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_untold: usize,
+    /// Number of posteriors that contradict the measured stretches.
+    #[serde(skip_serializing_if = "is_none")]
+    pub posteriors_contradicted: usize,
     pub substitute_baselines: Vec<String>,
     pub rest_shape_measure: String,
     pub nearest_row_to_rest: Option<NearestRow>,

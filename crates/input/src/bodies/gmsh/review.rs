@@ -4,8 +4,9 @@ use std::ops::RangeInclusive;
 
 use crate::measured::lengths::plausibility::doubt_of_lengths;
 use crate::measured::muscles::Muscles;
+use crate::measured::recording::{STEEPEST_BONES_DEG, steep_deg};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
-use tongue_core::geometry::simplex;
+use tongue_core::geometry::{Point, simplex};
 use tongue_core::statistics::upper_median;
 
 /// Plausible lengths of a tongue, from a child's to an adult's with all muscles outside it, m.
@@ -62,7 +63,10 @@ pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
         concerns
             .push("only one node is held, so that the body can turn about it; hold another one".to_owned());
     }
-    let places = [MANDIBLE, HYOID].map(|bone| body.bone(bone).first().map(|node| mesh.nodes[*node]));
+    let places = [MANDIBLE, HYOID].map(|bone| {
+        let nodes = body.bone(bone);
+        (!nodes.is_empty()).then(|| nodes.iter().map(|n| mesh.nodes[*n]).sum::<Point>() / nodes.len() as f64)
+    });
     if let [Some(spine), Some(hyoid)] = places {
         let to_hyoid = hyoid - spine;
         let in_tissue = mesh.in_tissue();
@@ -70,7 +74,7 @@ pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
             mesh.nodes.iter().zip(in_tissue).filter(|(_, is_tissue)| *is_tissue).map(|(at, _)| at.y);
         let is_below = upper_median(heights).is_some_and(|height| height < spine.y.min(hyoid.y));
         let turned = match () {
-            () if to_hyoid.y.abs() > to_hyoid.x.abs() => {
+            () if steep_deg(to_hyoid) > STEEPEST_BONES_DEG => {
                 Some("the mental spine and the hyoid lie one above the other")
             }
             () if to_hyoid.x < 0.0 => Some("the mental spine lies behind the hyoid"),
@@ -81,8 +85,11 @@ pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
             format!("{told}: x grows to the back of the head and y upwards, and weight, walls and recordings are in these axes")
         }));
     }
-    let lengths = mesh.muscles.iter().map(|m| (m.name.as_str(), 1e3 * mesh.distance(m.ends())));
-    concerns.extend(doubt_of_lengths(lengths));
+    // In another unit all muscles are too long, which is told of the body.
+    if TONGUE_M.contains(&mesh.extent()) {
+        let lengths = mesh.muscles.iter().map(|m| (m.name.as_str(), 1e3 * mesh.distance(m.ends())));
+        concerns.extend(doubt_of_lengths(lengths));
+    }
     concerns
 }
 

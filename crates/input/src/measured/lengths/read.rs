@@ -22,7 +22,7 @@ const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
 const LARGEST: u64 = 64 << 20;
 
 /// Default half width of a length, mm: that of lengths read off an MR image.
-const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
+pub(super) const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
 /// Largest number of decimals of a millimetre that counts as measured; more decimals are a program's.
 const MOST_DECIMALS: i32 = 2;
 

@@ -63,9 +63,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                 numbers::value(record.get(field).unwrap_or_default(), &part.name, at.at_column(field + 1))
             };
             let likelihood = part.likelihood.map(value).transpose()?.map(|l| l.unwrap_or(0.0));
-            if let Some((field, l)) =
-                part.likelihood.zip(likelihood).filter(|(_, l)| !(0.0..=MOST_LIKELIHOOD).contains(l))
-            {
+            if let Some((field, l)) = part.likelihood.zip(likelihood).filter(|(_, l)| *l > MOST_LIKELIHOOD) {
                 let what = format!("the likelihood of {} is {l}", part.name);
                 return Err(at.at_column(field + 1).error(what, "give it as a part of 1, not of 100"));
             }

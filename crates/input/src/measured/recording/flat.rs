@@ -219,8 +219,8 @@ fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
 }
 
 /// The steepest line of the bones to the horizontal, degrees.
-pub(super) const STEEPEST_BONES_DEG: f64 = 60.0;
+pub(crate) const STEEPEST_BONES_DEG: f64 = 60.0;
 
-pub(super) fn steep_deg(apart: Point) -> f64 {
+pub(crate) fn steep_deg(apart: Point) -> f64 {
     apart.y.abs().atan2(apart.x.abs()).to_degrees()
 }

@@ -42,6 +42,7 @@ use tongue_core::statistics::distinct;
 use super::error::{Malformed, ReadError, SourcePlace};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
+pub(crate) use flat::{STEEPEST_BONES_DEG, steep_deg};
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
