@@ -5,6 +5,8 @@ const byId = (id) => document.getElementById(id);
 const own = JSON.parse(byId("own").textContent);
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 const way = (x, names) => `${round(Math.abs(x))} mm ${names[x < 0 ? 0 : 1]}`;
+// Rounded towards one half, as in reports, so that it does not seem to reach the limit of a word.
+const probability = (p) => ((p < 0.5 ? Math.ceil(100 * p - 1e-9) : Math.floor(100 * p + 1e-9)) / 100).toFixed(2);
 const round = (x, digits = 1) => Number(x).toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
 const element = (name, properties = {}, ...children) => {
   const node = Object.assign(document.createElement(name), properties);
@@ -312,7 +314,7 @@ function showRises(why = "") {
     const { rise } = rows[i], said = rises?.muscles.find((r) => r.muscle === m.name);
     const p = said?.p_rises, [low, high] = said?.tension_n_per_m ?? [];
     rise.textContent = !said ? "" : p > 0.99 ? "P > 0.99" : p < 0.01 ? "P < 0.01" : `P ${round(p, 2)}`;
-    rise.title = said ? `${m.name}, harder than in /${rises.baseline}/: ${said.word.replace(" harder", "")} (probability ${p.toFixed(2)}). 95 % of its tension: ${round(low)} to ${round(high)} N/m${said.mostly_prior ? " (more from prior than data)" : ""}.` : "";
+    rise.title = said ? `${m.name}, harder than in /${rises.baseline}/: ${said.word.replace(" harder", "")} (probability ${probability(p)}). 95 % of its tension: ${round(low)} to ${round(high)} N/m${said.mostly_prior ? " (more from prior than data)" : ""}.` : "";
     rise.className = `rise ${said ? said.word.split(" ")[0] : ""}`;
   });
   byId("rise-what").textContent = rises ? `P: pulls harder than in /${rises.baseline}/` : "";
