@@ -101,7 +101,7 @@ pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Co
     Ok(Contact::new(palate.to_vec(), &mesh.surface_nodes(), stiffness, CONTACT_REACH_MM * 1e-3))
 }
 
-/// With less tension in the baseline a muscle is slack there, N per metre of thickness.
+/// A muscle whose tension in the baseline is fixed below this is taken as slack there, N per metre of thickness.
 const SLACK_N_PER_M: f64 = 1.0;
 
 /// The verdict of a posterior, or why it has none.

@@ -129,7 +129,8 @@ pub struct PointsFit {
     /// Number of directions of the tensions whose standard deviation is below half of the prior's;
     /// the others come from the prior.
     pub resolved: usize,
-    /// Lower ends of the 95 % intervals, N per metre of thickness, for a tongue that is this body: one for each chain of the mesh.
+    /// Lower ends of the 95 % intervals, N per metre of thickness, one for each chain of the mesh. They assume that the speaker's tongue has
+    /// the shape of this body.
     pub low_n: Vec<f64>,
     pub high_n: Vec<f64>,
 }

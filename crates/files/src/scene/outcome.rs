@@ -38,7 +38,7 @@ pub struct MuscleLength {
     pub muscle: String,
     #[serde(flatten)]
     pub pull: Pull,
-    /// Its 95 % interval, if points were fitted: for a tongue that is this body.
+    /// Its 95 % interval, if points were fitted. It assumes that the speaker's tongue has the shape of this body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_n: Option<[f64; 2]>,
     pub rest_mm: f64,

@@ -34,7 +34,7 @@ pub struct Digest {
     pub has_posterior: bool,
     /// Whether a posterior was asked for and cannot be reported.
     pub posterior_untold: bool,
-    /// Whether its posterior contradicts the measured stretches.
+    /// Whether half of the measured stretches or more, and at least three, lie outside what the posterior predicts from the others.
     pub contradicted: bool,
     pub contrasts: Vec<Contrast>,
 }
@@ -124,7 +124,7 @@ pub struct BatchSummary {
     /// Number of posteriors that were asked for and cannot be reported; the alarms of their fits say why.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_untold: usize,
-    /// Number of posteriors that contradict the measured stretches.
+    /// Number of fits for which [`Digest::contradicted`] holds.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_contradicted: usize,
     pub substitute_baselines: Vec<String>,

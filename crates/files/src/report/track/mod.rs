@@ -117,8 +117,8 @@ impl TrackResults {
 
     /// A frame as JSON, with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`), courses (tensions
     /// less their mean over the recording), distances of the fitted points (null if there are none), and for held-out points the distance
-    /// across the contour from the predicted place to the measured one (its interval is null where too few points judge it); displacements
-    /// of bones that were not seen have the range of 95 % of their draws.
+    /// across the contour from the predicted place to the measured one (its interval is null where too few points judge it); for
+    /// displacements of bones that were not seen the range of 95 % of their draws.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let [levels, courses] =
             [&frame.levels, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));
