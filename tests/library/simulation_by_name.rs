@@ -133,6 +133,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
         .with_tension("GGa", 14.0)
         .and_then(|problem| problem.with_tension("HGa", 0.0))
         .unwrap()
+        .free_young_modulus(10.0, 20.0)
         .free_young_modulus(1000.0, 20e3)
         .fit()
         .unwrap();

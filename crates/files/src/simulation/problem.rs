@@ -143,14 +143,19 @@ impl<const D: usize> InverseProblem<D> {
         Ok(self)
     }
 
-    /// The problem with Young's modulus as an unknown between these values, Pa.
-    pub fn free_young_modulus(mut self, lower: f64, upper: f64) -> Self {
-        self.unknowns.push(Unknown::young_modulus(lower / 100.0, upper / 100.0));
-        self
+    /// The problem with Young's modulus as an unknown between these values, Pa. The last call decides.
+    pub fn free_young_modulus(self, lower: f64, upper: f64) -> Self {
+        self.with_constant(Unknown::young_modulus(lower / 100.0, upper / 100.0))
     }
 
-    pub fn free_poisson_ratio(mut self, lower: f64, upper: f64) -> Self {
-        self.unknowns.push(Unknown::poisson_ratio(lower * 100.0, upper * 100.0));
+    /// The problem with Poisson's ratio as an unknown between these values. The last call decides.
+    pub fn free_poisson_ratio(self, lower: f64, upper: f64) -> Self {
+        self.with_constant(Unknown::poisson_ratio(lower * 100.0, upper * 100.0))
+    }
+
+    fn with_constant(mut self, constant: Unknown) -> Self {
+        self.unknowns.retain(|u| u.quantity != constant.quantity);
+        self.unknowns.push(constant);
         self
     }
 
