@@ -149,7 +149,7 @@ fn way(found: &Equilibrium) -> String {
                 CriticalKind::Bifurcation => "bifurcation",
             },
             match from_rest {
-                FromRest::Fell { .. } => "the body falls from there to this answer",
+                FromRest::Jumped { .. } => "the body falls from there to this answer",
                 _ => "where the body falls from there was not found",
             }
         ),

@@ -21,7 +21,7 @@ fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
 fn held_all_around<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     mesh.fixed = mesh.surface_nodes();
     mesh.muscles.clear();
-    continuum::lay(&mesh, None, &ContinuumSettings::default()).unwrap().mesh
+    continuum::from_mesh(&mesh, None, &ContinuumSettings::default()).unwrap().mesh
 }
 
 fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64, D, D>) {
@@ -244,7 +244,7 @@ fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let axial: Vec<MuscleChain> = base.muscles.iter().filter(|m| on_axis(m.nodes[0])).cloned().collect();
     base.muscles = axial;
     let settings = ContinuumSettings { bundle_width_m: 12e-3, fibres: 30, ..Default::default() };
-    let mesh = continuum::lay(&base, None, &settings).unwrap().mesh;
+    let mesh = continuum::from_mesh(&base, None, &settings).unwrap().mesh;
     let constants = Constants { poisson_ratio: 0.499, ..Constants::TONGUE };
     let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
     let (solution, workspace) = fixtures::solve(&system, &[0.3]);
@@ -313,7 +313,7 @@ fn a_patch_on_a_straight_edge_holds_with_sixteen_fifteenths_of_its_radius() {
     mesh.fixed = vec![4];
     mesh.muscles.clear();
     let settings = ContinuumSettings { patch_radius_m: 12e-3, ..ContinuumSettings::default() };
-    let mesh = continuum::lay(&mesh, None, &settings).unwrap().mesh;
+    let mesh = continuum::from_mesh(&mesh, None, &settings).unwrap().mesh;
     let ties = &mesh.continuum.as_ref().unwrap().ties;
     // A displacement of all tissue by one gives the integral of the profile.
     let pairs = (0..9).map(|n| (n / 3, n % 3));
@@ -351,7 +351,7 @@ fn forces_of_muscles_end_on_the_bones() {
 fn bodies_that_cannot_be_a_continuum_are_refused_with_the_reason() {
     let settings = ContinuumSettings::default();
     let refused = |mesh: &Mesh<2>, settings: &ContinuumSettings, says: &str| {
-        let error = continuum::lay(mesh, None, settings).unwrap_err().to_string();
+        let error = continuum::from_mesh(mesh, None, settings).unwrap_err().to_string();
         assert!(error.contains(says), "expected \"{says}\": {error}");
     };
     refused(&fixtures::rope(3, 1e-2), &settings, "no triangles or tetrahedra");

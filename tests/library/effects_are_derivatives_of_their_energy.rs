@@ -168,7 +168,7 @@ fn check_internal<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Co
     for time_step in [0.0, 0.01, 2.0] {
         let settled = |at: Configuration<'_, D>| {
             let mut s = known.clone();
-            internal.settle(at, time_step, &mut s);
+            internal.update_internal_state(at, time_step, &mut s);
             s
         };
         let states = settled(at);

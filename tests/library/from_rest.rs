@@ -109,7 +109,7 @@ impl Tongue<'_> {
         assert!(are_same(&positions, &there));
         let alarm = match how {
             FromRest::Branch => None,
-            FromRest::Fell { load } => Some(Alarm::NotOnBranch { ends_at: Some(load) }),
+            FromRest::Jumped { load } => Some(Alarm::NotOnBranch { ends_at: Some(load) }),
             other => panic!("{other:?}"),
         };
         assert_eq!(scene.alarms, Vec::from_iter(alarm));
@@ -147,7 +147,8 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
     }
     // Behind a fall, which posterior and track allow, all find one shape, and who follows the branch says where it ends.
     let (there, how, _) = tongue.ask(&FALL);
-    let (FromRest::Fell { load: exact }, Some(FromRest::Fell { load })) = (how, tongue.core(&FALL, &there))
+    let (FromRest::Jumped { load: exact }, Some(FromRest::Jumped { load })) =
+        (how, tongue.core(&FALL, &there))
     else {
         panic!("{how:?}");
     };

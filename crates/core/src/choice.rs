@@ -1,4 +1,4 @@
-//! Names in files, on the command line and in Python: enumerations by name, and the nearest known name to one that is unknown.
+//! Names of the variants of enumerations in files, on the command line and in Python, and suggestions for unknown names.
 
 use serde::de::value::Error;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, Visitor};
@@ -6,7 +6,7 @@ use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, Vi
 /// The names of the variants of an enumeration, in their order.
 pub fn names<T: DeserializeOwned>() -> &'static [&'static str] {
     let mut names: &'static [&'static str] = &[];
-    // Always an error: nothing is read, the names of the variants are noted.
+    // Deserialisation always fails, after it has stored the names of the variants.
     let _ = T::deserialize(Variants(&mut names));
     names
 }
@@ -20,7 +20,7 @@ pub fn name_of<T: DeserializeOwned + PartialEq>(variant: &T) -> &'static str {
     names::<T>().iter().find(|name| named::<T>(name).as_ref() == Some(variant)).copied().unwrap_or_default()
 }
 
-/// Asks an enumeration for the names of its variants.
+/// A deserializer that stores the names of an enumeration's variants and then fails.
 struct Variants<'a>(&'a mut &'static [&'static str]);
 
 impl<'de> Deserializer<'de> for Variants<'_> {
@@ -46,9 +46,8 @@ impl<'de> Deserializer<'de> for Variants<'_> {
     }
 }
 
-/// The candidate nearest to `name`, if any is near enough to be a plausible misspelling.
-///
-/// Case is ignored; at most half of the letters of `name` (and at least one) may differ.
+/// The candidate with the least edit distance to `name`, without regard to case. At most half of the letters of `name`, and at least one,
+/// may differ.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = name.to_lowercase();
     let limit = (wanted.chars().count() / 2).max(1);
@@ -60,7 +59,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, c)| c)
 }
 
-/// The end of an error message: `; did you mean "GGa"?` if a name is near, and the names that exist.
+/// The end of an error message: the known names, preceded by `did you mean "GGa"?` if one is near.
 pub fn hint<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> String {
     let known = candidates.clone().into_iter().collect::<Vec<_>>().join(", ");
     match nearest(name, candidates) {

@@ -1,7 +1,5 @@
-//! Compiles the entry points of the physics in this crate, for the plane and for space.
-//!
-//! A function with generic parameters is otherwise compiled again by each crate that calls it. One that is
-//! marked `#[inline(never)]` and listed here is compiled once.
+//! Compiles the entry points of the physics in this crate, for the plane and for space. Each crate that calls a generic function compiles
+//! it again, unless it is marked `#[inline(never)]` and listed here.
 
 use crate::body::continuum;
 use crate::dynamics::{self, IntegrationMethod};
@@ -10,7 +8,6 @@ use crate::statics::lanes::{LaneGroup, Lanes};
 use crate::statics::{self, Response, Workspace};
 use crate::system::{Additions, System};
 
-/// The entry points for the plane and for space.
 #[doc(hidden)]
 pub fn instances() -> [[*const (); 26]; 2] {
     [of_dimension::<2>(), of_dimension::<3>()]
@@ -18,7 +15,7 @@ pub fn instances() -> [[*const (); 26]; 2] {
 
 fn of_dimension<const D: usize>() -> [*const (); 26] {
     [
-        continuum::lay::<D> as *const (),
+        continuum::from_mesh::<D> as *const (),
         System::<D>::with as *const (),
         System::<D>::from_effects as *const (),
         Additions::<D>::add_contact as *const (),

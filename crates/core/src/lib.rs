@@ -1,5 +1,5 @@
-//! The physics of tongue-fit, in the midsagittal plane (`D = 2`) and in space (`D = 3`): bodies, materials,
-//! effects, equilibria, motion, and observables. SI units everywhere. This crate reads and writes no files.
+//! The physics of tongue-fit, in the midsagittal plane (`D = 2`) and in space (`D = 3`): bodies, materials, effects, equilibria, motion,
+//! and observables. All numbers are in SI units. The crate reads and writes no files.
 
 pub mod body;
 pub mod choice;

@@ -1,13 +1,13 @@
 //! Limits of numbers that a user gives, so that no run needs more than about 1 GB of memory.
 
-/// A number that a user may give, and between what it may lie.
+/// The range of a number that a user gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     pub name: &'static str,
     pub least: f64,
     pub most: f64,
     pub unit: &'static str,
-    /// Why, or what to do.
+    /// Why the range has these limits, or what to do.
     pub reason: &'static str,
 }
 
@@ -18,7 +18,7 @@ pub struct BeyondLimit {
     pub value: f64,
 }
 
-/// A limit in few digits: `1e12` rather than `1000000000000`.
+/// A limit in few digits: `1e12` instead of `1000000000000`.
 fn round(limit: f64) -> String {
     if (1e-5..1e7).contains(&limit.abs()) || limit == 0.0 { limit.to_string() } else { format!("{limit:e}") }
 }
@@ -67,9 +67,9 @@ pub static POSTERIOR_DRAWS: Limit = limit(
     "--posterior",
     [100.0, 200_000.0],
     " draws",
-    "fewer cannot tell whether they have mixed, more need much memory",
+    "fewer do not show whether the chains have mixed, and more need much memory",
 );
-pub static STARTS: Limit = limit("the number of starts", [1.0, 10_000.0], "", "more gain nothing");
+pub static STARTS: Limit = limit("the number of starts", [1.0, 10_000.0], "", "more do not improve a fit");
 pub static UPPER_BOUND: Limit =
     limit("the upper bound of the tensions", [1e-9, 1e9], " N", "no muscle of the tongue pulls as hard");
 pub static TENSION_TOLERANCE: Limit =
@@ -80,20 +80,20 @@ pub static COST_TOLERANCE: Limit =
     limit("the cost tolerance", [0.0, 1e9], "", "below it two answers count as equally good");
 
 // Maps of recordings.
-const PRECISION: &str = "beyond it coordinates and times would be lost to rounding";
+const PRECISION: &str = "outside it rounding falsifies coordinates and times";
 pub static UNIT_MM: Limit = limit("unit_mm", [1e-6, 1e4], "", PRECISION);
 pub static RATE_HZ: Limit = limit("rate_hz", [1e-6, 1e5], "", PRECISION);
 pub static NOISE_MM: Limit = limit("noise_mm", [1e-3, 100.0], "", "it is the error of one point");
-pub static SCALE: Limit = limit("scale", [0.5, 2.0], "", "another tongue is not smaller or larger than that");
+pub static SCALE: Limit = limit("scale", [0.5, 2.0], "", "tongues of other speakers differ less in size");
 pub static TURN_DEG: Limit = limit("turn_deg", [-180.0, 180.0], "", "it is an angle");
 pub static SHIFT_MM: Limit = limit("shift_mm", [-1e4, 1e4], "", NO_TONGUE);
 pub static SURFACE_MM: Limit =
-    limit("surface_mm", [0.0, 150.0], "", "it is counted from the tip along the tongue");
+    limit("surface_mm", [0.0, 150.0], "", "it is measured from the tip along the tongue");
 
 // Scenes.
 pub static SIZE_MM: Limit = limit("a size of the body", [1e-3, 1000.0], " mm", NO_TONGUE);
 pub static SPACING_MM: Limit = limit("h_mm", [1e-3, 1000.0], " mm", NO_TONGUE);
-const NO_MUSCLE: &str = "muscles pull, and none of the tongue pulls as hard";
+const NO_MUSCLE: &str = "muscles pull, and those of the tongue with less force";
 pub static TENSION: Limit = limit("a tension", [0.0, 1e4], " N", NO_MUSCLE);
 pub static SCENE_TENSION: Limit = limit("a tension of tensions_n", [0.0, 1e4], " N", NO_MUSCLE);
 pub static GRAVITY: Limit =
@@ -102,20 +102,20 @@ pub static REACH_MM: Limit = limit(
     "effects.contact.reach_mm",
     [1e-3, 1000.0],
     "",
-    "a wall that acts only nearer than that is too stiff for double precision",
+    "a wall with a smaller reach is too stiff for double precision",
 );
 pub static WALL_STIFFNESS: Limit = limit(
     "effects.contact.stiffness_n_per_m",
     [1e-6, 1e12],
     "",
-    "a softer wall stops nothing, a stiffer one makes forces overflow",
+    "a softer wall has no effect, and a stiffer one makes forces overflow",
 );
 pub static OPENING_DEG: Limit = limit("effects.jaw.opening_deg", [-60.0, 60.0], "", "no jaw opens further");
 pub static HYOID_MM: Limit =
     limit("effects.hyoid.shift_mm", [-30.0, 30.0], " mm", "no hyoid moves further, even in swallowing");
 pub static DURATION_S: Limit =
-    limit("trajectory.duration_s", [1e-9, 1e6], "", "nothing moves faster or longer");
-pub static RAMP_S: Limit = limit("trajectory.ramp_s", [0.0, 1e6], "", "it is within the duration");
+    limit("trajectory.duration_s", [1e-9, 1e6], "", "motions of a tongue are neither shorter nor longer");
+pub static RAMP_S: Limit = limit("trajectory.ramp_s", [0.0, 1e6], "", "it must not exceed the duration");
 pub static TOLERANCE_MM: Limit = limit(
     "trajectory.tolerance_mm",
     [1e-9, 1.0],

@@ -1,10 +1,9 @@
-//! Work on many items at once: on the threads of rayon's pool where the feature `parallel` is on, one after
-//! the other where it is not. The results and their order are the same.
+//! Work on many items, with the feature `parallel` on the threads of rayon's pool. Results and their order do not depend on it.
 
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
-/// Calls `work` with every item; returns its results in the order of the items.
+/// Calls `work` with every item; returns the results in the order of the items.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     #[cfg(feature = "parallel")]
     return items.par_iter().map(&work).collect();
@@ -12,7 +11,7 @@ pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<
     return items.iter().map(work).collect();
 }
 
-/// As [`map`], for work that changes the items. It gets the number of each item too.
+/// [`map`] for work that changes the items and gets the number of each.
 pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &mut T) -> R + Sync) -> Vec<R> {
     #[cfg(feature = "parallel")]
     return items.par_iter_mut().enumerate().map(|(number, item)| work(number, item)).collect();
@@ -20,8 +19,7 @@ pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &m
     return items.iter_mut().enumerate().map(|(number, item)| work(number, item)).collect();
 }
 
-/// Runs `work` with this number of threads for [`map`]. Where the feature `parallel` is off there is one
-/// thread.
+/// Runs `work` with this number of threads for [`map`]; without the feature `parallel` there is one.
 ///
 /// # Errors
 /// The message of the operating system if it cannot start the threads.

@@ -1,13 +1,13 @@
 //! Statistics of lists.
 
-/// The middle value; the larger one of two middle values. `None` of an empty list.
+/// The median, or the larger of the two middle values. `None` for an empty list.
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut all: Vec<f64> = values.into_iter().collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).copied()
 }
 
-/// The middle value, or the mean of the two middle ones. `None` of an empty list.
+/// The median, or the mean of the two middle values. `None` for an empty list.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut all: Vec<f64> = values.into_iter().collect();
     all.sort_by(f64::total_cmp);
@@ -15,23 +15,23 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(if all.len() % 2 == 1 { upper } else { 0.5 * (all[all.len() / 2 - 1] + upper) })
 }
 
-/// The item for which a number is least: the first of several, `None` of an empty list.
+/// The first item with the least `number`. `None` for an empty list.
 pub fn least_by<T>(items: impl IntoIterator<Item = T>, number: impl Fn(&T) -> f64) -> Option<T> {
     items.into_iter().min_by(|a, b| number(a).total_cmp(&number(b)))
 }
 
-/// The mean, and the mean square difference from it; not a number without values.
+/// The mean, and the mean square deviation from it; NaN for no values.
 pub fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let count = values.clone().count() as f64;
     let mean = values.clone().sum::<f64>() / count;
     (mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / count)
 }
 
-/// Half width of the 95 % interval of a normal distribution in standard deviations.
+/// Half width of the 95 % interval of a normal distribution, in standard deviations.
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
-/// Two-sided 95 % quantile of Student's distribution with at least two degrees of freedom (Abramowitz and Stegun 1964, eq. 26.7.5; exact
-/// for two).
+/// Half width of the 95 % interval of Student's distribution with at least two degrees of freedom (Abramowitz and Stegun 1964, eq. 26.7.5;
+/// exact for two).
 pub fn student_95(degrees: f64) -> f64 {
     if degrees < 2.5 {
         return 4.302_653;
@@ -47,7 +47,7 @@ pub fn student_95(degrees: f64) -> f64 {
     terms.iter().rev().fold(0.0, |sum, term| (sum + term) / degrees) + z
 }
 
-/// Each item once, in the order in which they come first.
+/// Each item once, in the order of first appearance.
 pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut all = Vec::new();
     for item in items {

@@ -1,4 +1,4 @@
-//! Values from TOML and JSON, and what is wrong with a text at which line and column.
+//! Values from TOML and JSON, and messages with the line and column of a mistake.
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error as _};
 
@@ -7,12 +7,12 @@ use crate::choice;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Misread {
     pub line: usize,
-    /// The column in characters, from 1.
+    /// Column in characters, from 1.
     pub column: usize,
     pub problem: String,
 }
 
-/// An array of exactly this many values; the reader of TOML would leave out what is more.
+/// An array of exactly `N` values, of which the TOML reader would ignore further ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exactly<T, const N: usize>(pub [T; N]);
 
@@ -21,7 +21,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
         let values = Vec::deserialize(deserializer)?;
         let count = values.len();
         let all = values.try_into().map(Self);
-        all.map_err(|_| D::Error::custom(format!("{count} values stand where exactly {N} belong")))
+        all.map_err(|_| D::Error::custom(format!("there are {count} values in place of exactly {N}")))
     }
 }
 
@@ -32,7 +32,7 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
     })
 }
 
-/// A message of serde in the words of this program.
+/// A message of serde or of the TOML reader in words of this program.
 pub fn reworded(message: &str) -> String {
     const WORDS: [(&str, &str); 16] = [
         ("invalid type: ", "there is a wrong kind of value, "),
@@ -47,14 +47,14 @@ pub fn reworded(message: &str) -> String {
         ("string values must be quoted", "a word must be in double quotes, and a number must be all digits"),
         ("unexpected key or value", "there is more on the line than one value"),
         ("key with no value", "there is a name without = and a value"),
-        ("invalid boolean", "there is a wrong value; true and false are written so"),
-        ("duplicate key", "this name stands here a second time; keep one of the two"),
+        ("invalid boolean", "there is a wrong value; it must be true or false"),
+        ("duplicate key", "this name is given a second time; keep one of the two"),
         ("invalid unquoted key", "a name of other than letters, digits, _ and - must be in double quotes"),
         ("unexpected character in array", "values between [ and ] must be separated by commas"),
     ];
     let serde = WORDS.iter().find_map(|(of_serde, ours)| Some((message.strip_prefix(of_serde)?, ours)));
     match serde {
-        // What the reader of TOML expects is told in its own words, which explain nothing.
+        // The TOML reader's expectation is left out, because its words explain nothing.
         Some((rest, ours)) if rest.starts_with(", expected") && !ours.ends_with(' ') => (*ours).to_owned(),
         Some((rest, ours)) => {
             let needed = rest.replace(", expected ", "; needed is ").replace(" as i128", "");
@@ -64,7 +64,7 @@ pub fn reworded(message: &str) -> String {
     }
 }
 
-/// A message of serde, with the nearest known name where it is about an unknown field or variant.
+/// A message of serde, with the nearest known name if it is about an unknown field or variant.
 pub fn with_nearest(message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = quoted.next().filter(|_| message.starts_with("unknown "));
@@ -74,7 +74,7 @@ pub fn with_nearest(message: &str) -> String {
     }
 }
 
-/// The line and the column in characters, both from 1, of a byte of a text.
+/// Line and column in characters, both from 1, of a byte of a text.
 pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
     let before = text.get(..byte).unwrap_or(text);
     let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count());
@@ -93,7 +93,7 @@ mod tests {
         let Misread { problem, .. } = read("a = true");
         assert_eq!(problem, "there is a wrong kind of value, boolean `true`; needed is a number");
         for (text, said) in [
-            ("a = 1.0\na = 2.0", "this name stands here a second time"),
+            ("a = 1.0\na = 2.0", "this name is given a second time"),
             ("ä = 1.0", "must be in double quotes"),
         ] {
             let Misread { problem, .. } = read(text);

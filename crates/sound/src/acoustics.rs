@@ -1,15 +1,11 @@
 //! Acoustic constants of the air, the walls and the lips.
 
-/// Constants of moist air at body temperature (Flanagan 1972, table 3.1 and section 3.2).
+/// Constants of moist air at body temperature in SI units (Flanagan 1972, table 3.1 and section 3.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
-    /// Speed of sound, m/s.
     pub speed: f64,
-    /// Density, kg/m^3.
     pub density: f64,
-    /// Dynamic viscosity, Pa s.
     pub viscosity: f64,
-    /// Heat conduction, W/(m K).
     pub conduction: f64,
     /// Specific heat at constant pressure, J/(kg K).
     pub specific_heat: f64,
@@ -30,14 +26,11 @@ impl Default for Air {
     }
 }
 
-/// Mechanical impedance of the soft wall, per area: mass, resistance and stiffness in series.
+/// Mechanical impedance of the soft wall per area: mass, kg/m^2, resistance, kg/(m^2 s), and stiffness, N/m^3, in series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WallImpedance {
-    /// Mass, kg/m^2.
     pub mass: f64,
-    /// Resistance, kg/(m^2 s).
     pub resistance: f64,
-    /// Stiffness, N/m^3.
     pub stiffness: f64,
 }
 
@@ -48,7 +41,7 @@ impl Default for WallImpedance {
     }
 }
 
-/// Effects that the model includes.
+/// Effects that the acoustic model includes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acoustics {
     pub air: Air,
@@ -56,11 +49,9 @@ pub struct Acoustics {
     pub friction: bool,
     /// The wall, if it yields.
     pub wall: Option<WallImpedance>,
-    /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33). Otherwise pressure is
-    /// zero at the lips.
+    /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33); otherwise the pressure at the lips is zero.
     pub radiation: bool,
-    /// Circumference of a cross-section over that of a circle of the same area; sections of a tract are not
-    /// circles.
+    /// Circumference of a cross-section over that of a circle of the same area: cross-sections of a tract are not circles.
     pub shape_factor: f64,
 }
 
@@ -77,7 +68,7 @@ impl Default for Acoustics {
 }
 
 impl Acoustics {
-    /// A hard tube without losses that ends in zero pressure.
+    /// A rigid tube without losses whose pressure is zero at the lips.
     pub fn ideal() -> Self {
         Self { friction: false, wall: None, radiation: false, ..Self::default() }
     }

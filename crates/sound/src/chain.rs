@@ -1,11 +1,10 @@
 //! A vocal tract as a chain of cylinders: their ABCD matrices, the transfer function from the flow at the glottis to that at the lips, and
 //! the characteristic function whose zeros are its poles.
 //!
-//! A section of length l and area A maps pressure and volume velocity at its lip side to those at its glottis
-//! side: `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the
-//! whole section, `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a
-//! closed glottis the flow at the lips for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with
-//! the radiation impedance `Z`.
+//! A section of length l and area A maps pressure and volume velocity at its lip side to those at its glottis side:
+//! `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the whole section, `c = cosh sqrt(ab)`
+//! and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a closed glottis the flow at the lips for a unit of flow at the
+//! glottis is `1 / E(s)`, `E = C Z + D` with the radiation impedance `Z`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::Acoustics;
 
 /// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
-fn even(q: Complex64) -> (Complex64, Complex64, Complex64) {
+fn cosh_and_sinhc(q: Complex64) -> (Complex64, Complex64, Complex64) {
     if q.norm() < 1e-2 {
         let series =
             |terms: [f64; 6]| terms.iter().rev().fold(Complex64::new(0.0, 0.0), |sum, t| sum * q + t);
@@ -40,21 +39,25 @@ fn even(q: Complex64) -> (Complex64, Complex64, Complex64) {
     (c, s, (c - s) / (q * 2.0))
 }
 
-/// A value and its derivatives by the complex frequency, the area and the length.
+/// A value with its derivatives by the complex frequency, the area and the length.
 #[derive(Debug, Clone, Copy)]
-struct Rated {
+struct WithDerivatives {
     value: Complex64,
     by_s: Complex64,
     by_area: Complex64,
     by_length: Complex64,
 }
 
-/// Series impedance and shunt admittance of a section; `share` is the part of all losses that is included, 0
-/// to 1.
-fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (Rated, Rated) {
+/// Series impedance and shunt admittance of a section. `share`, 0 to 1, multiplies all losses and the admittance of the wall.
+fn immittance(
+    section: &Section,
+    s: Complex64,
+    acoustics: &Acoustics,
+    share: f64,
+) -> (WithDerivatives, WithDerivatives) {
     let Section { length_m: l, area_m2: area } = *section;
     let air = &acoustics.air;
-    // Circumference over area, to which the losses in the boundary layer are proportional.
+    // Circumference, to which the losses in the boundary layer and the admittance of the wall are proportional.
     let perimeter = acoustics.shape_factor * 2.0 * (PI * area).sqrt();
     let diffusivities = [air.viscosity / air.density, air.conduction / (air.specific_heat * air.density)];
     let [viscous, thermal] = diffusivities.map(|diffusivity| {
@@ -63,7 +66,7 @@ fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (
     });
     let thermal = thermal * (air.adiabatic - 1.0);
     let mass = l * air.density / area;
-    let a = Rated {
+    let a = WithDerivatives {
         value: s * mass * (viscous + 1.0),
         by_s: (viscous * 0.5 + 1.0) * mass,
         by_area: -s * mass / area * (viscous * 1.5 + 1.0),
@@ -76,7 +79,7 @@ fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (
         give = s / impedance * (share * perimeter);
         give_by_s = (-s * s * wall.mass + wall.stiffness) / (impedance * impedance) * (share * perimeter);
     }
-    let b = Rated {
+    let b = WithDerivatives {
         value: (s * spring * (thermal + 1.0) + give) * l,
         by_s: ((thermal * 0.5 + 1.0) * spring + give_by_s) * l,
         by_area: (s * (spring / area) * (thermal * 0.5 + 1.0) + give / (2.0 * area)) * l,
@@ -85,8 +88,7 @@ fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (
     (a, b)
 }
 
-/// Impedance at the lips, an inductance parallel to a resistance, with its derivatives by the complex
-/// frequency and by the last area.
+/// Impedance at the lips, an inductance parallel to a resistance, with its derivatives by the complex frequency and by the last area.
 fn radiation(
     area: f64,
     s: Complex64,
@@ -119,8 +121,8 @@ pub(crate) fn characteristic(
     let (mut p, mut p_s, _) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, share);
     let (mut u, mut u_s) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));
     for section in sections.iter().rev() {
-        let (a, b) = line(section, s, acoustics, share);
-        let (c, h, h_q) = even(a.value * b.value);
+        let (a, b) = immittance(section, s, acoustics, share);
+        let (c, h, h_q) = cosh_and_sinhc(a.value * b.value);
         let q_s = a.by_s * b.value + a.value * b.by_s;
         let (c_s, h_s) = (h * 0.5 * q_s, h_q * q_s);
         let (ah, bh) = (a.value * h, b.value * h);
@@ -136,18 +138,18 @@ pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoust
     let one = Complex64::new(1.0, 0.0);
     let zero = Complex64::new(0.0, 0.0);
     let (z, _, z_area) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, 1.0);
-    // State at the lip side of each section.
+    // Pressure and flow at the lip side of each section.
     let mut states = vec![(z, one); sections.len()];
-    let steps: Vec<_> = sections.iter().map(|x| line(x, s, acoustics, 1.0)).collect();
-    let evens: Vec<_> = steps.iter().map(|(a, b)| even(a.value * b.value)).collect();
+    let steps: Vec<_> = sections.iter().map(|x| immittance(x, s, acoustics, 1.0)).collect();
+    let hyperbolic: Vec<_> = steps.iter().map(|(a, b)| cosh_and_sinhc(a.value * b.value)).collect();
     for i in (1..sections.len()).rev() {
-        let ((a, b), (c, h, _), (p, u)) = (steps[i], evens[i], states[i]);
+        let ((a, b), (c, h, _), (p, u)) = (steps[i], hyperbolic[i], states[i]);
         states[i - 1] = (c * p + a.value * h * u, b.value * h * p + c * u);
     }
-    // The row (0 1) times all matrices on the glottis side.
+    // The row (0 1) times the matrices of all sections nearer to the glottis.
     let (mut row_p, mut row_u) = (zero, one);
     let mut out = Vec::with_capacity(sections.len());
-    for ((&(a, b), &(c, h, h_q)), &(p, u)) in steps.iter().zip(&evens).zip(&states) {
+    for ((&(a, b), &(c, h, h_q)), &(p, u)) in steps.iter().zip(&hyperbolic).zip(&states) {
         let rate = |a_x: Complex64, b_x: Complex64| {
             let q_x = a_x * b.value + a.value * b_x;
             let (c_x, h_x) = (h * 0.5 * q_x, h_q * q_x);
@@ -163,11 +165,11 @@ pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoust
     out
 }
 
-/// `E` without losses as a real function of the squared angular frequency, and its derivative by it.
+/// `E` without losses and walls as a real function of the squared angular frequency, with its derivative.
 pub(crate) fn without_losses(sections: &[Section], square: f64, acoustics: &Acoustics) -> (f64, f64) {
     let air = &acoustics.air;
     let end = sections.last().filter(|_| acoustics.radiation);
-    // Pressure is divided by i omega, so that everything is real.
+    // Pressure is divided by `i omega`, so that all numbers are real.
     let (mut p, mut p_x) = (end.map_or(0.0, |x| inertance(x.area_m2, acoustics)), 0.0);
     let (mut u, mut u_x) = (1.0, 0.0);
     for section in sections.iter().rev() {
@@ -176,7 +178,7 @@ pub(crate) fn without_losses(sections: &[Section], square: f64, acoustics: &Acou
         let q_x = -a * b;
         let q = square * q_x;
         let (c, h, h_q) = if -q < 1e-2 {
-            let (c, h, h_q) = even(Complex64::new(q, 0.0));
+            let (c, h, h_q) = cosh_and_sinhc(Complex64::new(q, 0.0));
             (c.re, h.re, h_q.re)
         } else {
             let root = (-q).sqrt();
@@ -198,7 +200,7 @@ pub fn level_db(sections: &[Section], acoustics: &Acoustics, frequency_hz: f64) 
     -20.0 * characteristic(sections, s, acoustics, 1.0).0.norm().log10()
 }
 
-/// Frequencies, Hz, and levels, dB, in equal steps from one step to a highest frequency.
+/// Pairs of frequency, Hz, and [`level_db`], from `step_hz` to `highest_hz` in steps of `step_hz`.
 pub fn curve(sections: &[Section], acoustics: &Acoustics, step_hz: f64, highest_hz: f64) -> Vec<[f64; 2]> {
     let count = (highest_hz / step_hz).floor() as usize;
     (1..=count).map(|i| i as f64 * step_hz).map(|f| [f, level_db(sections, acoustics, f)]).collect()
@@ -214,7 +216,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// Whether the sound of the section can be computed: length and area are finite and positive.
+    /// Whether length and area are finite and positive.
     pub fn is_open(&self) -> bool {
         [self.length_m, self.area_m2].iter().all(|v| v.is_finite() && *v > 0.0)
     }

@@ -1,9 +1,8 @@
 //! Formants: the poles of the transfer function, and their derivatives by every area and length.
 //!
-//! Without losses the squared frequencies are the zeros of a real function with real zeros only. Newton's
-//! method from below, after dividing by the known zeros, therefore reaches the next zero without passing it
-//! (Maehly 1954). Losses, wall and radiation are then added step by step, and each pole is followed into the
-//! complex plane.
+//! Without losses the squared frequencies are the zeros of a real function with real zeros only. From below, Newton's method on the
+//! function divided by the known zeros reaches the next zero without passing it (Maehly 1954). Losses, the wall and the resistance of the
+//! lips then grow from zero in steps, and each pole is followed into the complex plane.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +15,6 @@ use crate::{Acoustics, Section, TractError};
 /// A resonance of the tract.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Formant {
-    /// Frequency of the pole, Hz.
     pub frequency_hz: f64,
     /// Width at half power, Hz.
     pub bandwidth_hz: f64,
@@ -52,7 +50,7 @@ pub fn formants(
         out.push(Formant::from_pole(pole));
     }
     out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-    // If two starts end in one pole, the other pole was lost.
+    // Two starts that end in one pole mean that another pole was lost.
     let twin = out.windows(2).position(|w| w[1].frequency_hz - w[0].frequency_hz < 1e-6 * w[1].frequency_hz);
     twin.map_or(Ok(out), |i| Err(TractError::NotFound(i + 2)))
 }
@@ -98,7 +96,7 @@ fn follow(sections: &[Section], acoustics: &Acoustics, from: Complex64) -> Optio
     Some(at)
 }
 
-/// Newton's method for a pole; `None` if it leaves the neighbourhood.
+/// Newton's method for a pole; `None` if it moves far away or does not converge.
 fn newton(sections: &[Section], acoustics: &Acoustics, from: Complex64, share: f64) -> Option<Complex64> {
     let mut s = from;
     for _ in 0..30 {
@@ -113,21 +111,17 @@ fn newton(sections: &[Section], acoustics: &Acoustics, from: Complex64, share: f
             return Some(s);
         }
     }
-    // Rounding may keep the last steps from becoming zero.
+    // Rounding may keep the steps above 1e-13.
     let (value, slope) = characteristic(sections, s, acoustics, share);
     ((value / slope).norm() <= 1e-9 * s.norm()).then_some(s)
 }
 
-/// Derivatives of a formant by one section.
+/// Derivatives of a formant by the area, Hz/m^2, and by the length, Hz/m, of a section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
-    /// Frequency by area, Hz/m^2.
     pub frequency_by_area: f64,
-    /// Frequency by length, Hz/m.
     pub frequency_by_length: f64,
-    /// Bandwidth by area, Hz/m^2.
     pub bandwidth_by_area: f64,
-    /// Bandwidth by length, Hz/m.
     pub bandwidth_by_length: f64,
 }
 

@@ -1,11 +1,11 @@
 //! The sound of a vocal tract: from its walls in the midsagittal plane to areas, formants and a voice.
 //!
-//! | step | here | source |
+//! | step | module | source |
 //! |---|---|---|
 //! | walls to areas | [`profile`] | Heinz and Stevens 1965; Mermelstein 1973; Maeda 1979 |
 //! | areas to transfer function | [`chain`] | Flanagan 1972, chapter 3; Sondhi and Schroeter 1987 |
 //! | formants, bandwidths and their exact rates | [`formants`] | poles of the transfer function |
-//! | a voice that is heard | [`voice`] | Klatt 1980; Klatt and Klatt 1990 |
+//! | synthetic voice | [`voice`] | Klatt 1980; Klatt and Klatt 1990 |
 //!
 //! Everything is in SI units: m, m^2, Hz, s, Pa. The crate has no tongue, muscles or files.
 
@@ -22,21 +22,21 @@ pub use formants::Formant;
 /// Why the areas or the formants of a tract cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TractError {
-    /// A number of the file or of the posture is out of range.
+    /// An invalid number of the file or of the posture, as a message.
     #[error("{0}")]
     Bad(String),
-    /// The tongue passes through the outer wall: the wall's name, where (m), and by how much (m).
+    /// The inner wall passes through the outer one: the outer wall's name, the place (m), and the depth (m).
     #[error(
-        "the inner wall (tongue, lower teeth or larynx) touches or passes through the {0} at {at}, by {by:.1} mm: there is no airway to \
-         compute a vowel of",
+        "the inner wall (tongue, lower teeth or larynx) touches or passes through the {0} at {at}, by {by:.1} mm: there is no airway, so no \
+         vowel can be computed",
         at = mm(.1),
         by = .2 * 1e3
     )]
     Through(String, [f64; 2], f64),
-    /// The wall's name and where, m.
-    #[error("no inner wall is opposite to the {0} at {at}: the line across meets neither tongue nor floor", at = mm(.1))]
+    /// Name of the outer wall and place, m.
+    #[error("no inner wall is opposite to the {0} at {at}: the line across the airway meets neither larynx, tongue nor lower teeth", at = mm(.1))]
     Open(String, [f64; 2]),
-    /// The wall's name and where, m.
+    /// Name of the outer wall and place, m.
     #[error(
         "walls cross: lines across the airway meet at {at} before they reach the wall opposite to the {0}",
         at = mm(.1)
@@ -46,7 +46,7 @@ pub enum TractError {
     Empty,
     #[error("section {0} of the tract, counted from the glottis, has no positive length or area")]
     Closed(usize),
-    /// A pole, counted from 1, was lost on the way.
+    /// The number of the pole, counted from 1.
     #[error("formant {0} of the tract could not be found")]
     NotFound(usize),
 }

@@ -1,17 +1,15 @@
-//! From the walls of a tract in the midsagittal plane to its sections, with exact derivatives by the points
-//! of the tongue.
+//! From the walls of a tract in the midsagittal plane to its sections, with exact derivatives by the points of the tongue.
 //!
-//! Lines across the airway begin at fixed places of the outer wall (larynx, pharynx, velum, palate, teeth)
-//! and end where they first cross the inner wall (larynx, tongue, lower teeth). Two neighbouring lines bound
-//! a section. Its length is the distance between their midpoints, and its width is the area between the four
-//! end points over that length (Maeda 1979), which is right also for lines that are not quite perpendicular
-//! to the airway. The area of the cross-section is `alpha d^beta` with the width d in cm (Heinz and Stevens
-//! 1965). The lips are a short elliptic tube.
+//! Lines across the airway begin at fixed places of the outer wall (larynx, pharynx, velum, palate, teeth) and end where they first cross
+//! the inner wall (larynx, tongue, lower teeth). Two neighbouring lines bound a section. Its length is the distance between their
+//! midpoints, and its width is the area between the four end points over that length (Maeda 1979), which also holds for lines that are not
+//! quite perpendicular to the airway. The area of the cross-section is `alpha d^beta` with the width d in cm (Heinz and Stevens 1965). The
+//! lips are a short elliptic tube.
 //!
-//! A cross-section of a tongue in space lies in the plane of a line across the airway and the direction to the side. It is bounded by the
-//! surface of the tongue and by the wall, whose cross-section is a parabola of the width and the arch that the tract gives. It reaches from
-//! the middle to both sides as far as the tongue is opposite to the wall, at most half of the width. Where a line meets no tongue (larynx,
-//! lower teeth) its area is `alpha d^beta`, as in the plane.
+//! A cross-section of a tongue in space lies in the plane of a line across the airway and the lateral direction. It is bounded by the
+//! surface of the tongue and by the wall, a parabola with the half width and the arch that the tract gives. It reaches from the middle to
+//! both sides as far as the tongue is opposite to the wall, at most to the half width. Where a line meets no tongue (larynx, lower teeth)
+//! its area is `alpha d^beta`, as in the plane.
 
 mod tract;
 mod walls;
@@ -27,8 +25,8 @@ use crate::{Section, TractError};
 /// Number of strips on each side of a cross-section.
 const STRIPS: usize = 50;
 
-/// Distance from a place of the outer wall in the midsagittal plane to the surface of the tongue, m, along a direction in that plane and at a
-/// distance to the side, m; negative behind the wall, `None` where no tongue is opposite.
+/// Distance from a place of the outer wall in the midsagittal plane to the surface of the tongue, m, along a direction in that plane and
+/// at a lateral distance, m; negative where the tongue has passed through the wall, `None` where no tongue is opposite.
 pub type ToTongue<'a> = &'a dyn Fn(ProfilePoint, ProfilePoint, f64) -> Option<f64>;
 
 /// Derivatives of a section by the lengths of the two lines that bound it.
@@ -38,19 +36,19 @@ struct Slopes {
     length: [f64; 2],
 }
 
-/// The areas of a tract.
+/// The sections of a tract in a posture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     /// Sections from the glottis to the lips.
     pub sections: Vec<Section>,
     /// The lines that bound all sections except those of the lips.
     pub across: Vec<Across>,
-    /// Empty for cross-sections of a tongue in space, which have no derivatives.
+    /// Empty for a tongue in space, whose sections have no derivatives.
     slopes: Vec<Slopes>,
 }
 
 impl Profile {
-    /// The areas of a tract with a tongue (`tongue`: surface points from root to tip, m) in a posture.
+    /// The sections of a tract around a tongue in the plane; `tongue` has its surface points from root to tip, m.
     pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
@@ -71,11 +69,11 @@ impl Profile {
         Ok(Self { sections, across, slopes })
     }
 
-    /// The areas of a tract with a tongue in space in a posture: `tongue` are the points of its surface in the midsagittal plane from root to
-    /// tip, m. Derivatives by the points are not computed.
+    /// The sections of a tract around a tongue in space; `tongue` has its surface points in the midsagittal plane from root to tip, m.
+    /// Derivatives by these points are not computed.
     ///
     /// # Errors
-    /// [`TractError`]; [`TractError::Bad`] too for a tract without widths.
+    /// [`TractError`]; [`TractError::Bad`] also for a tract without widths.
     pub fn in_space(
         tract: &Tract,
         tongue: &[ProfilePoint],
@@ -84,7 +82,7 @@ impl Profile {
     ) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
-        // Area of the cross-section over the distance in the middle, m.
+        // Area of each cross-section over its distance across in the midsagittal plane, m.
         let mut widths = Vec::with_capacity(across.len());
         for (i, line) in across.iter().enumerate() {
             let middle = line.length();
@@ -120,8 +118,8 @@ impl Profile {
         self.sections.iter().map(|s| s.length_m).sum()
     }
 
-    /// Converts derivatives by the sections (each by area and by length) to derivatives by the points of the
-    /// tongue: calls `part` with the number of a point and the derivative by its position.
+    /// Derivatives by the points of the tongue, from those by area and length of each section: calls `part` with the number of a point and
+    /// the derivative by its position.
     pub fn to_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
@@ -136,18 +134,19 @@ impl Profile {
         }
     }
 
-    /// As [`Self::to_tongue`], for the frequency of a formant, Hz/m, from its derivatives by the sections.
+    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::to_tongue`].
     pub fn frequency_to_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
         let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
         self.to_tongue(&each, part);
     }
 }
 
-/// The section between two lines, with an area and its derivative from the distance across; `None` if the lines cross.
+/// The section between two lines, or `None` if they cross; `area_of` gives the area of a cross-section, m^2, and its derivative by its
+/// width, m.
 fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -> Option<(Section, Slopes)> {
     let way = minus(second.middle(), first.middle());
     let length = way[0].hypot(way[1]);
-    // The corners in order; the sign is the direction in which the airway runs.
+    // The sign of the quadrilateral's area depends on the direction of the airway.
     let (diagonal, other) = (minus(second.inner, first.outer), minus(second.outer, first.inner));
     let signed = 0.5 * cross(diagonal, other);
     let sign = signed.signum();
@@ -169,7 +168,7 @@ fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -
     Some((Section { length_m: length, area_m2: value }, slopes))
 }
 
-/// Area from the middle to where the gap closes, at most to a half width, m2.
+/// Area of a cross-section on one side, m^2: from the midsagittal plane to where the gap closes, at most to `half_width`.
 fn one_side(half_width: f64, gap: impl Fn(f64) -> f64) -> f64 {
     let strip = half_width / STRIPS as f64;
     let gaps = (0..STRIPS).map(|i| gap((i as f64 + 0.5) * strip));

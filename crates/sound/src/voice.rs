@@ -1,5 +1,4 @@
-//! A synthetic voice: glottal pulses through resonators of the formants in cascade (Klatt 1980), as samples
-//! and as a WAV file.
+//! A synthetic voice: glottal pulses through a cascade of resonators at the formants (Klatt 1980), as samples and as a WAV file.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,12 +7,10 @@ use crate::Formant;
 /// Settings of a spoken vowel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Voice {
-    /// Samples per second.
     pub rate_hz: u32,
     pub seconds: f64,
-    /// Pitch at the beginning, Hz.
     pub pitch_hz: f64,
-    /// Decrease of the pitch until the end, as a part of it.
+    /// Decrease of the pitch until the end over the pitch at the beginning.
     pub fall: f64,
     /// Part of a period in which the glottis is open (Klatt and Klatt 1990).
     pub open_quotient: f64,
@@ -51,8 +48,8 @@ impl Resonator {
     }
 }
 
-/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while the glottis is open; Klatt and Klatt 1990),
-/// at a phase of 0 to 1: the flow falls by 12 dB an octave, and radiation at the lips raises it by 6.
+/// Derivative of the flow of a glottal pulse (`t^2 - t^3` while the glottis is open; Klatt and Klatt 1990) at a phase from 0 to 1. Flow
+/// falls by 12 dB per octave; the derivative, which stands for radiation at the lips, raises it by 6.
 fn pulse(phase: f64, open: f64) -> f64 {
     let t = phase / open;
     if t < 1.0 { 2.0 * t - 3.0 * t * t } else { 0.0 }
@@ -70,7 +67,7 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     for i in 0..count {
         let part = i as f64 / count as f64;
         let pitch = voice.pitch_hz * (1.0 - voice.fall * part);
-        // The corner of the pulse lies between samples: averaging over finer steps avoids aliasing.
+        // The pulse has a corner, whose aliasing the mean over finer steps reduces.
         let mut source = 0.0;
         for _ in 0..OVERSAMPLED {
             phase = (phase + pitch / (rate * OVERSAMPLED as f64)).fract();

@@ -1,6 +1,6 @@
 //! The tract drawn around the reference tongue: areas and refusals.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test says by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failed test panics")]
 
 use tongue_sound::Acoustics;
 use tongue_sound::TractError;
@@ -20,8 +20,7 @@ fn tongue() -> Vec<ProfilePoint> {
     x.into_iter().zip(y).map(|(x, y)| [x * 1e-3, y * 1e-3]).collect()
 }
 
-/// Formants in a posture, Hz.
-fn heard(tongue: &[ProfilePoint], posture: &Articulation) -> Vec<f64> {
+fn formants_hz(tongue: &[ProfilePoint], posture: &Articulation) -> Vec<f64> {
     let profile = Profile::new(&tract(), tongue, posture).unwrap();
     formants(&profile.sections, &Acoustics::default(), 4).unwrap().iter().map(|f| f.frequency_hz).collect()
 }
@@ -37,7 +36,7 @@ fn the_tongue_at_rest_has_the_tract_of_a_man() {
 
 #[test]
 fn lips_jaw_and_larynx_do_what_is_known_of_them() {
-    let rest = heard(&tongue(), &Articulation::default());
+    let rest = formants_hz(&tongue(), &Articulation::default());
     // A narrower and longer opening lowers every formant (Fant 1960), and so does a lower larynx.
     let rounded = with(|p| (p.lip_opening_mm, p.lip_protrusion_mm) = (4.0, 6.0));
     assert!(rest.iter().zip(&rounded).all(|(r, l)| l < r), "{rest:?} {rounded:?}");
@@ -48,7 +47,7 @@ fn lips_jaw_and_larynx_do_what_is_known_of_them() {
 fn with(change: fn(&mut Articulation)) -> Vec<f64> {
     let mut posture = Articulation::default();
     change(&mut posture);
-    heard(&tongue(), &posture)
+    formants_hz(&tongue(), &posture)
 }
 
 #[test]
@@ -56,15 +55,15 @@ fn walls_that_meet_are_refused_with_their_names_and_places() {
     let refused = |tongue: &[ProfilePoint], posture: &Articulation| {
         Profile::new(&tract(), tongue, posture).unwrap_err()
     };
-    // The blade through the palate.
+    // The blade is raised through the palate.
     let mut raised = tongue();
     raised[7][1] += 0.018;
     let TractError::Through(wall, at, by) = refused(&raised, &Articulation::default()) else { panic!() };
     assert!(wall == "hard palate" && (0.0..0.03).contains(&at[0]) && (0.0..0.01).contains(&by), "{wall}");
-    // The root through the back wall of the pharynx.
+    // The root is moved through the back wall of the pharynx.
     let back: Vec<ProfilePoint> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
     assert!(refused(&back, &Articulation::default()).to_string().contains("there is no airway"));
-    // Lower teeth above the upper ones, closed lips, no tongue, and NaN.
+    // The lower teeth pass through the upper ones.
     let shut = Articulation { jaw_deg: -8.0, ..Articulation::default() };
     assert!(matches!(refused(&tongue(), &shut), TractError::Through(..)));
     for posture in [

@@ -1,6 +1,6 @@
 //! Formants of tubes with exact solutions, Fant's vowels, and derivatives against differences.
 
-#![allow(clippy::unwrap_used)] // A helper's panic is the test's.
+#![allow(clippy::unwrap_used, reason = "a failed test panics")]
 
 use tongue_sound::formants::{formants, rates};
 use tongue_sound::{Acoustics, Section};
@@ -38,7 +38,7 @@ fn a_uniform_tube_has_odd_quarter_waves() {
     }
 }
 
-/// Zeros of `A1 cos(k l1) cos(k l2) / A2 - sin(k l1) sin(k l2)` (glottis side 1), by bisection.
+/// Zeros, Hz, of `A2 cos(k l1) cos(k l2) - A1 sin(k l1) sin(k l2)` (1 at the glottis), by bisection.
 fn two_tube(l: [f64; 2], area: [f64; 2], count: usize) -> Vec<f64> {
     let f = |hz: f64| {
         let k = std::f64::consts::TAU * hz / 350.0;
@@ -73,8 +73,8 @@ fn two_tubes_have_the_zeros_of_their_equation() {
     }
 }
 
-/// Compares with two codes that use circles without losses and the mass of air at the lips, the second also a
-/// yielding wall.
+/// The published values are of two programs with circular cross-sections, no losses and the mass of air at the lips; the second has a
+/// yielding wall too.
 #[test]
 fn fants_vowels_agree_with_determinant_methods() {
     let mut hard = Acoustics { friction: false, wall: None, shape_factor: 1.0, ..Acoustics::default() };
@@ -99,7 +99,7 @@ fn losses_walls_and_lips_move_formants_as_they_do_in_a_tract() {
     let real = formants(&fant(&A), &Acoustics::default(), 4).unwrap();
     assert!(ideal.iter().all(|f| f.bandwidth_hz.abs() < 1e-6));
     assert!(real.iter().all(|f| (20.0..500.0).contains(&f.bandwidth_hz)));
-    // The mass of air at the lips lowers formants that the wall hardly raises.
+    // The mass of air at the lips lowers the second formant, which the wall hardly raises.
     assert!(real[1].frequency_hz < ideal[1].frequency_hz);
     let hard = Acoustics { wall: None, ..Acoustics::default() };
     assert!(real[0].frequency_hz > formants(&fant(&A), &hard, 1).unwrap()[0].frequency_hz);
@@ -124,7 +124,7 @@ fn rates_are_the_differences() {
                         *what *= 1.0 + by;
                         formants(&tube, &acoustics, 4).unwrap()[k]
                     };
-                    // Differences of fourth order.
+                    // Central differences of fourth order.
                     let difference = |is_area: bool, of: fn(&tongue_sound::Formant) -> f64| {
                         let h = 3e-4;
                         let x = if is_area { tube[i].area_m2 } else { tube[i].length_m };
@@ -170,7 +170,7 @@ fn random_tracts_keep_all_their_formants() {
         let tube = sections(0.17 / count as f64, &areas);
         let ideal = formants(&tube, &Acoustics::ideal(), 4).unwrap();
         assert!(ideal.windows(2).all(|w| w[0].frequency_hz < w[1].frequency_hz));
-        // No formant is skipped: up to the fourth, the level has no more peaks than there are formants.
+        // No formant is skipped: up to the fourth formant the level has at most four peaks.
         let level = |hz: f64| tongue_sound::chain::level_db(&tube, &Acoustics::ideal(), hz);
         let peaks = (1..).map(f64::from).take_while(|hz| *hz <= ideal[3].frequency_hz);
         let peaks: Vec<f64> = peaks.filter(|&hz| level(hz) > level(hz - 1.0).max(level(hz + 1.0))).collect();

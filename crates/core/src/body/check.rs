@@ -1,4 +1,4 @@
-//! Checks of a mesh before anything is computed on it, and its quality, in the plane by the numbers that the thesis gives.
+//! Checks of a mesh, and its quality in the plane in the numbers of the thesis.
 
 use std::collections::BTreeSet;
 
@@ -8,12 +8,10 @@ use super::Mesh;
 use crate::geometry::topology::pair;
 use crate::geometry::{plane, simplex};
 
-/// Cells with less than this part of the area or volume that a cell of their longest edge could have are
-/// degenerate.
+/// A cell is degenerate below this part of the area or volume that a cell with its longest edge can have.
 const DEGENERATE: f64 = 1e-9;
 
-/// A body larger than this must have been given in millimetres: no tongue is 10 m long, and in millimetres
-/// the smallest is longer.
+/// Largest body, m. A larger one was given in millimetres, in which any tongue is longer than 10.
 const LARGEST_M: f64 = 10.0;
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -42,11 +40,13 @@ pub enum MeshFault {
     ShortChain { name: String, count: usize },
     #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
     ChainStep { name: String, from: usize, to: usize },
-    #[error("muscle {name} comes to node {node} twice; a muscle is one line between two ends")]
+    #[error("muscle {name} passes node {node} twice; a muscle is one line between two ends")]
     Revisits { name: String, node: usize },
-    #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
+    #[error(
+        "entry {entry} of the fixed nodes is not above the one before; list each once, in ascending order"
+    )]
     FixedOrder { entry: usize },
-    /// The longest side of its bounding box, m.
+    /// The longest side of the bounding box, m.
     #[error(
         "it is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
     )]
@@ -54,9 +54,8 @@ pub enum MeshFault {
 }
 
 impl<const D: usize> Mesh<D> {
-    /// Checks that the mesh is consistent: positions are finite, node numbers in range, cells upright;
-    /// connections are unique and in ascending order of their nodes; cells and muscles consist of
-    /// connections.
+    /// Checks that the mesh is consistent: positions are finite, numbers of nodes exist, cells are not inverted; connections are unique
+    /// and their nodes in ascending order; edges of cells and steps of muscles are connections.
     pub fn check(&self) -> Result<(), MeshFault> {
         if let Some(node) = self.nodes.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
             return Err(MeshFault::NotFinite { node });
@@ -119,7 +118,7 @@ impl<const D: usize> Mesh<D> {
             }
             let x = simplex::corners(&self.nodes, corners);
             let sides = (0..=D).flat_map(|i| (0..i).map(move |j| (x[i] - x[j]).norm()));
-            // The measure of a cube is D! times that of its corner simplex.
+            // The measure of a cube is D! times that of the simplex at its corner.
             let cube = if D == 2 { 2.0 } else { 6.0 };
             let content = cube * simplex::measure(&x) / sides.fold(0.0, f64::max).powi(D as i32);
             if content.is_nan() || content.abs() < DEGENERATE {
@@ -149,7 +148,7 @@ impl<const D: usize> Mesh<D> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quality {
     pub nodes: usize,
-    /// Nodes that belong to no triangle: those of muscles outside the tissue.
+    /// Nodes that belong to no triangle, which are those of muscles outside the tissue.
     pub nodes_outside_tissue: usize,
     /// Nodes on the outline of the tissue.
     pub boundary_nodes: usize,
@@ -202,7 +201,7 @@ fn connections<const D: usize>(mesh: &Mesh<D>) -> [f64; 3] {
     [lengths.clone().fold(f64::INFINITY, f64::min), mean, lengths.fold(0.0, f64::max)].map(or_zero)
 }
 
-/// An extreme of an empty list counts as 0.
+/// 0 in place of an extreme of an empty list.
 fn or_zero(extreme: f64) -> f64 {
     if extreme.is_finite() { extreme } else { 0.0 }
 }

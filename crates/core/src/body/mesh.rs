@@ -29,8 +29,7 @@ impl<const D: usize> Cells<D> {
         self.nodes.is_empty()
     }
 
-    /// Adds a cell; returns whether it had the `D + 1` nodes that a cell of this dimension has (otherwise
-    /// nothing is added).
+    /// Adds a cell and returns true, if it has `D + 1` nodes; otherwise adds nothing and returns false.
     pub fn push(&mut self, cell: &[usize]) -> bool {
         let fits = cell.len() == D + 1;
         if fits {
@@ -50,8 +49,7 @@ impl<const D: usize> Cells<D> {
     }
 }
 
-/// A muscle: a chain of nodes from its first end to its second; consecutive nodes are connections of the
-/// mesh.
+/// A muscle: a chain of nodes, of which consecutive ones are connections of the mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MuscleChain {
     /// Abbreviation, e.g. `GGa`.
@@ -70,19 +68,18 @@ impl MuscleChain {
 /// A body: positions at rest and how they are joined.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh<const D: usize> {
-    /// Rest positions, m.
+    /// Positions at rest, m.
     pub nodes: Vec<SVector<f64, D>>,
     /// Triangles (2D, counter-clockwise) or tetrahedra (3D, positive volume) of tissue.
     pub cells: Cells<D>,
-    /// Hexahedra of tissue, of bodies in space that are made of them: corners around
-    /// the bottom, then around the top.
+    /// Hexahedra of tissue, in bodies in space: corners around the bottom, then around the top.
     pub hexahedra: Vec<[usize; 8]>,
     /// Joined pairs of nodes, each once, lower node number first.
     pub connections: Vec<[usize; 2]>,
     pub muscles: Vec<MuscleChain>,
     /// Nodes on bone, in ascending order.
     pub fixed: Vec<usize>,
-    /// The quadratic elements that make it a continuum; `None` for springs.
+    /// The quadratic elements of a continuum; `None` for springs.
     pub continuum: Option<Arc<Continuum<D>>>,
 }
 
@@ -102,16 +99,15 @@ impl<const D: usize> Mesh<D> {
         self.connections = connections.into_iter().collect();
     }
 
-    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one
-    /// cell only.
+    /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one cell only.
     pub fn surface_nodes(&self) -> Vec<usize> {
         let of_hexahedra = self.outward_quadrilaterals().into_iter().flat_map(|(_, face)| face);
         let all: BTreeSet<usize> = self.surface().into_iter().flatten().chain(of_hexahedra).collect();
         all.into_iter().collect()
     }
 
-    /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are
-    /// counter-clockwise as seen from outside.
+    /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are counter-clockwise as seen from
+    /// outside.
     pub fn outward_quadrilaterals(&self) -> Vec<(usize, [usize; 4])> {
         let all = self.hexahedra.iter().enumerate();
         let faces = all.flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));
@@ -130,15 +126,14 @@ impl<const D: usize> Mesh<D> {
         topology::surface(self.cells.iter())
     }
 
-    /// The elements of the tissue: the quadratic elements of a continuum (corners, then the middles of their
-    /// edges), otherwise the cells.
+    /// The quadratic elements of a continuum (corners, then the middles of their edges), otherwise the cells.
     pub fn elements(&self) -> impl Iterator<Item = &[usize]> {
         let cells = self.cells.iter().filter(|_| self.continuum.is_none());
         self.continuum.iter().flat_map(|c| c.elements()).chain(cells)
     }
 
-    /// For every cell the direction of the muscle along one of its edges, at the given positions (m, one for
-    /// each node): the mean over the edges of the first such muscle. `None` for a cell without a muscle.
+    /// For every cell the direction of the muscle along its edges at these positions of all nodes, m: the mean over the edges of the first
+    /// such muscle. `None` for a cell without a muscle.
     pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
         if let Some(continuum) = &self.continuum {
             return continuum.fibres(positions);
@@ -169,7 +164,7 @@ impl<const D: usize> Mesh<D> {
         self.muscles.iter().map(|m| m.name.clone()).collect()
     }
 
-    /// For every node whether it belongs to a cell; the others lie outside the tissue.
+    /// For every node whether it belongs to a cell; the others are outside the tissue.
     pub fn in_tissue(&self) -> Vec<bool> {
         let mut inside = vec![false; self.nodes.len()];
         self.cells.iter().flatten().chain(self.hexahedra.iter().flatten()).for_each(|&n| inside[n] = true);
@@ -188,16 +183,14 @@ fn sorted(mut face: [usize; 4]) -> [usize; 4] {
 }
 
 impl Mesh<2> {
-    /// The outlines of the tissue as closed loops of nodes, with the tissue to the left: outer ones run
-    /// counter-clockwise, holes clockwise. Each begins at its lowest node; the last is joined to the first,
-    /// which is not repeated.
+    /// The outlines of the tissue; see [`topology::outlines`].
     pub fn outlines(&self) -> Vec<Vec<usize>> {
         topology::outlines(self.cells.iter())
     }
 }
 
 impl Mesh<3> {
-    /// The triangles of the surface, their corners counter-clockwise as seen from outside.
+    /// The triangles of the surface, with corners counter-clockwise as seen from outside.
     pub fn outward_faces(&self) -> Vec<[usize; 3]> {
         let surface: BTreeSet<Vec<usize>> = self.surface().into_iter().collect();
         let mut faces = Vec::with_capacity(surface.len());

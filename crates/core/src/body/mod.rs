@@ -1,8 +1,7 @@
 //! The body: a mesh (nodes, connections, cells), its named muscles and its named bones.
 //!
-//! Dimension is a parameter: `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space
-//! (tetrahedra). A body comes from an anatomy ([`Body::from_anatomy`], [`Body::tongue`]), from a file
-//! (`AnyBody::read`), from [`mod@solid`], or from any mesh of your own ([`Body::new`]).
+//! `D = 2` is the midsagittal plane (cells are triangles), `D = 3` space (tetrahedra). A body comes from an anatomy
+//! ([`Body::from_anatomy`], [`Body::tongue`]), from a file (`AnyBody::read`), from [`mod@solid`], or from any mesh ([`Body::new`]).
 
 mod check;
 pub mod continuum;
@@ -34,9 +33,9 @@ pub const HYOID: &str = "hyoid";
 /// A bone: nodes that are held.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Bone {
-    /// Its name, such as [`HYOID`]; `bone` where it has none.
+    /// Name, such as [`HYOID`], or `bone` without one.
     pub name: String,
-    /// Its nodes, ascending.
+    /// Numbers of its nodes, ascending.
     pub nodes: Vec<usize>,
 }
 
@@ -47,36 +46,36 @@ pub struct Body<const D: usize> {
     pub what: String,
     /// Nodes, cells, connections, muscles and fixed nodes.
     pub mesh: Mesh<D>,
-    /// The fixed nodes by bone, each name once. Fixed nodes without a named bone are not listed.
+    /// The fixed nodes by bone, each name once; fixed nodes without a named bone are missing.
     pub bones: Vec<Bone>,
-    /// The palate that goes with the body, as a line of points, m, if one does.
+    /// The palate of the body, if there is one, as a line of points, m.
     pub palate: Option<Vec<Point>>,
-    /// For a continuum, the linear mesh that it was made from.
+    /// The linear mesh from which a continuum was made.
     pub origin: Option<Arc<Origin<D>>>,
-    /// For a body of hexahedra, the regions and strengths of the muscles of the mesh, in their order; otherwise empty.
+    /// The muscles of a body of hexahedra, with regions and strengths, in the order of those of the mesh; otherwise empty.
     pub muscles: Vec<Muscle>,
     /// Factors of the constants of the tissue in each hexahedron (scars); empty if all are 1.
     pub factors: Vec<f64>,
-    /// For a body of hexahedra, lines of muscles in the midsagittal plane by the names that tables of lengths have, where it has them.
+    /// In a body of hexahedra, lines of muscles in the midsagittal plane by their names in tables of lengths.
     pub lines: Vec<(String, Line<D>)>,
-    /// For a body of hexahedra, the node of the midsagittal plane that is taken for the tip; without one the foremost.
+    /// In a body of hexahedra, the node of the midsagittal plane at the tip; the foremost if `None`.
     pub tip_node: Option<usize>,
 }
 
-/// The linear mesh that a continuum was made from.
+/// The linear mesh from which a continuum was made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Origin<const D: usize> {
     body: Body<D>,
     lines: Option<Vec<Vec<SVector<f64, D>>>>,
 }
 
-/// Why there is no such body: the file and the place in it where there is one, what is wrong, and what to do.
+/// Why a body cannot be made: the file and the place in it if there is one, what is wrong, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct BodyError(pub String);
 
 impl BodyError {
-    /// What is wrong with a mesh file.
+    /// A fault of a mesh file.
     pub fn file(file: impl std::fmt::Display, problem: impl std::fmt::Display) -> Self {
         Self(format!("the mesh file \"{file}\" {problem}"))
     }
@@ -88,8 +87,7 @@ impl<const D: usize> Body<D> {
         Self { what: what.into(), mesh, ..Self::default() }
     }
 
-    /// The number of the first muscle of this name in `mesh.muscles`. If no name is exactly the same, upper
-    /// and lower case do not count.
+    /// The number of the first muscle of this name in `mesh.muscles`; without an exact match the case is ignored.
     pub fn muscle(&self, name: &str) -> Result<usize, BodyError> {
         let any_case = || self.mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
         self.muscles_called(name).next().or_else(any_case).ok_or_else(|| {
@@ -100,21 +98,19 @@ impl<const D: usize> Body<D> {
         })
     }
 
-    /// The numbers of all muscles of this name: in a solid many fibres can share a name.
+    /// The numbers of all muscles of this name, which in a solid may be many fibres.
     pub fn muscles_called(&self, name: &str) -> impl Iterator<Item = usize> {
         self.mesh.muscles.iter().enumerate().filter(move |(_, m)| m.name == name).map(|(number, _)| number)
     }
 
-    /// The same body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their
-    /// chains, bones that hold patches.
+    /// The body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their chains, bones that hold patches.
     pub fn into_continuum(self, settings: &ContinuumSettings) -> Result<Self, BodyError> {
-        Origin { body: self, lines: None }.lay(settings)
+        Origin { body: self, lines: None }.into_continuum(settings)
     }
 
-    /// A continuum on the same linear cells with other settings; `None` if the body is not a continuum, or
-    /// its linear cells are not known.
+    /// A continuum on the same linear cells with other settings; `None` if the body is not a continuum or has no [`Body::origin`].
     pub fn with_continuum(&self, settings: &ContinuumSettings) -> Option<Result<Self, BodyError>> {
-        self.origin.as_ref().map(|origin| Origin::clone(origin).lay(settings))
+        self.origin.as_ref().map(|origin| Origin::clone(origin).into_continuum(settings))
     }
 
     /// The nodes of the bone of this name, ascending; empty if there is no such bone.
@@ -124,17 +120,24 @@ impl<const D: usize> Body<D> {
 }
 
 impl<const D: usize> Origin<D> {
-    fn lay(self, settings: &ContinuumSettings) -> Result<Body<D>, BodyError> {
-        let laid = continuum::lay(&self.body.mesh, self.lines.as_deref(), settings)?;
+    fn into_continuum(self, settings: &ContinuumSettings) -> Result<Body<D>, BodyError> {
+        let continuum = continuum::from_mesh(&self.body.mesh, self.lines.as_deref(), settings)?;
         let Body { what, bones, palate, .. } = &self.body;
         let mut bones = bones.clone();
         for bone in &mut bones {
-            let stand_in = laid.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
-            bone.nodes = stand_in.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
+            let replacements = continuum.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
+            bone.nodes = replacements.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
             bone.nodes.sort_unstable();
         }
         let (what, palate) = (format!("{what}, a continuum"), palate.clone());
-        Ok(Body { what, mesh: laid.mesh, bones, palate, origin: Some(Arc::new(self)), ..Body::default() })
+        Ok(Body {
+            what,
+            mesh: continuum.mesh,
+            bones,
+            palate,
+            origin: Some(Arc::new(self)),
+            ..Body::default()
+        })
     }
 }
 
@@ -146,21 +149,20 @@ impl Body<2> {
         Ok(Self { what, palate: Some(tongue::palate()?), ..body })
     }
 
-    /// The reference tongue as a continuum at a mesh spacing, m: with the default settings an error of .002
-    /// in a ratio at 4 mm, and of .01 at 8 mm.
+    /// The reference tongue as a continuum at a mesh spacing, m. With the default settings a ratio has an error of 0.002 at 4 mm, and of
+    /// 0.01 at 8 mm.
     pub fn continuum(spacing_m: f64, settings: &ContinuumSettings) -> Result<Self, BodyError> {
         Self::tongue(spacing_m)?.into_continuum_of(&Anatomy::reference()?, settings)
     }
 
-    /// A body that was meshed from an anatomy as a continuum, whose muscles run along the lines of the
-    /// anatomy.
+    /// A body that was meshed from an anatomy, as a continuum whose muscles run along the lines of the anatomy.
     pub fn into_continuum_of(
         self,
         anatomy: &Anatomy,
         settings: &ContinuumSettings,
     ) -> Result<Self, BodyError> {
         let lines: Vec<Vec<Point>> = anatomy.muscles().iter().map(|m| m.ends.to_vec()).collect();
-        Origin { body: self, lines: Some(lines) }.lay(settings)
+        Origin { body: self, lines: Some(lines) }.into_continuum(settings)
     }
 
     /// A tongue of an anatomy at a mesh spacing, m.
@@ -172,7 +174,7 @@ impl Body<2> {
     }
 }
 
-/// Millimetres, rounded to the nanometre, so that the rounding of the conversion from metres does not show.
+/// Millimetres, rounded to a nanometre to hide the rounding error of the conversion.
 fn rounded_mm(metres: f64) -> f64 {
     (metres * 1e9).round() / 1e6
 }

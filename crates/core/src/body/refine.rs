@@ -1,4 +1,4 @@
-//! Nested meshes: every cell is divided into cells of half its size, a hexahedron into eight.
+//! Nested meshes: every cell is divided into cells of half its size.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,11 +10,9 @@ use crate::geometry::quadratic;
 use crate::geometry::topology::{self, pair};
 
 impl<const D: usize> Mesh<D> {
-    /// The mesh with a node in the middle of every edge of a cell, and four cells (in space eight) in place
-    /// of each. Nodes keep their numbers; muscles run through the middles of the edges that they run along;
-    /// bones that hold all of a surface edge (in space: face) hold its middles too.
-    ///
-    /// For springs only: the elements and muscles of a continuum are not refined.
+    /// The mesh with a node in the middle of every edge of a cell, and four cells (in space eight) in place of each. Nodes keep their
+    /// numbers; muscles pass through the middles of their edges; bones that hold a whole surface edge (in space: face) hold its middles
+    /// too. The elements and muscles of a continuum are not refined.
     pub fn refined(&self) -> Self {
         let mut nodes = self.nodes.clone();
         let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();
@@ -64,18 +62,17 @@ impl Mesh<2> {
 }
 
 impl Body<3> {
-    /// The same body with every hexahedron cut in eight. Its nodes come first, with their numbers; a new node
-    /// is on bone where it lies in the middle of corners that all are. Muscles keep their fibres and their
-    /// stress, and run through the parts of their elements.
+    /// The body with every hexahedron divided into eight. Nodes keep their numbers; a new node is on bone if all corners of which it is
+    /// the middle are. Muscles keep their fibres and their stress, and their regions consist of the parts of their elements.
     pub fn refined(&self) -> Self {
         let mut body = self.clone();
-        body.what = format!("{}, every hexahedron cut in eight", self.what);
+        body.what = format!("{}, every hexahedron divided into eight", self.what);
         let mut middle: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
         let mut cut = Vec::with_capacity(8 * self.mesh.hexahedra.len());
         for corners in &self.mesh.hexahedra {
             for part in LOCAL {
                 let nodes = LOCAL.map(|corner| {
-                    // Halfway between the corner of the whole and the same corner of the part.
+                    // The middle between the corner of the whole and the corner of the part that it is a part of.
                     let at: [f64; 3] = std::array::from_fn(|d| 0.5 * (part[d] + corner[d]));
                     let shares = values(at);
                     let mut among: Vec<usize> =
@@ -107,7 +104,7 @@ impl Body<3> {
         body.factors = self.factors.iter().flat_map(|&factor| [factor; 8]).collect();
         for muscle in &mut body.muscles {
             muscle.region = muscle.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
-            // Each part holds one of the points of the whole, in the same order.
+            // Each part contains one Gauss point of the whole, in the same order.
             muscle.directions = muscle.directions.iter().flat_map(|d| d.map(|at| [at; 8])).collect();
         }
         body.mesh.connect();

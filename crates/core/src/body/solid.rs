@@ -1,11 +1,11 @@
-//! Simple solids of tetrahedra: a block and a cylinder. Both stand on a fixed base at z = 0.
+//! Simple solids of tetrahedra on a fixed base at z = 0: a block and a cylinder.
 
 use nalgebra::Vector3;
 
 use super::{Mesh, MuscleChain};
 
-/// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division,
-/// in which neighbouring cubes agree on the diagonals of their faces). `size` in m.
+/// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division, in which neighbouring cubes
+/// have the same diagonals of their common face). `size` in m.
 pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
     let counts = counts.map(|n| n.max(1));
     let [mx, my, mz] = counts.map(|n| n + 1);
@@ -18,7 +18,7 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
             }
         }
     }
-    // One tetrahedron for each order in which the three axes can be walked; odd orders are mirrored.
+    // Each permutation of the axes gives a tetrahedron; those of odd permutations are mirrored.
     let walks = [
         ([0, 1, 2], false),
         ([1, 2, 0], false),
@@ -50,8 +50,8 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
     mesh
 }
 
-/// A cylinder along z of `rings` rings of triangles and `layers` layers of prisms, three tetrahedra each;
-/// every column of nodes is a muscle fibre called `axial`. `radius` and `length` in m.
+/// A cylinder along z of `rings` rings of triangles and `layers` layers of prisms, three tetrahedra each; every column of nodes is a
+/// muscle fibre called `axial`. `radius` and `length` in m.
 pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3> {
     let (rings, layers) = (rings.max(1), layers.max(1));
     let (disc, triangles) = disc(radius, rings);
@@ -65,8 +65,7 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
         for triangle in &triangles {
             let [a, b, c] = triangle.map(|n| n + layer * per_layer);
             let [d, e, f] = [a, b, c].map(|n| n + per_layer);
-            // The corners ascend in number, so neighbouring prisms cut their common face along the same
-            // diagonal.
+            // Since the corners are in ascending order, neighbouring prisms have the same diagonal of their common face.
             for cell in [[a, b, c, f], [a, b, f, e], [a, e, f, d]] {
                 mesh.cells.push(&upright(&mesh.nodes, cell));
             }
@@ -83,8 +82,7 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
     mesh
 }
 
-/// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each ascending in
-/// number.
+/// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each in ascending order.
 fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
     let mut points = Vec::new();
     for ring in 0..=rings {
@@ -124,18 +122,17 @@ fn grid_node([mx, my]: [usize; 2], at: [usize; 3]) -> usize {
     (at[2] * my + at[1]) * mx + at[0]
 }
 
-/// How many points a ring of a disc has: one in the middle, six more in each ring than in the one inside.
+/// The number of points of a ring of a disc: one in the middle, then six more in each ring.
 fn ring_points(ring: usize) -> usize {
     (6 * ring).max(1)
 }
 
-/// The number of a point of a ring of a disc.
 fn disc_point(ring: usize, i: usize) -> usize {
     let first = if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
     first + i % ring_points(ring)
 }
 
-/// The cell with its corners in an order that makes its volume positive.
+/// The cell with its corners in an order for which its volume is positive.
 fn upright(nodes: &[Vector3<f64>], cell: [usize; 4]) -> [usize; 4] {
     let [a, b, c, d] = cell;
     let volume = crate::geometry::simplex::measure::<3>(&crate::geometry::simplex::corners(nodes, &cell));
@@ -151,7 +148,7 @@ mod tests {
         mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum()
     }
 
-    /// An edge of a closed surface belongs to two of its faces.
+    /// Whether every edge of the surface belongs to two of its faces.
     fn surface_is_closed(mesh: &Mesh<3>) -> bool {
         let faces = mesh.surface();
         topology::edges(faces.iter().map(Vec::as_slice)).values().all(|faces| *faces == 2)

@@ -1,4 +1,4 @@
-//! The methods by name, and the choice of their step.
+//! The integration methods, and the limits of their steps.
 
 use std::fmt;
 
@@ -15,7 +15,7 @@ use super::{Control, Integrator, Motion, SHORTEST_STEP, Spectrum, step_limit};
 #[serde(rename_all = "kebab-case")]
 pub enum IntegrationMethod {
     TrBdf2,
-    /// Velocity Verlet, the thesis's.
+    /// Velocity Verlet, the method of the thesis.
     Verlet,
 }
 
@@ -26,12 +26,12 @@ impl IntegrationMethod {
         choice::name_of(&self)
     }
 
-    /// Whether its steps are limited by stability, so that it cannot choose them by their error.
+    /// Whether stability limits the step, so that the method cannot choose steps by their error.
     pub const fn is_explicit(self) -> bool {
         matches!(self, IntegrationMethod::Verlet)
     }
 
-    /// Makes the integrator without checking the stability of its step; see [`IntegrationMethod::checked`].
+    /// The integrator, without a check of the stability of its step; see [`IntegrationMethod::checked`].
     #[inline(never)]
     pub fn integrator<const D: usize>(
         self,
@@ -58,8 +58,7 @@ impl IntegrationMethod {
         }))
     }
 
-    /// Makes the integrator and refuses a step beyond the stability limit of the body at rest or as its
-    /// tensions load it.
+    /// The integrator; a step beyond the stability limit at rest or at the equilibrium of the strongest tensions is an error.
     #[inline(never)]
     pub fn checked<const D: usize>(
         self,
@@ -74,15 +73,15 @@ impl IntegrationMethod {
             let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
             return Err(SystemError::Motion(format!(
                 "a step of {dt:.3e} s is beyond the stability limit of {self}, {limit:.3e} s \
-                 ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
+                 ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s), so the motion would diverge. \
                  Take a step below the limit, or tr-bdf2, which has none"
             )));
         }
         Ok(integrator)
     }
 
-    /// The longest stable step, s, of the body at rest and as its tensions load it, whichever is shorter;
-    /// none for methods that are stable at every step.
+    /// The longest stable step, s, at rest and at the equilibrium of the strongest tensions; `None` for methods that are stable with every
+    /// step.
     #[inline(never)]
     pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
         let integrator = self.integrator(motion, Control::Fixed(1.0)).ok()?;
@@ -90,8 +89,7 @@ impl IntegrationMethod {
     }
 }
 
-/// The longest stable step of an explicit method, s, the spectrum that it follows from, and the state that
-/// has this spectrum.
+/// The longest stable step of an explicit method, s, with the spectrum that determines it and the state that has this spectrum.
 fn limit<const D: usize>(
     integrator: &dyn Integrator<D>,
     motion: &Motion<'_, D>,

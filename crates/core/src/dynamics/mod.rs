@@ -1,4 +1,4 @@
-//! The body in motion: the full system of the thesis over time.
+//! Motion of the body: the equations of the thesis over time.
 //!
 //! ```text
 //! m dv/dt = f(x, c) + d(x, v)      every unknown node; m the lumped mass (thesis eq. 4.1)
@@ -6,16 +6,13 @@
 //!   dc/dt = (k2 (e - c) - F(t)) / b_cc      every contracting connection, e = l - l0; c(0) = 0
 //! ```
 //!
-//! `f` is the force of the effects at zero tension, plus the pull `k2 (e - c)` of every contractile branch
-//! (eqs. 3.4-3.8); `d` are the Kelvin-Voigt dampers `b dl/dt` of the tissue (eq. 3.9). Every node that is an
-//! unknown of the [`System`] has the same mass
-//! [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue and those on
-//! bone or where muscles meet outside it. The nodes inside a straight path are no unknowns, so their mass is
-//! left out; they are placed on the line between the path's ends.
+//! `f` is the force of the effects at zero tension, plus the pull `k2 (e - c)` of every contractile branch (eqs. 3.4-3.8); `d` are the
+//! Kelvin-Voigt dampers `b dl/dt` of the tissue (eq. 3.9). Every unknown node of the [`System`] has the mass
+//! [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue, and those outside it where muscles
+//! meet. The nodes inside a straight path are no unknowns and have no mass; they lie on the line between the path's ends.
 //!
-//! With the constants of the tongue this is overdamped and very stiff: time scales from microseconds (mass
-//! against damper) to a second (spring against damper). Explicit methods need steps of microseconds
-//! throughout; implicit ones only while something moves that fast.
+//! With the constants of the tongue this is overdamped and very stiff: time scales are from microseconds (mass against damper) to a second
+//! (spring against damper). Explicit methods need steps of microseconds throughout; implicit ones only during motions that are as fast.
 //!
 //! | method | order | step | source |
 //! |---|---|---|---|
@@ -48,9 +45,9 @@ use crate::system::System;
 /// How the step is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
-    /// Always this step, s.
+    /// A constant step, s.
     Fixed(f64),
-    /// As long as keeps the estimated error of each step below this, m.
+    /// Steps whose estimated error is below this, m.
     Adaptive(f64),
 }
 
@@ -60,10 +57,9 @@ pub struct State<const D: usize> {
     pub time: f64,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
-    /// Velocities of all nodes, m/s; zero where the node is no unknown.
+    /// Velocities of all nodes, m/s; zero at nodes that are no unknowns.
     pub velocities: Vec<SVector<f64, D>>,
-    /// Internal states of all effects, in the order of the effects: length changes of the contractile
-    /// elements, m.
+    /// Internal states of all effects, in the order of the effects: length changes of the contractile elements, m.
     pub internal: Vec<f64>,
 }
 
@@ -71,20 +67,19 @@ pub struct State<const D: usize> {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct StepCounts {
     pub steps: u64,
-    /// Steps rejected for their error, or because Newton's method did not converge.
+    /// Number of steps rejected for their error, or because Newton's method did not converge.
     pub rejected: u64,
-    /// Steps of TR-BDF2 that were made by backward Euler, because its own stages could not be solved at the
-    /// fixed step.
+    /// Number of steps of TR-BDF2 that were made by backward Euler, because their stages could not be solved at the fixed step.
     pub damped: u64,
     pub force_evaluations: u64,
-    /// Factorisations of a matrix, failed ones included.
+    /// Number of factorisations, failed ones included.
     pub factorisations: u64,
 }
 
-/// Why a step could not be taken; the state is then the last good one.
+/// Why a step could not be taken; the state is then the last valid one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
-    /// Even the shortest step had too large an error, or could not be solved.
+    /// Even the shortest step had too large an error or could not be solved.
     StepTooSmall,
     /// Newton's method did not converge at the fixed step.
     NotSolved,
@@ -92,11 +87,10 @@ pub enum Failure {
 
 /// A method of time integration.
 ///
-/// An integrator keeps forces and factors from step to step, so it belongs to one trajectory. Make a new one
-/// to start again, or after changing the state by hand.
+/// An integrator keeps forces and factors from step to step, so that each trajectory needs its own, as does a state that was changed by
+/// hand.
 pub trait Integrator<const D: usize>: Debug + Send {
-    /// Takes one step, or the part of it that ends at `until` (s, later than the state's time), and counts
-    /// its cost.
+    /// Takes one step, or the part of it that ends at `until` (s, later than the state's time), and counts its cost.
     ///
     /// # Errors
     /// [`Failure`]; the state is then as before.
@@ -108,32 +102,31 @@ pub trait Integrator<const D: usize>: Debug + Send {
         counts: &mut StepCounts,
     ) -> Result<(), Failure>;
 
-    /// The fixed step of an explicit method, s; none for methods that are stable at every step.
+    /// The fixed step of an explicit method, s; `None` for methods that are stable with every step.
     fn explicit_step(&self) -> Option<f64> {
         None
     }
 
-    /// For explicit methods the matrix that a step multiplies the state of `x'' = -k x - c x'` by, from
-    /// which the largest stable step follows; none for methods without such a limit. `stiffness` is `k dt²`
-    /// and `damping` is `c dt`; the state is position, velocity times `dt` and so on, so that all numbers
-    /// are of one size.
+    /// The matrix by which one step multiplies the state of `x'' = -k x - c x'`, from which the largest stable step follows; `None` for
+    /// methods without such a limit. `stiffness` is `k dt²` and `damping` is `c dt`. The state is position, velocity times `dt` and so on,
+    /// so that all entries are of one size.
     fn amplification(&self, _stiffness: f64, _damping: f64) -> Option<DMatrix<f64>> {
         None
     }
 }
 
-/// The shortest time that inputs may name, s: nothing in a tongue happens faster.
+/// Shortest time that inputs may give, s, which is shorter than any event in a tongue.
 pub const SHORTEST_S: f64 = 1e-9;
-/// Shortest step, s. If less than this is left of a run, or to a kink of the tensions, it is skipped.
+/// Shortest step, s. A shorter rest of a run, or before a kink of the tensions, is skipped.
 const SHORTEST_STEP: f64 = 1e-15;
 
-/// The step from `time` to at most `until`, chosen so that no very short step is left at the end.
+/// The step from `time` to at most `until`, chosen so that no very short step remains.
 fn cut(dt: f64, time: f64, until: f64) -> f64 {
     let left = until - time;
     if left <= dt * (1.0 + 1e-9) { left } else { dt }
 }
 
-/// The time after a step of `dt` (as [`cut`] gave it): exactly `until` when the step reaches it.
+/// The time after a step of `dt` from [`cut`]: exactly `until` if the step reaches it.
 fn after(dt: f64, time: f64, until: f64) -> f64 {
     if dt >= until - time { until } else { time + dt }
 }

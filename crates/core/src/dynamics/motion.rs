@@ -12,10 +12,10 @@ use crate::system::{System, SystemError};
 
 use super::{State, StepCounts, Tensions};
 
-/// Time after which contractile elements have settled, s.
-const LONG: f64 = 1e30;
-/// If the equilibrium is nearer than this to the start of the motion, no part of the way is computed, m.
-const NO_WAY: f64 = 1e-9;
+/// Step over which contractile elements reach their equilibrium, s.
+const UNTIL_EQUILIBRIUM: f64 = 1e30;
+/// A motion that starts nearer to its equilibrium than this, m, has no part of a way.
+const AT_EQUILIBRIUM: f64 = 1e-9;
 
 /// A system, and the tensions of its muscles over time.
 #[derive(Debug)]
@@ -24,14 +24,12 @@ pub struct Motion<'a, const D: usize> {
     tensions: Tensions,
     slack: Vec<f64>,
     mass: f64,
-    /// For every effect the range of its internal states.
     internal: Vec<Range<usize>>,
 }
 
-/// The rates of a state by the equations of motion.
 #[derive(Debug, Clone)]
 pub struct StateRates<const D: usize> {
-    /// Acceleration of every node, m/s²; zero where the node is no unknown.
+    /// Acceleration of every node, m/s²; zero at nodes that are no unknowns.
     pub acceleration: Vec<SVector<f64, D>>,
     /// Rates of the internal states, m/s for contractile elements.
     pub internal: Vec<f64>,
@@ -44,7 +42,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         Self::with_mass(system, tensions, system.coefficients().node_mass)
     }
 
-    /// As [`Motion::new`] with another mass of every node, kg.
+    /// A motion in which every unknown node has the mass `mass`, kg.
     pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, SystemError> {
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
@@ -84,7 +82,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         self.mass
     }
 
-    /// The state at time zero: at rest, nothing contracted.
+    /// The state at time zero, at rest and without contraction.
     pub fn at_rest(&self) -> State<D> {
         State {
             time: 0.0,
@@ -94,8 +92,8 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if no muscle
-    /// pulls or no equilibrium is found.
+    /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if all tensions are zero or no equilibrium is
+    /// found.
     #[inline(never)]
     pub fn at_equilibrium(&self) -> Option<State<D>> {
         let tensions = self.tensions.strongest();
@@ -104,19 +102,19 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
         let positions = self.equilibrium_from(self.system.rest(), tensions)?;
         let mut state = State { positions, ..self.at_rest() };
-        self.settle_under(tensions, LONG, &mut state);
+        self.update_internal_state_under(tensions, UNTIL_EQUILIBRIUM, &mut state);
         Some(state)
     }
 
-    /// The part of the way from `start` (positions of all nodes, m) to equilibrium that a body has gone: one less what the node that is
-    /// farthest from its place has left, over the longest way of a node. The equilibrium is that of the tensions at the state's time, found
-    /// from its shape. `None` if it is not found, or if the body began there.
+    /// The part of the way from `start` (positions of all nodes, m) to equilibrium that a body has gone: one minus the largest remaining
+    /// distance of a node over the largest distance of a node at the start. The equilibrium is that of the tensions at the state's time,
+    /// found from its shape. `None` if it is not found, or if the body began there.
     pub fn part_of_way(&self, start: &[SVector<f64, D>], state: &State<D>) -> Option<f64> {
         let mut tensions = self.slack.clone();
         self.tensions.at(state.time, &mut tensions);
         let goal = self.equilibrium_from(&state.positions, &tensions)?;
         let whole = largest_distance(start, &goal);
-        (whole > NO_WAY).then(|| 1.0 - largest_distance(&state.positions, &goal) / whole)
+        (whole > AT_EQUILIBRIUM).then(|| 1.0 - largest_distance(&state.positions, &goal) / whole)
     }
 
     fn equilibrium_from(&self, start: &[SVector<f64, D>], tensions: &[f64]) -> Option<Vec<SVector<f64, D>>> {
@@ -136,7 +134,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// Evaluates the right-hand side: one evaluation of the force.
+    /// Computes the rates of a state, with one evaluation of the force.
     pub fn evaluate(&self, state: &State<D>, rates: &mut StateRates<D>, counts: &mut StepCounts) {
         counts.force_evaluations += 1;
         let StateRates { acceleration, internal, tensions, force } = rates;
@@ -153,7 +151,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// The force on every node, N, dampers and contractile branches included.
+    /// The force on every node, N, with those of dampers and contractile branches.
     pub(super) fn force(&self, state: &State<D>, force: &mut [SVector<f64, D>]) {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         force.fill(SVector::zeros());
@@ -166,24 +164,23 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// Solves the internal states' equations `s = known + step rate` at the state's positions and time.
-    pub(super) fn settle(&self, state: &mut State<D>, step: f64, tensions: &mut [f64]) {
+    /// Solves `s = known + step rate` for the internal states at the state's positions and time; `state` holds `known`.
+    pub(super) fn update_internal_state(&self, state: &mut State<D>, step: f64, tensions: &mut [f64]) {
         self.tensions.at(state.time, tensions);
-        self.settle_under(tensions, step, state);
+        self.update_internal_state_under(tensions, step, state);
     }
 
-    fn settle_under(&self, tensions: &[f64], step: f64, state: &mut State<D>) {
+    fn update_internal_state_under(&self, tensions: &[f64], step: f64, state: &mut State<D>) {
         let at = Configuration { positions: &state.positions, tensions };
         for (effect, range) in self.system.effects().iter().zip(&self.internal) {
             if let Some(i) = effect.internal() {
-                i.settle(at, step, &mut state.internal[range.clone()]);
+                i.update_internal_state(at, step, &mut state.internal[range.clone()]);
             }
         }
     }
 
-    /// `m / step² + C / step + K`, N/m, with the internal states eliminated: the matrix of an implicit step.
-    /// It leaves out that the dampers change direction, so that it is symmetric; the iterations of Newton's
-    /// method correct for that.
+    /// `m / step² + C / step + K`, N/m, with the internal states eliminated: the matrix of an implicit step. It is symmetric, because the
+    /// change of direction of the dampers is left out; Newton's iterations correct for that.
     pub(super) fn add_step_matrix(
         &self,
         state: &State<D>,
@@ -196,7 +193,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         matrix.shift(self.system.pattern(), self.mass / (step * step));
     }
 
-    /// The stiffness, N/m, with the internal states solved over `step`, s (zero: held fixed).
+    /// The stiffness, N/m, with the internal states solved over `step`, s (constant if it is zero).
     pub(super) fn add_stiffness(
         &self,
         state: &State<D>,
@@ -213,14 +210,13 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// `weight` times the damping matrix, N s/m.
+    /// Adds `weight` times the damping matrix, N s/m.
     pub(super) fn add_damping(&self, state: &State<D>, weight: f64, matrix: &mut BlockMatrix<D>) {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         self.system.effects().iter().for_each(|e| e.add_damping(slack, weight, matrix));
     }
 
-    /// Kinetic energy and the energy of all springs (Q2 included) and cells, J. Without tension it can only
-    /// fall.
+    /// Kinetic energy, and the energy of all springs (Q2 too) and cells, J. Without tensions it does not increase.
     pub fn energy(&self, state: &State<D>) -> f64 {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         let kinetic: f64 = state.velocities.iter().map(|v| 0.5 * self.mass * v.norm_squared()).sum();

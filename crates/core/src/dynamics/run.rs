@@ -1,4 +1,4 @@
-//! Runs a motion to its end, step by step, with samples at given times.
+//! Runs a motion to its end in steps, with samples at given times.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -6,24 +6,22 @@ use serde::Serialize;
 use super::step_limit::Growth;
 use super::{Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts};
 
-/// A motion has diverged when a node is this many times further from the origin than the body is large.
-const FLOWN: f64 = 100.0;
-/// Number of explicit steps, which are very short, between two checks of the cells and two reports of
-/// progress.
+/// A motion has diverged when a node's distance from the origin is this many times that of the farthest node at rest.
+const DIVERGED: f64 = 100.0;
+/// Number of explicit steps, which are very short, between two checks of the cells and reports of progress.
 const STRIDE: u64 = 64;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionStatus {
     Completed,
-    /// Even the shortest step had too large an error.
+    /// Even the shortest step had too large an error or could not be solved.
     StepTooSmall,
     /// Newton's method did not converge at the fixed step; take a smaller one.
     NotSolved,
-    /// The step is beyond the present stability limit of the body: its fastest mode grows instead of
-    /// decaying.
+    /// The step is beyond the present stability limit of the body, so that its fastest mode grows.
     Unstable,
-    /// A node has diverged: the step is far beyond the stability limit.
+    /// A node has diverged, because the step is far beyond the stability limit.
     Diverged,
     NotFinite,
     InvertedCell,
@@ -32,17 +30,16 @@ pub enum MotionStatus {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MotionOutcome {
     pub status: MotionStatus,
-    /// Where it ended, s; the state is the last good one.
+    /// Time of the last valid state, s.
     pub time_s: f64,
     pub counts: StepCounts,
 }
 
 pub trait Observer<const D: usize> {
-    /// The positions of all nodes, m, at one of the times asked for, s (cubic Hermite interpolation between
-    /// steps).
+    /// Receives the positions of all nodes, m, at one of the sample times, s (cubic Hermite interpolation between steps).
     fn sample(&mut self, time: f64, positions: &[SVector<f64, D>]);
 
-    /// Called now and then with the time reached, s.
+    /// Receives the time reached, s, after some of the steps.
     fn progress(&mut self, _time: f64) {}
 }
 
@@ -50,16 +47,16 @@ impl<const D: usize> Observer<D> for () {
     fn sample(&mut self, _time: f64, _positions: &[SVector<f64, D>]) {}
 }
 
-/// `count` times evenly from 0 to `t_end`, both included (s).
+/// `count` equidistant times from 0 to `t_end`, s, both included.
 pub fn sample_times(t_end: f64, count: usize) -> Vec<f64> {
     let last = count.saturating_sub(1).max(1) as f64;
     (0..count).map(|i| if i + 1 == count && i > 0 { t_end } else { t_end * i as f64 / last }).collect()
 }
 
-/// Runs from `state` to `t_end`, s, and leaves there the state reached; `samples` are ascending times at
-/// which `observer` is shown the body. Steps end at every kink of the tensions.
+/// Runs from `state` to `t_end`, s, and leaves the last valid state there; `observer` gets the body at the ascending times of `samples`.
+/// Steps end at every kink of the tensions.
 ///
-/// Never panics and never leaves a number that is not finite in the state.
+/// It never panics and never leaves a number that is not finite in the state.
 #[inline(never)]
 pub fn run<const D: usize>(
     motion: &Motion<'_, D>,
@@ -71,7 +68,7 @@ pub fn run<const D: usize>(
 ) -> MotionOutcome {
     let system = motion.system();
     let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
-    let far = (FLOWN * size).powi(2);
+    let far = (DIVERGED * size).powi(2);
     let stride = if integrator.explicit_step().is_some() { STRIDE } else { 1 };
     let mut counts = StepCounts::default();
     let mut before = state.clone();
@@ -114,7 +111,7 @@ pub fn run<const D: usize>(
             }
             observer.progress(state.time);
         }
-        if growth.is_seen(motion, integrator, (&before, state), counts.steps, state.time >= t_end) {
+        if growth.is_detected(motion, integrator, (&before, state), counts.steps, state.time >= t_end) {
             status = MotionStatus::Unstable;
             break;
         }
@@ -128,7 +125,7 @@ fn is_finite<const D: usize>(state: &State<D>) -> bool {
     vectors.chain(&state.internal).all(|x| x.is_finite())
 }
 
-/// Positions at a time between two states: the cubic with their positions and velocities.
+/// Positions at a time between two states, by the cubic with their positions and velocities.
 fn interpolate<const D: usize>(a: &State<D>, b: &State<D>, time: f64, out: &mut [SVector<f64, D>]) {
     let h = b.time - a.time;
     if time >= b.time || h == 0.0 {

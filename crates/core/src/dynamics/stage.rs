@@ -1,47 +1,48 @@
-//! One implicit stage: the equations of motion at a time, solved by Newton's method for the positions alone.
+//! One implicit stage: the equations of motion at a time, solved by Newton's method for the positions.
 //!
-//! Given the known parts `x0, v0, c0` and the step `g`, solve
+//! For the known parts `x0, v0, c0` and the step `g` it solves
 //!
 //! ```text
 //! x = x0 + g v      v = v0 + g F(x, v, c) / m      c = c0 + g dc/dt(x, c)
 //! ```
 //!
-//! `v` and `c` follow from `x`, so the unknowns are those of the equilibrium and the matrix `m/g² + C/g + K`
-//! has its pattern; every contractile element is eliminated by itself.
+//! `v` and `c` follow from `x`, so that the unknowns and the pattern of the matrix `m/g² + C/g + K` are those of the equilibrium; every
+//! contractile element is eliminated by itself.
 
 use nalgebra::SVector;
 
 use crate::effect::{Configuration, Tangent};
+use crate::geometry;
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 
 use super::{Motion, State, StepCounts};
 
-/// The old factor is replaced when the ratio of two successive corrections is above this.
-const SLOW: f64 = 0.2;
-/// Exponent with which the ratio found in one solve is used in the next.
-const FORGETTING: f64 = 0.8;
-/// Corrections below this part of the body's size are rounding.
+/// A factor is replaced if the ratio of two successive corrections is above this.
+const REFACTOR_RATIO: f64 = 0.2;
+/// Exponent with which the ratio of one solve is used in the next.
+const CONTRACTION_EXPONENT: f64 = 0.8;
+/// Corrections below this part of the body's size count as rounding.
 const ROUNDING: f64 = 1e-15;
-/// Corrections below this part of the body's size that no longer shrink count as rounding too: at long steps
-/// the softest mode magnifies it.
-const STALLED: f64 = 1e-10;
+/// Corrections that no longer shrink count as rounding below this part of the body's size, because the softest mode magnifies rounding in
+/// long steps.
+const STALLED_ROUNDING: f64 = 1e-10;
 const MOST_ITERATIONS: usize = 25;
-/// A solve is given up when its corrections grow more often than this, each time with a new factor.
+/// A solve fails if its corrections grow more often than this, each time with a new factor.
 const MOST_GROWTHS: usize = 3;
 
-/// Newton's method did not converge, or met a number that is not finite.
+/// Newton's method did not converge, or found a number that is not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct NotSolved;
 
-/// Solves stages. It keeps the factor as long as Newton's method converges fast with it.
+/// Solves stages. It keeps its factor as long as Newton's method converges fast.
 #[derive(Debug)]
 pub(super) struct StageSolver<const D: usize> {
     matrix: BlockMatrix<D>,
     factor: Factor<D>,
-    /// The step for which the factor was made; zero without a factor.
+    /// The step of the factor; zero without a factor.
     factor_step: f64,
-    /// Recent ratio of a correction to the one before.
+    /// Ratio of the last two corrections.
     contraction: f64,
     force: Vec<SVector<f64, D>>,
     step: Vec<SVector<f64, D>>,
@@ -55,7 +56,7 @@ impl<const D: usize> StageSolver<D> {
     pub(super) fn new(motion: &Motion<'_, D>) -> Self {
         let system = motion.system();
         let zeros = vec![SVector::zeros(); system.rest().len()];
-        let size = system.rest().iter().map(|p| p.amax()).fold(0.0, f64::max);
+        let size = geometry::largest(system.rest());
         Self {
             matrix: BlockMatrix::zeros(system.pattern()),
             factor: Factor::new(system.pattern()),
@@ -69,7 +70,7 @@ impl<const D: usize> StageSolver<D> {
         }
     }
 
-    /// Moves `state` by `way` (m, for each node), or by less if a cell would be inverted.
+    /// Moves the nodes by `way`, m, or by a part of it if a cell would be inverted.
     pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
         let at = Configuration { positions: &state.positions, tensions: &[] };
         let part = motion.system().effects().iter().map(|e| e.step_limit(at, way)).fold(1.0, f64::min);
@@ -78,8 +79,8 @@ impl<const D: usize> StageSolver<D> {
         }
     }
 
-    /// Solves for `stage` at its time, starting from its positions; `known` holds x0, v0, c0. The last
-    /// correction is to be below `tolerance`, m.
+    /// Solves for `stage` at its time, starting from its positions, until the estimated error is below `tolerance`, m; `known` holds x0,
+    /// v0, c0.
     pub(super) fn solve(
         &mut self,
         motion: &Motion<'_, D>,
@@ -90,11 +91,11 @@ impl<const D: usize> StageSolver<D> {
         counts: &mut StepCounts,
     ) -> Result<(), NotSolved> {
         // The ratio of an earlier solve becomes less reliable with time (Hairer and Wanner 1996, IV.8).
-        self.contraction = self.contraction.powf(FORGETTING);
+        self.contraction = self.contraction.powf(CONTRACTION_EXPONENT);
         let mut last = f64::INFINITY;
         let mut growths = 0;
         for _ in 0..MOST_ITERATIONS {
-            self.follow(motion, known, stage, g);
+            self.update_velocities(motion, known, stage, g);
             motion.force(stage, &mut self.force);
             counts.force_evaluations += 1;
             if self.factor_step != g {
@@ -111,12 +112,12 @@ impl<const D: usize> StageSolver<D> {
             };
             let stalled = last.is_finite()
                 && self.contraction > 0.5
-                && correction <= self.rounding * (STALLED / ROUNDING);
+                && correction <= self.rounding * (STALLED_ROUNDING / ROUNDING);
             if left <= tolerance || correction <= self.rounding || stalled {
-                self.follow(motion, known, stage, g);
+                self.update_velocities(motion, known, stage, g);
                 return Ok(());
             }
-            if last.is_finite() && self.contraction > SLOW {
+            if last.is_finite() && self.contraction > REFACTOR_RATIO {
                 self.factor_step = 0.0;
                 growths += usize::from(self.contraction >= 1.0);
                 if growths > MOST_GROWTHS {
@@ -130,13 +131,13 @@ impl<const D: usize> StageSolver<D> {
         Err(NotSolved)
     }
 
-    /// Velocities and internal states that go with the positions.
-    fn follow(&mut self, motion: &Motion<'_, D>, known: &State<D>, stage: &mut State<D>, g: f64) {
+    /// Computes velocities and internal states from the positions.
+    fn update_velocities(&mut self, motion: &Motion<'_, D>, known: &State<D>, stage: &mut State<D>, g: f64) {
         for &i in motion.system().pattern().nodes() {
             stage.velocities[i] = (stage.positions[i] - known.positions[i]) / g;
         }
         stage.internal.copy_from_slice(&known.internal);
-        motion.settle(stage, g, &mut self.tensions);
+        motion.update_internal_state(stage, g, &mut self.tensions);
     }
 
     fn factorise(
@@ -146,7 +147,7 @@ impl<const D: usize> StageSolver<D> {
         g: f64,
         counts: &mut StepCounts,
     ) -> Result<(), NotSolved> {
-        // With a long step the matrix can be indefinite, near buckling; the convex one never is.
+        // With a long step the exact matrix can be indefinite near buckling; the convex one cannot.
         for tangent in [Tangent::Exact, Tangent::Convex] {
             self.matrix.clear();
             motion.add_step_matrix(stage, g, tangent, &mut self.matrix);
@@ -160,7 +161,7 @@ impl<const D: usize> StageSolver<D> {
         Err(NotSolved)
     }
 
-    /// Moves the positions by one correction and returns the largest of a node, m.
+    /// Moves the positions by one correction. Returns its largest length, m.
     fn correct(
         &mut self,
         motion: &Motion<'_, D>,

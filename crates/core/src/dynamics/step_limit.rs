@@ -7,29 +7,27 @@ use nalgebra::SVector;
 
 use super::{Integrator, Motion, State, StepCounts};
 use crate::effect::Tangent;
+use crate::geometry;
 use crate::sparse::{BlockMatrix, Pattern};
 
-/// Growth above 1 that counts as rounding.
+/// Amplification beyond 1 that counts as rounding.
 const ROUNDING: f64 = 1e-7;
-/// Parts of the largest stiffness that are tried with the largest damping, and parts of the damping with the
+/// Parts of the largest stiffness that are combined with the largest damping, and of the largest damping that are combined with the
 /// stiffness.
 const PARTS: [f64; 6] = [0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
-/// Number of steps in the window over which node speeds are watched.
+/// Number of steps in a window, over which net motion and node speeds are compared.
 const WINDOW: u64 = 64;
-/// Number of steps between two computations of the limit, which speeds that may be growing ask for.
+/// Smallest number of steps between two computations of the limit, except at the end.
 const BETWEEN_SPECTRA: u64 = 1024;
-/// If the mean squared speed is this many times that of the net motion in a window, the steps alternate or
-/// grow.
+/// Steps alternate or grow if the mean squared speed is this many times that of the net motion in a window.
 const ALTERNATING: f64 = 8.0;
 /// Speeds whose step is shorter than this part of the body's size count as rounding.
-const NO_SPEED: f64 = 1e-9;
-/// Relative accuracy of the limit.
-const KNOWN_TO: f64 = 1e-3;
-/// Approximate duration of a measurement of the cost.
+const SPEED_ROUNDING: f64 = 1e-9;
+const LIMIT_ACCURACY: f64 = 1e-3;
 const MEASUREMENT: Duration = Duration::from_millis(10);
 
-/// The longest stable step of an explicit method, s, on modes as stiff and as damped as the stiffest and the
-/// most damped one (`spectrum`); none for methods that are stable at every step.
+/// The longest step, s, of an explicit method that is stable for modes up to the largest stiffness and damping of `spectrum`; `None` for
+/// methods that are stable with every step.
 pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spectrum) -> Option<f64> {
     integrator.amplification(0.0, 0.0)?;
     let (k, c) = (spectrum.stiffness, spectrum.damping);
@@ -39,7 +37,7 @@ pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spe
             matrix.is_none_or(|m| m.complex_eigenvalues().iter().all(|e| e.norm() <= 1.0 + ROUNDING))
         })
     };
-    // Every explicit method here fails at four times the time scale of the fastest mode.
+    // Every explicit method of this crate is unstable at four times the time scale of the fastest mode.
     let mut high = f64::min(4.0 / k.sqrt(), 4.0 / c);
     if !high.is_finite() {
         return Some(f64::INFINITY);
@@ -56,31 +54,31 @@ pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spe
     Some(low)
 }
 
-/// Watches an explicit run for growing steps. A body that is pulled becomes stiffer than at rest, and a mode
-/// beyond the limit does not always diverge: it may oscillate from step to step for ever.
+/// Detects growing steps in an explicit run. A body under tension becomes stiffer than at rest, and a mode beyond the limit may oscillate
+/// from step to step instead of diverging.
 #[derive(Debug)]
 pub(super) struct Growth<const D: usize> {
-    /// The fixed step of an explicit method, s; none for the others, which are not watched.
+    /// The fixed step of an explicit method, s; `None` for other methods, which need no detection.
     step: Option<f64>,
     positions: Vec<SVector<f64, D>>,
     time: f64,
     /// Speed below which a body counts as still, m/s.
     no_speed: f64,
-    /// Steps until the limit may be computed again.
+    /// Number of steps until the limit may be computed again.
     wait: u64,
 }
 
 impl<const D: usize> Growth<D> {
     pub(super) fn new(motion: &Motion<'_, D>, integrator: &dyn Integrator<D>, state: &State<D>) -> Self {
         let step = integrator.explicit_step();
-        let size = motion.system().rest().iter().map(|p| p.amax()).fold(0.0, f64::max);
-        let no_speed = step.map_or(0.0, |dt| NO_SPEED * size / dt);
+        let size = geometry::largest(motion.system().rest());
+        let no_speed = step.map_or(0.0, |dt| SPEED_ROUNDING * size / dt);
         Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
     }
 
-    /// Called after every step (the number `steps`, from the state `before`), and at the end: whether the
-    /// steps are seen to grow. Alternating steps of Verlet show in the positions alone.
-    pub(super) fn is_seen(
+    /// Whether the steps grow. To be called after every step, with its number `steps` and the states before and after it, and at the end.
+    /// Alternating steps of Verlet appear in the positions only.
+    pub(super) fn is_detected(
         &mut self,
         motion: &Motion<'_, D>,
         integrator: &dyn Integrator<D>,
@@ -106,12 +104,12 @@ impl<const D: usize> Growth<D> {
         }
         self.wait = BETWEEN_SPECTRA;
         let limit = step_limit(integrator, &Spectrum::of(motion, state));
-        limit.is_some_and(|limit| dt > (1.0 - KNOWN_TO) * limit)
+        limit.is_some_and(|limit| dt > (1.0 - LIMIT_ACCURACY) * limit)
     }
 }
 
-/// How long a step takes on this machine now: measured on a copy of the state, for about ten milliseconds,
-/// before `t_end` (s). The integrator is of no use for a trajectory afterwards.
+/// Duration of a step on this machine, measured for about ten milliseconds on a copy of the state, at most until `t_end`, s. The
+/// integrator cannot be used for a trajectory afterwards.
 pub fn cost_per_step<const D: usize>(
     motion: &Motion<'_, D>,
     integrator: &mut dyn Integrator<D>,
@@ -131,14 +129,14 @@ pub fn cost_per_step<const D: usize>(
     clock.elapsed() / steps.max(1)
 }
 
-/// The power iteration ends when a round of it changes the estimate by less than this part of it.
-const SETTLED: f64 = 1e-7;
-/// Steps of the power iteration in a round, and the largest number of rounds.
-const ROUND: usize = 20;
+/// The power iteration ends when a round changes the estimate by less than this part.
+const POWER_TOLERANCE: f64 = 1e-7;
+/// Number of steps of the power iteration in a round, and the largest number of rounds.
+const ROUND_STEPS: usize = 20;
 const MOST_ROUNDS: usize = 200;
 
-/// The fastest modes, by power iteration on `K/m` and `C/m` at a state (internal states held fixed). The
-/// tangent is the convex one, so that both matrices are positive semidefinite.
+/// The fastest modes of a state, by power iteration on `K/m` and `C/m` with constant internal states and the convex tangent, so that both
+/// matrices are positive semidefinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spectrum {
     /// Largest eigenvalue of `K/m`, 1/s²: the square of the largest angular frequency.
@@ -159,8 +157,7 @@ impl Spectrum {
     }
 }
 
-/// Largest eigenvalue of a positive semidefinite matrix, from a start without symmetry, so that no mode is
-/// orthogonal to it.
+/// Largest eigenvalue of a positive semidefinite matrix. The start has no symmetry, so that it is not orthogonal to a mode.
 fn largest_eigenvalue<const D: usize>(pattern: &Pattern, matrix: &BlockMatrix<D>) -> f64 {
     let n = pattern.unknowns();
     let mut v: Vec<SVector<f64, D>> =
@@ -169,17 +166,17 @@ fn largest_eigenvalue<const D: usize>(pattern: &Pattern, matrix: &BlockMatrix<D>
     let mut estimate = 0.0;
     for _ in 0..MOST_ROUNDS {
         let before = estimate;
-        for _ in 0..ROUND {
+        for _ in 0..ROUND_STEPS {
             matrix.multiply(pattern, &v, &mut image);
             let norm = image.iter().map(SVector::norm_squared).sum::<f64>().sqrt();
             if !(norm > 0.0 && norm.is_finite()) {
                 return 0.0;
             }
-            // |A v| of a unit v: a lower bound, as the Rayleigh quotient is, and never below it.
+            // |A v| of a unit v is between the Rayleigh quotient and the largest eigenvalue.
             estimate = norm;
             v.iter_mut().zip(&image).for_each(|(v, i)| *v = i / norm);
         }
-        if (estimate - before).abs() <= SETTLED * estimate {
+        if (estimate - before).abs() <= POWER_TOLERANCE * estimate {
             break;
         }
     }

@@ -1,22 +1,20 @@
-//! Contractile tensions as functions of time.
-
-/// How hard each muscle of the mesh is driven, N per metre of thickness, at every time.
+/// Tensions of all muscles of the mesh over time, N (2D: per metre of thickness).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Tensions {
-    /// The same from the start on: a step at time zero.
+    /// Constant from time zero.
     Constant(Vec<f64>),
     /// Growing linearly from zero, then constant.
     Ramp {
         /// Tension of each muscle after the ramp, N.
         to: Vec<f64>,
-        /// How long it takes, s; zero is a step.
+        /// Duration of the growth, s; zero makes it a step.
         duration: f64,
     },
-    /// Given at some times, linear between them, constant before the first and after the last.
+    /// Linear between given times, constant before the first and after the last.
     Table {
-        /// Times, s, ascending, at least one.
+        /// At least one time, in ascending order, s.
         times: Vec<f64>,
-        /// At each time the tension of each muscle, N.
+        /// Tension of each muscle at each time, N.
         values: Vec<Vec<f64>>,
     },
 }
@@ -52,7 +50,7 @@ impl Tensions {
         }
     }
 
-    /// The tension of every muscle, N, when their sum is largest.
+    /// The tensions, N, whose sum is largest.
     pub fn strongest(&self) -> &[f64] {
         match self {
             Self::Constant(to) | Self::Ramp { to, .. } => to,
@@ -63,8 +61,8 @@ impl Tensions {
         }
     }
 
-    /// The first time after `time` at which a tension changes its slope, s; infinity where there is none. A
-    /// method of high order must not step across it.
+    /// The first time after `time` at which a tension changes its slope, s, across which a method of high order must not step; infinite
+    /// without one.
     pub fn next_kink(&self, time: f64) -> f64 {
         match self {
             Self::Constant(_) => f64::INFINITY,

@@ -1,5 +1,4 @@
-//! TR-BDF2: the trapezoidal rule to an inner point, then the second backward differentiation formula; with
-//! error control.
+//! TR-BDF2 with error control: the trapezoidal rule to an inner point, then the second backward differentiation formula.
 //!
 //! ```text
 //! 0      | 0
@@ -7,53 +6,50 @@
 //! 1      | w  w  g
 //! ```
 //!
-//! Order two, L-stable, both implicit stages with one matrix (Bank, Coughran, Fichtner, Grosse, Rose and
-//! Smith 1985). The last stage is the result, and its derivative serves as the first of the next step; in
-//! the stiff limit nothing of that derivative is left in the next one, so its rounding does not build up.
-//! The error of a step is the difference to an embedded formula of order three (Hosea and Shampine 1996); it
-//! is measured in m, as the largest over the nodes of the error of the position, of `g h` times that of the
-//! velocity, and of the contractile elements.
+//! It has order two, is L-stable, and solves both implicit stages with one matrix (Bank, Coughran, Fichtner, Grosse, Rose and Smith 1985).
+//! The last stage is the result, and its derivative is the first one of the next step; in the stiff limit the next derivative does not
+//! depend on it, so that its rounding does not accumulate. The error of a step is the difference from an embedded formula of order three
+//! (Hosea and Shampine 1996), in m: the largest of the errors of positions, of `g h` times those of velocities, and of those of
+//! contractile elements.
 //!
-//! The trapezoidal stage keeps the magnitude of an imbalance of forces and reverses its sign. When a body is
-//! pulled suddenly, a fixed step far beyond the time scale of its motion would lead to impossible shapes.
-//! Such a step is made by backward Euler, which damps the imbalance (Rannacher 1984), and counted in
-//! [`StepCounts::damped`]. With error control the step is shortened instead.
+//! The trapezoidal stage reverses the sign of an imbalance of forces and keeps its magnitude. After a sudden pull a fixed step far beyond
+//! the time scale of the motion would lead to impossible shapes. Such a step is made by backward Euler, which damps the imbalance
+//! (Rannacher 1984), and counted in [`StepCounts::damped`]. With error control the step is shortened instead.
 
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
 use super::{Control, Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts, after, cut};
 
-/// Newton's method stops at corrections below this at a fixed step, m.
-const SOLVED: f64 = 1e-12;
-/// Newton's method stops at corrections below this part of the error allowed in a step.
-const SOLVE_PART: f64 = 0.02;
-/// Safety factor: the step is chosen so that the expected error is a little less than allowed.
+/// Tolerance of the corrections of Newton's method at a fixed step, m.
+const FIXED_STEP_TOLERANCE: f64 = 1e-12;
+/// Tolerance of the corrections of Newton's method over the error allowed in a step.
+const TOLERANCE_FRACTION: f64 = 0.02;
+/// The step is chosen for this part of the largest step that the error allows.
 const SAFETY: f64 = 0.9;
 /// Bounds of the change of the step.
 const CHANGE: (f64, f64) = (0.2, 5.0);
-/// A step that could grow by less than this is kept, which saves a new factor.
-const IDLE_GROWTH: f64 = 1.2;
-/// The first step tried, as a part of the whole time.
+/// A step that could grow by less than this factor is kept, which saves a factorisation.
+const KEPT_GROWTH: f64 = 1.2;
+/// The first step that is tried, as a part of the whole time.
 const FIRST_STEP: f64 = 1e-4;
-/// Shortest step, relative to the time reached.
+/// Shortest step over the time at the end of the interval.
 const SMALLEST_STEP: f64 = 1e-13;
 
 const ROOT_2: f64 = std::f64::consts::SQRT_2;
-/// The diagonal coefficient.
 const GAMMA: f64 = 1.0 - 0.5 * ROOT_2;
 const W: f64 = 0.25 * ROOT_2;
-/// Number of stages, the first explicit.
+/// Number of stages, of which the first is explicit.
 const STAGES: usize = 3;
-/// When the stages lie, as parts of the step.
+/// Times of the stages, as parts of the step.
 const NODES: [f64; STAGES] = [0.0, 2.0 * GAMMA, 1.0];
-/// For the second and the third stage the weights of the stages before.
-const BEFORE: [&[f64]; STAGES - 1] = [&[GAMMA], &[W, W]];
+/// Weights of the earlier stages in the second and in the third stage.
+const WEIGHTS: [&[f64]; STAGES - 1] = [&[GAMMA], &[W, W]];
 /// Weights of the embedded formula of order three.
 const EMBEDDED: [f64; STAGES] = [(1.0 - W) / 3.0, (3.0 * W + 1.0) / 3.0, GAMMA / 3.0];
-/// Weights of the result less those of the embedded formula.
+/// Weights of the result minus those of the embedded formula.
 const ERROR: [f64; STAGES] = [W - EMBEDDED[0], W - EMBEDDED[1], GAMMA - EMBEDDED[2]];
-/// Power of the step with which the error of a step goes.
+/// Order of the error of a step in its length.
 const ERROR_POWER: f64 = 3.0;
 
 #[derive(Debug, Clone)]
@@ -66,7 +62,7 @@ struct Derivative<const D: usize> {
 #[derive(Debug)]
 pub struct TrBdf2<const D: usize> {
     control: Control,
-    /// The step to try next, s; zero before the first.
+    /// The next step to try, s; zero before the first one.
     step: f64,
     solver: StageSolver<D>,
     stage: State<D>,
@@ -104,7 +100,7 @@ impl<const D: usize> TrBdf2<D> {
         self.started = true;
     }
 
-    /// Computes all stages of a step of `h` that ends at `end`; the result is in `self.stage`.
+    /// Computes all stages of a step of `h` that ends at `end`, with the result in `self.stage`. Returns whether they were solved.
     fn stages(
         &mut self,
         motion: &Motion<'_, D>,
@@ -114,12 +110,12 @@ impl<const D: usize> TrBdf2<D> {
         counts: &mut StepCounts,
     ) -> bool {
         let tolerance = match self.control {
-            Control::Fixed(_) => SOLVED,
-            Control::Adaptive(tolerance) => SOLVE_PART * tolerance,
+            Control::Fixed(_) => FIXED_STEP_TOLERANCE,
+            Control::Adaptive(tolerance) => TOLERANCE_FRACTION * tolerance,
         };
         let nodes = motion.system().pattern().nodes();
         let g = GAMMA * h;
-        for (before, weights) in BEFORE.into_iter().enumerate() {
+        for (before, weights) in WEIGHTS.into_iter().enumerate() {
             let number = before + 1;
             let (done, later) = self.derivatives.split_at_mut(number);
             let (known, stage) = (&mut self.known, &mut self.stage);
@@ -132,7 +128,7 @@ impl<const D: usize> TrBdf2<D> {
                 }
                 known.internal.iter_mut().zip(&k.internal).for_each(|(c, r)| *c += w * r);
             }
-            // Guess: the velocity goes on as in the stage before.
+            // The first guess continues the motion of the stage before.
             let (Some(newest), Some(current)) = (done.last(), later.first_mut()) else { return false };
             let apart = (NODES[number] - NODES[before]) * h;
             stage.positions.copy_from_slice(&state.positions);
@@ -141,7 +137,7 @@ impl<const D: usize> TrBdf2<D> {
                 current.velocity[i] = known.positions[i] + velocity * g - state.positions[i];
             }
             StageSolver::predict(motion, stage, &current.velocity);
-            stage.time = if number == BEFORE.len() { end } else { state.time + NODES[number] * h };
+            stage.time = if number == WEIGHTS.len() { end } else { state.time + NODES[number] * h };
             if self.solver.solve(motion, known, stage, g, tolerance, counts).is_err() {
                 return false;
             }
@@ -157,9 +153,8 @@ impl<const D: usize> TrBdf2<D> {
         true
     }
 
-    /// A step of backward Euler in place of one whose stages cannot be solved; the result is in
-    /// `self.stage`.
-    fn damped(
+    /// Makes a step of backward Euler, with the result in `self.stage`. Returns whether it was solved.
+    fn backward_euler(
         &mut self,
         motion: &Motion<'_, D>,
         state: &State<D>,
@@ -170,7 +165,7 @@ impl<const D: usize> TrBdf2<D> {
         let Self { solver, stage, derivatives: [.., last], .. } = self;
         stage.clone_from(state);
         stage.time = end;
-        if solver.solve(motion, state, stage, h, SOLVED, counts).is_err() {
+        if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_err() {
             return false;
         }
         for &i in motion.system().pattern().nodes() {
@@ -184,7 +179,7 @@ impl<const D: usize> TrBdf2<D> {
         true
     }
 
-    /// The error estimate of the step just made, m.
+    /// The estimated error of the last step, m.
     fn error(&self, motion: &Motion<'_, D>, h: f64) -> f64 {
         let g = GAMMA * h;
         let weighted = ERROR.iter().map(|e| e * h).zip(&self.derivatives);
@@ -226,14 +221,14 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             let mut solved = self.stages(motion, state, h, end, counts);
             if let (false, Control::Fixed(_)) = (solved, self.control) {
                 counts.rejected += 1;
-                solved = self.damped(motion, state, h, end, counts);
+                solved = self.backward_euler(motion, state, h, end, counts);
             }
             let change = match (solved, self.control) {
                 (true, Control::Fixed(_)) => 1.0,
                 (true, Control::Adaptive(tolerance)) => {
                     let excess = self.error(motion, h) / tolerance;
                     let best = SAFETY * excess.powf(-1.0 / ERROR_POWER);
-                    // An error that is NaN counts as too large.
+                    // An error of NaN counts as too large.
                     let change = if best >= CHANGE.0 { best.min(CHANGE.1) } else { CHANGE.0 };
                     if excess <= 1.0 { change } else { -change }
                 }
@@ -245,8 +240,8 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             };
             if change > 0.0 {
                 if let Control::Adaptive(_) = self.control {
-                    let next = if (1.0..IDLE_GROWTH).contains(&change) { h } else { h * change };
-                    // A step that was shortened by the end of the interval does not change the step length.
+                    let next = if (1.0..KEPT_GROWTH).contains(&change) { h } else { h * change };
+                    // The step length does not change after a step that the end of the interval shortened.
                     self.step = if h < self.step { next.max(self.step) } else { next };
                 }
                 self.derivatives.swap(0, STAGES - 1);

@@ -1,15 +1,14 @@
-//! Velocity Verlet, exactly as thesis eqs. 4.2 and 4.3.
+//! Velocity Verlet, as in thesis eqs. 4.2 and 4.3.
 //!
 //! ```text
 //! r_{n+1} = r_n + v_n dt + 1/2 (F_n / m) dt²                 (4.2)
 //! v_{n+1} = v_n + 1/2 ((F_n + F_{n+1}) / m) dt               (4.3)
 //! ```
 //!
-//! The thesis does not say which velocity the dampers in `F_{n+1}` see, as `v_{n+1}` is not yet known. Here
-//! it is the one predicted over the full step, `v_n + F_n dt / m`, and likewise the contractile elements are
-//! predicted by `c_n + dt dc/dt` and then averaged as in 4.3. `F_n` is the one computed in the step before,
-//! so a step costs one evaluation. Second order, also with damping. On `x'' = -w² x - d x'` it is stable up
-//! to `w dt = 2` without damping, and up to `d dt = 1` with dampers alone.
+//! The thesis does not say with which velocity the dampers enter `F_{n+1}`, since `v_{n+1}` is not yet known. Here it is that predicted
+//! over the full step, `v_n + F_n dt / m`; likewise the contractile elements are predicted by `c_n + dt dc/dt` and then averaged as in
+//! 4.3. `F_n` is kept from the step before, so that a step costs one evaluation. The order is two, with damping too. On
+//! `x'' = -w² x - d x'` it is stable up to `w dt = 2` without damping, and up to `d dt = 1` with dampers alone.
 
 use nalgebra::{DMatrix, dmatrix};
 
@@ -24,7 +23,6 @@ pub struct VelocityVerlet<const D: usize> {
 }
 
 impl<const D: usize> VelocityVerlet<D> {
-    /// With steps of `dt`, s.
     pub fn new(motion: &Motion<'_, D>, dt: f64) -> Self {
         Self { dt, now: motion.rates(), next: motion.rates(), known: false }
     }
@@ -69,7 +67,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
         Some(self.dt)
     }
 
-    /// On (x, v dt, a dt²), with the acceleration carried over.
+    /// The state is (x, v dt, a dt²), with the acceleration of the step before.
     fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
         let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];
         Some(dmatrix![

@@ -1,4 +1,4 @@
-//! Elastic supports: bones that hold a patch of the tissue's surface, and the plane that halves a body.
+//! Elastic supports: bones that hold a patch of the tissue's surface, and the symmetry plane of a half body.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -6,37 +6,32 @@ use super::{Configuration, Effect, Tangent};
 use crate::body::Tie;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// `1/2 integral κ |u - v|² ds` over parts of the surface, with `u` the displacement of the tissue and `v`
-/// that of the bone. Each [`Tie`] is a constant quadratic form in the displacements of the nodes of both,
-/// the same in all directions.
-///
-/// Its force on the nodes of the bone is the reaction, like that of nodes held directly.
+/// `1/2 integral κ |u - v|² ds` over parts of the surface, with the displacements `u` of the tissue and `v` of the bone. Each [`Tie`] is a
+/// constant quadratic form in the displacements of the nodes of both, the same in all directions. The force on the bone's nodes is the
+/// reaction, as for nodes that are held directly.
 #[derive(Debug, Clone)]
 pub struct Attachment<const D: usize> {
     ties: Vec<(Tie, Vec<Slot>)>,
     stiffness: f64,
-    /// Positions of all nodes at rest, m.
     rest: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Attachment<D> {
-    /// Ties between nodes at the given rest positions, m. Their form is multiplied by `stiffness`, N/m³ (2D:
-    /// per metre of thickness).
+    /// Ties between nodes with these positions at rest, m. Their forms are multiplied by `stiffness`, N/m³ (2D: per metre of thickness).
     pub fn new(ties: &[Tie], stiffness: f64, rest_positions: &[SVector<f64, D>]) -> Self {
         let ties = ties.iter().map(|tie| (tie.clone(), Vec::new())).collect();
         Self { ties, stiffness, rest: rest_positions.to_vec() }
     }
 
-    /// For each tie: its nodes, and for each node its displacement and the weighted sum of the displacements
-    /// of all, in N.
+    /// For each node of each tie its number, its displacement relative to the tie's first node, m, and the form's weighted sum of these
+    /// displacements, N.
     fn sums<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
     ) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> + 'a {
         self.ties.iter().flat_map(move |(tie, _)| {
             let rows = tie.form.chunks_exact(tie.nodes.len());
-            // Displacements relative to one node, because the form depends neither on the shape at rest nor
-            // on a common shift.
+            // Relative displacements can be used, because the form does not change with a common shift.
             let moved = move |node: usize| positions[node] - self.rest[node];
             let origin = moved(tie.nodes[0]);
             tie.nodes.iter().zip(rows).map(move |(&node, row)| {
@@ -76,7 +71,7 @@ impl<const D: usize> Effect<D> for Attachment<D> {
         for (tie, slots) in &self.ties {
             let count = tie.nodes.len();
             for (pair, (slot, c)) in slots.iter().zip(&tie.form).enumerate() {
-                // The lower half of the form is the same as the upper.
+                // Each pair of nodes is added once, because the form is symmetric.
                 if pair / count <= pair % count {
                     stiffness.add_symmetric(*slot, &(SMatrix::identity() * (c * self.stiffness)));
                 }
@@ -85,20 +80,19 @@ impl<const D: usize> Effect<D> for Attachment<D> {
     }
 }
 
-/// Springs that hold nodes in a plane across an axis, `1/2 k (x - x0)²` each, so stiff that the remaining
-/// displacement is negligible. The simulated half of a symmetric body ends at this plane.
+/// Springs `1/2 k (x - x0)²` that hold nodes in a plane across an axis, so stiff that the remaining displacement is negligible. The
+/// simulated half of a symmetric body ends at this plane.
 #[derive(Debug, Clone)]
 pub struct SymmetryPlane {
     axis: usize,
-    /// N/m.
     stiffness: f64,
-    /// Nodes on the plane and where they are at rest along the axis, m.
+    /// Nodes on the plane, with their coordinates along the axis at rest, m.
     held: Vec<(usize, f64)>,
     slots: Vec<Slot>,
 }
 
 impl SymmetryPlane {
-    /// The given nodes, held along an axis where they are at rest by springs of a stiffness, N/m.
+    /// Springs of `stiffness`, N/m, that hold these nodes along an axis at their positions at rest.
     pub fn new<const D: usize>(
         axis: usize,
         stiffness: f64,

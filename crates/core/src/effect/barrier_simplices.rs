@@ -1,4 +1,5 @@
-//! The simplices of a quadratic element that must keep their orientation: its corners, and the linear parts into which its nodes divide it.
+//! The simplices of a quadratic element that must not be inverted: those at its corners, and the linear parts into which its nodes divide
+//! it.
 
 use nalgebra::SVector;
 
@@ -7,13 +8,12 @@ use crate::geometry::simplex::{self, Corners, LARGEST_LOSS, MAX_CORNERS};
 
 use super::barrier::THRESHOLD;
 
-/// An edge of a guarded simplex: its nodes in the element, and how each counts.
+/// An edge of a simplex: nodes of the element with their coefficients.
 type SimplexEdge = [(usize, f64); 3];
 
 pub(super) type SimplexNodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
-/// The guarded corners and parts of every element, each with its share of the element's area or volume at
-/// rest.
+/// The simplices of any element, each with its share of the element's area or volume at rest.
 pub(super) struct BarrierSimplices<const D: usize>(Vec<([SimplexEdge; 3], f64)>);
 
 impl<const D: usize> BarrierSimplices<D> {
@@ -24,8 +24,7 @@ impl<const D: usize> BarrierSimplices<D> {
         };
         let corners = (0..=D).map(|i| {
             let mut others = (1..=D).map(|step| (i + step) % (D + 1)).collect::<Vec<_>>();
-            // In space the order of the other corners is reversed at every second corner; otherwise its
-            // volume would be negative.
+            // In space every second corner has its other corners in reverse order, so that its volume is positive.
             if D == 3 && i % 2 == 1 {
                 others.swap(0, 1);
             }
@@ -45,7 +44,7 @@ impl<const D: usize> BarrierSimplices<D> {
         Self(corners.chain(parts).collect())
     }
 
-    /// Every guarded simplex of an element of this measure at rest with nodes at `x`, as edges and corners, and its measure at rest.
+    /// The simplices of an element with this measure at rest and nodes at `x`.
     #[inline(always)]
     pub fn of<'a>(
         &'a self,
@@ -66,15 +65,14 @@ impl<const D: usize> BarrierSimplices<D> {
     }
 }
 
-/// The halves of the sides of a triangle with nodes at `x`, one after another around it.
+/// The halves of the sides of a triangle with nodes at `x`, in order around it.
 #[inline(always)]
 fn halves<const D: usize>(x: &SimplexNodes<D>) -> [SVector<f64, D>; 6] {
     [x[3] - x[0], x[1] - x[3], x[4] - x[1], x[2] - x[4], x[5] - x[2], x[0] - x[5]]
 }
 
-/// Twice the area of each guarded corner and part of a triangle with these half sides, scaled to the area of
-/// the triangle itself while its sides are straight. The values are those of [`BarrierSimplices::of`], in a fraction
-/// of the time.
+/// Twice the area of each simplex of a triangle with these half sides, scaled so that it equals that of the triangle while the sides are
+/// straight. The ratios are those of [`BarrierSimplices::of`], in a fraction of the time.
 #[inline(always)]
 fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     let [p, q, r, s, t, u] = halves;
@@ -93,30 +91,29 @@ fn cross<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// A measure that exceeds a threshold by this factor is above it in spite of rounding.
-const SURE: f64 = 1.0 + 1e-9;
+/// A measure that exceeds a threshold by this factor exceeds it in spite of rounding.
+const ROUNDING_MARGIN: f64 = 1.0 + 1e-9;
 
-/// Whether an element of this measure at rest is a triangle in which no barrier acts, in spite of rounding.
+/// Whether an element with this measure at rest is a triangle in which no barrier acts, in spite of rounding.
 #[inline(always)]
-pub(super) fn is_free<const D: usize>(measure: f64, x: &SimplexNodes<D>) -> bool {
-    let least = 2.0 * measure * THRESHOLD * SURE;
+pub(super) fn barrier_is_inactive<const D: usize>(measure: f64, x: &SimplexNodes<D>) -> bool {
+    let least = 2.0 * measure * THRESHOLD * ROUNDING_MARGIN;
     D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
 }
 
-/// Whether an element is a triangle all of whose guarded parts keep enough of their area along a whole step, in
-/// spite of rounding.
+/// Whether an element is a triangle whose simplices keep enough of their area along a whole step, in spite of rounding.
 #[inline(always)]
-pub(super) fn may_go<const D: usize>(x: &SimplexNodes<D>, step: &SimplexNodes<D>) -> bool {
+pub(super) fn step_is_free<const D: usize>(x: &SimplexNodes<D>, step: &SimplexNodes<D>) -> bool {
     if D != 2 {
         return false;
     }
     let (x, step) = (halves(x), halves(step));
     let (start, leading) = (measures(&x), measures(&step));
     let end = measures(&std::array::from_fn(|i| x[i] + step[i]));
-    // As in `simplex::safe_part`.
+    // This is the first test of `simplex::safe_part`.
     (0..7).all(|i| {
         let change = end[i] - start[i] - leading[i];
-        LARGEST_LOSS * start[i] > SURE * (change.abs() + leading[i].abs())
+        LARGEST_LOSS * start[i] > ROUNDING_MARGIN * (change.abs() + leading[i].abs())
     })
 }
 
@@ -135,7 +132,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
         (ratio < THRESHOLD || ratio.is_nan()).then_some(ratio)
     }
 
-    /// The coefficient of a node of the element in each of the edges.
+    /// The coefficient of each node of the element in each of the edges.
     pub fn counts(&self) -> [[f64; 3]; MAX_NODES] {
         let mut counts = [[0.0; 3]; MAX_NODES];
         for (d, edge) in self.edges.iter().enumerate().take(D) {
@@ -144,7 +141,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
         counts
     }
 
-    /// The derivative of the ratio with respect to the nodes of the element, 1/m.
+    /// The derivative of the ratio by the nodes of the element, 1/m.
     pub fn slopes(&self, counts: &[[f64; 3]; MAX_NODES]) -> SimplexNodes<D> {
         let of_corners = simplex::gradient(&self.corners);
         counts.each_ref().map(|counts| (0..D).map(|d| of_corners[d + 1] * (counts[d] / self.rest)).sum())
@@ -168,7 +165,7 @@ mod tests {
             for guarded in guards.of(measure, &x) {
                 assert!((simplex::measure(&guarded.corners) / guarded.rest - 1.0).abs() < 1e-12, "{D}D");
             }
-            // The fast test for triangles gives the same answer for a bent element.
+            // The fast measures of triangles are the same for a bent element.
             (D + 1..quadratic::nodes::<D>()).for_each(|n| x[n][n % D] += 0.1 * (n as f64).sin());
             for (guarded, fast) in guards.of(measure, &x).zip(measures(&halves(&x))).filter(|_| D == 2) {
                 let slow = simplex::measure(&guarded.corners) * measure / guarded.rest;

@@ -7,23 +7,22 @@ use crate::sparse::{BlockMatrix, Pattern};
 use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Internal, PrimitiveElement, Tangent};
 
-/// Connections that are plain tissue, or those of one contracting muscle.
+/// Connections of tissue, or those of one contracting muscle.
 ///
-/// Tissue has the tension `k (l - l0) + b dl/dt` (Kelvin-Voigt), of which the damper counts only in time. The
-/// thesis writes `r_i - r_j` where the elongation from rest is meant (eq. 3.9); without `l0` the rest shape
-/// would not be an equilibrium. A muscle carries `k1 (l - l0) + F` at equilibrium: the series spring Q2 and the
-/// contractile damper drop out (eqs. 3.2-3.8 with elongations in place of `r_i - r_j`).
+/// Tissue has the tension `k (l - l0) + b dl/dt` (Kelvin-Voigt), whose damper acts only in motion. Eq. 3.9 of the thesis has `r_i - r_j`
+/// in place of the elongation; without `l0` the shape at rest would not be an equilibrium. A muscle has `k1 (l - l0) + F` at equilibrium,
+/// where the series spring Q2 and the contractile damper drop out (eqs. 3.2-3.8, with elongations in place of `r_i - r_j`).
 #[derive(Debug, Clone)]
 pub struct Connections {
-    /// In a muscle Q1, beside the contractile branch.
+    /// In a muscle the springs Q1.
     springs: Vec<Spring>,
-    beside: Branch,
+    parallel: ParallelBranch,
 }
 
-/// What acts in parallel with each spring. Its time is the same for all connections, so that a straight path that
-/// replaces several connections in series moves as they do.
+/// What acts in parallel with each spring. Its time constant is the same for all connections, so that a straight path that replaces
+/// connections in series moves as they do.
 #[derive(Debug, Clone)]
-enum Branch {
+enum ParallelBranch {
     /// b/k, s.
     Damper(f64),
     Contractile(Contractile),
@@ -32,29 +31,29 @@ enum Branch {
 #[derive(Debug, Clone)]
 struct Contractile {
     muscle: usize,
-    /// Q2, in series with the contractile element; one for each of the springs.
+    /// Q2, in series with the contractile element, for each of the springs.
     series: Vec<Spring>,
     /// b_cc/k2, s.
     contraction_time: f64,
 }
 
 impl Connections {
-    /// Tissue, each connection with a damper `b = retardation * k` beside its spring (retardation time in s).
+    /// Tissue, whose connections have a damper `b = retardation * k` (s) in parallel with the spring.
     pub fn tissue(springs: Vec<Spring>, retardation: f64) -> Self {
-        Self { springs, beside: Branch::Damper(retardation) }
+        Self { springs, parallel: ParallelBranch::Damper(retardation) }
     }
 
-    /// Muscle number `muscle` of the mesh: on each connection a spring Q1, and beside it Q2 in series with
-    /// the contractile element, whose damper is `b_cc = contraction_time * k2` (in s).
+    /// Muscle number `muscle` of the mesh: each connection has a spring Q1, and in parallel Q2 in series with the contractile element,
+    /// whose damper is `b_cc = contraction_time * k2` (s).
     pub fn muscle(muscle: usize, springs: Vec<Spring>, series: Vec<Spring>, contraction_time: f64) -> Self {
         let contractile = Contractile { muscle, series, contraction_time };
-        Self { springs, beside: Branch::Contractile(contractile) }
+        Self { springs, parallel: ParallelBranch::Contractile(contractile) }
     }
 
     fn number(&self) -> Option<usize> {
-        match &self.beside {
-            Branch::Damper(_) => None,
-            Branch::Contractile(c) => Some(c.muscle),
+        match &self.parallel {
+            ParallelBranch::Damper(_) => None,
+            ParallelBranch::Contractile(c) => Some(c.muscle),
         }
     }
 
@@ -80,7 +79,7 @@ impl<const D: usize> Effect<D> for Connections {
 
     fn bind(&mut self, pattern: &Pattern) {
         self.springs.iter_mut().for_each(|s| s.bind(pattern));
-        if let Branch::Contractile(c) = &mut self.beside {
+        if let ParallelBranch::Contractile(c) = &mut self.parallel {
             c.series.iter_mut().for_each(|s| s.bind(pattern));
         }
     }
@@ -119,7 +118,7 @@ impl<const D: usize> Effect<D> for Connections {
     }
 
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
-        self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
+        self.springs.iter().filter(|s| s.barrier_is_active(at.positions)).count()
     }
 
     fn add_viscous_force(
@@ -128,7 +127,7 @@ impl<const D: usize> Effect<D> for Connections {
         velocities: &[SVector<f64, D>],
         force: &mut [SVector<f64, D>],
     ) {
-        let Branch::Damper(retardation) = self.beside else { return };
+        let ParallelBranch::Damper(retardation) = self.parallel else { return };
         for s in &self.springs {
             let [a, b] = s.nodes;
             let (_, n) = length_and_direction(at.positions, s.nodes);
@@ -138,7 +137,7 @@ impl<const D: usize> Effect<D> for Connections {
     }
 
     fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
-        let Branch::Damper(retardation) = self.beside else { return };
+        let ParallelBranch::Damper(retardation) = self.parallel else { return };
         for s in &self.springs {
             let (length, n) = length_and_direction(at.positions, s.nodes);
             let slope = weight * retardation * s.stiffness;
@@ -147,16 +146,16 @@ impl<const D: usize> Effect<D> for Connections {
     }
 
     fn internal(&self) -> Option<&dyn Internal<D>> {
-        match &self.beside {
-            Branch::Damper(_) => None,
-            Branch::Contractile(c) => Some(c),
+        match &self.parallel {
+            ParallelBranch::Damper(_) => None,
+            ParallelBranch::Contractile(c) => Some(c),
         }
     }
 }
 
-/// One state a connection: the length change `c` of its contractile element, m (0 at first). With
-/// `e = l - l0` the branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8; the sign
-/// of the damper is the one with which a lengthening element resists).
+/// The states are the length changes `c` of the contractile elements, m, one for each connection and 0 at first. With `e = l - l0` the
+/// branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign of the damper by which a lengthening
+/// element resists).
 impl<const D: usize> Internal<D> for Contractile {
     fn count(&self) -> usize {
         self.series.len()
@@ -170,7 +169,7 @@ impl<const D: usize> Internal<D> for Contractile {
 
     fn add_force(&self, at: Configuration<'_, D>, states: &[f64], force: &mut [SVector<f64, D>]) {
         for (s, c) in self.series.iter().zip(states) {
-            // Without the barrier: that is the parallel spring's.
+            // The barrier belongs to the parallel spring.
             let (length, n) = length_and_direction(at.positions, s.nodes);
             s.add_pull(n, s.stiffness * (length - s.rest_length - c), force);
         }
@@ -183,7 +182,7 @@ impl<const D: usize> Internal<D> for Contractile {
         }
     }
 
-    fn settle(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]) {
+    fn update_internal_state(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]) {
         let tension = at.tensions[self.muscle];
         let a = step / self.contraction_time;
         for (s, c) in self.series.iter().zip(states) {

@@ -1,13 +1,11 @@
 //! Contact of the tongue's surface with a rigid outline: palate and teeth.
 //!
-//! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice
-//! continuously differentiable at `d̂`, where the wall begins to act, and infinite at the wall (Li et al.
-//! 2020, Incremental Potential Contact, eq. 6). With a step limit before every crossing no node ever passes,
-//! under any force.
+//! A node at distance `d < d̂` of the outline has the energy `b(d) = -κ (d - d̂)² ln(d/d̂)`, which is twice continuously differentiable at
+//! `d̂`, where the wall begins to act, and infinite at the wall (Li et al. 2020, Incremental Potential Contact, eq. 6). With a step limit
+//! before every crossing no force moves a node through the wall.
 //!
-//! Along a polyline the barriers of all segments are added and those of the corners between them are
-//! subtracted (Li et al. 2023, Convergent IPC). So a straight run of segments acts on a node as one wall,
-//! not as one for each segment, and the energy is smooth across corners.
+//! Along a polyline the barriers of all segments are added and those of the corners between them are subtracted (Li et al. 2023,
+//! Convergent IPC). So a straight row of segments acts on a node as one wall, and the energy is smooth across corners.
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
@@ -17,12 +15,10 @@ use super::{Configuration, Effect, Tangent};
 
 /// A step covers at most this part of the way to the wall.
 const LARGEST_APPROACH: f64 = 0.9;
-/// Relative lengthening of the segments when crossings are looked for, so that rounding opens no gap at a
-/// corner.
+/// Relative extension of the segments in the search for crossings, so that rounding opens no gap at a corner.
 const OVERLAP: f64 = 1e-9;
 
-/// A rigid wall along a polyline in the first two coordinates (in space: extended from left to right without
-/// end), which acts on the given nodes.
+/// A rigid wall along a polyline in the first two coordinates (infinitely wide in space) that acts on some nodes.
 #[derive(Debug, Clone)]
 pub struct Contact {
     outline: Vec<Vector2<f64>>,
@@ -33,7 +29,7 @@ pub struct Contact {
     reach: f64,
 }
 
-/// What the wall does to a node: derivatives of its energy by the first two coordinates.
+/// Energy of a node by the wall, with its derivatives by the first two coordinates.
 #[derive(Debug, Clone, Copy, Default)]
 struct Repulsion {
     energy: f64,
@@ -43,8 +39,7 @@ struct Repulsion {
 }
 
 impl Contact {
-    /// A wall of stiffness `stiffness` (κ, N/m; with zero it does not act) that acts on `nodes` nearer than
-    /// `reach` (d̂, m; positive).
+    /// A wall of `stiffness` (κ, N/m; with zero it does not act) that acts on `nodes` nearer than `reach` (d̂, m; positive).
     pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
         Self { outline, nodes: nodes.iter().map(|&n| (n, Slot::UNBOUND)).collect(), stiffness, reach }
     }
@@ -59,8 +54,8 @@ impl Contact {
         self.segments().map(|s| nearest(p, s).0.norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The first of the straight lines between `pairs` of nodes that meets the outline at the given
-    /// positions, m. Such a line has an end on each side of the wall, so the body has penetrated it.
+    /// The first of `pairs` of nodes whose connecting line meets the outline at these positions, m. Its ends are on opposite sides of the
+    /// wall, so that the body has penetrated it.
     pub fn penetrated<const D: usize>(
         &self,
         positions: &[SVector<f64, D>],
@@ -76,8 +71,8 @@ impl Contact {
         self.outline.windows(2).map(|w| [w[0], w[1]])
     }
 
-    /// Sums the barriers of the outline near `p`: that of every segment that `p` is beside, and at every
-    /// corner one for each segment whose nearest point to `p` it is, less one where two segments meet.
+    /// Sums the barriers of the outline near `p`: that of each segment with its nearest point inside, and at each corner one for each
+    /// segment that has its nearest point there, minus one where two segments meet.
     fn repulsion(&self, p: Vector2<f64>) -> Repulsion {
         let mut sum = Repulsion::default();
         let mut ended_before = 1;
@@ -101,8 +96,7 @@ impl Contact {
         sum
     }
 
-    /// Adds `weight` times the barrier at the displacement `way` from the wall; `straight` where the wall is
-    /// a line, else a point.
+    /// Adds `weight` times the barrier at the displacement `way` from the wall, which is a line if `straight` and a point otherwise.
     fn add_barrier(&self, sum: &mut Repulsion, way: Vector2<f64>, weight: i32, straight: bool) {
         let squared = way.norm_squared();
         if weight == 0 || squared >= self.reach * self.reach {
@@ -129,7 +123,7 @@ impl Contact {
     }
 }
 
-/// Where on a segment the nearest point is.
+/// The part of a segment with the nearest point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum NearestPlace {
     Start,
@@ -141,7 +135,7 @@ fn flat<const D: usize>(p: &SVector<f64, D>) -> Vector2<f64> {
     Vector2::new(p[0], p[1])
 }
 
-/// The way from the nearest point of a segment to `p`, m, and where that point is.
+/// The vector from the nearest point of a segment to `p`, m, and where that point is.
 fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, NearestPlace) {
     let (along, from_a) = (b - a, p - a);
     let t = from_a.dot(&along) / along.norm_squared();
@@ -154,7 +148,7 @@ fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, Nearest
     }
 }
 
-/// The smallest `t > 0` at which `p + t step` meets a segment.
+/// The smallest `t >= 0` at which `p + t step` meets a segment.
 fn first_meeting(p: Vector2<f64>, step: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> Option<f64> {
     let along = b - a;
     let turn = step.perp(&along);
@@ -173,7 +167,7 @@ impl<const D: usize> Effect<D> for Contact {
         self.nodes.iter().for_each(|(n, _)| couple(&[*n]));
     }
 
-    /// A node facing a segment.
+    /// The number of pairs of a node and a segment.
     fn elements(&self) -> usize {
         self.nodes.len() * self.outline.len().saturating_sub(1)
     }
@@ -197,8 +191,8 @@ impl<const D: usize> Effect<D> for Contact {
         }
     }
 
-    /// [`Tangent::Convex`] keeps the part along the way to the wall and leaves out the part that a corner
-    /// subtracts.
+    /// [`Tangent::Convex`] keeps the curvature along the direction to the wall, and of the lateral part only what a subtracted corner
+    /// adds.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for (n, slot) in &self.nodes {
             let push = self.repulsion(flat(&at.positions[*n]));
@@ -211,7 +205,7 @@ impl<const D: usize> Effect<D> for Contact {
         }
     }
 
-    /// Each node keeps at least a tenth of its straight way to the place where it would cross the wall.
+    /// Each node keeps at least a tenth of its straight path to the place where it would cross the wall.
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         if self.stiffness == 0.0 {
@@ -232,8 +226,7 @@ mod tests {
     use super::*;
 
     fn corner(stiffness: f64) -> Contact {
-        // A wall with a straight joint, a corner that points away and one that points towards the node's
-        // side (below).
+        // The wall has a straight joint, a corner that points away from the node's side (below) and two that point towards it.
         let at = [[-2.0, 1.0], [-1.0, 1.0], [0.0, 1.0], [0.5, 1.5], [1.0, 1.0], [2.0, 1.0]];
         Contact::new(at.map(Vector2::from).to_vec(), &[0], stiffness, 0.6)
     }
@@ -259,7 +252,7 @@ mod tests {
             for (d, e) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
                 let (up, down) = (wall.repulsion(p + e * h), wall.repulsion(p - e * h));
                 let slope = (up.energy - down.energy) / (2.0 * h);
-                // At a corner the second derivative jumps, so the difference is of first order in its step.
+                // The second derivative jumps at a corner, so that the difference is of first order in its step.
                 assert!((slope - push.gradient[d]).abs() < 1e-5, "{p}: {slope} {}", push.gradient[d]);
             }
         }

@@ -8,46 +8,42 @@ use crate::geometry::quadratic::MAX_NODES;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::{THRESHOLD, barrier};
+use super::spring::direction_of;
 use super::{Configuration, Effect, Internal, Tangent};
 
-/// Pairs of nodes of an element, each node with itself among them.
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
-/// A contracting muscle: the tension times `sum w (|y| - |Y|)` over its [`Strand`]s, each with a vector `y =
-/// sum c_a x_a` of the positions, which is `Y` at rest, and its weight `w`.
+/// A contracting muscle: the tension times `sum w (|y| - |Y|)` over its [`Strand`]s, each with a weight `w` and a vector `y = sum c_a x_a`
+/// of the positions, which is `Y` at rest.
 ///
-/// For a point of a fibre in the tissue, `y` is `F f0`: the direction of the fibre at rest, deformed with
-/// the tissue. The energy is that of a tension that does not depend on the stretch, and is convex. For a
-/// part outside the tissue, `y` is the way from the bone to the place where it pulls. The passive stiffness
-/// of the muscle is that of the tissue around it.
+/// For a point of a fibre in the tissue, `y` is `F f0`, the deformed direction of the fibre at rest. The energy is that of a tension that
+/// does not depend on the stretch, and is convex. For a part outside the tissue, `y` is the vector from the bone to the place where the
+/// muscle pulls. The passive stiffness of the muscle is that of the tissue around it.
 ///
-/// A tension that the stretch does not change would pull a part outside the tissue into a point. So below a
-/// tenth of its length at rest a strand gets a [`barrier()`] of `w B |Y| b(|y|/|Y|)` as well, with a tension
-/// `B` that belongs to the tissue.
+/// Such a tension would shorten a part outside the tissue to a point. So below a tenth of its length at rest a strand has the energy
+/// `w B |Y| b(|y|/|Y|)` of a [`barrier()`] too, with a tension `B` that belongs to the tissue.
 ///
-/// In time the tension follows the one asked for with the time constant of the thesis's contractile element
-/// at constant length, `b_cc/k2`; the series spring itself, which belongs to connections, has no counterpart
-/// here.
+/// In motion the tension follows the given one with the time constant of the thesis's contractile element at constant length, `b_cc/k2`;
+/// the series spring has no counterpart.
 #[derive(Debug, Clone)]
 pub struct Fibres<const D: usize> {
     muscle: usize,
     groups: Vec<StrandGroup<D>>,
     /// b_cc/k2, s.
     contraction_time: f64,
-    /// The tension that scales the barrier, N.
-    bar: f64,
+    barrier_tension: f64,
 }
 
-/// Strands on the same nodes: those of one element.
+/// Strands with the same nodes, those of one element.
 #[derive(Debug, Clone)]
 struct StrandGroup<const D: usize> {
     nodes: Vec<usize>,
-    /// Their positions at rest, m.
+    /// Positions of the nodes at rest, m.
     rest: Vec<SVector<f64, D>>,
     strands: Vec<FibresAtRest<D>>,
     /// The coefficients of all strands, one after another.
     coefficients: Vec<f64>,
-    /// One number for each pair of nodes, pairs of a node with itself included.
+    /// A slot for each pair of nodes, with those of a node with itself.
     slots: Vec<Slot>,
 }
 
@@ -59,34 +55,35 @@ struct FibresAtRest<const D: usize> {
 }
 
 struct StrandPull {
-    /// Tension, N.
-    whole: f64,
-    /// Its derivative by the length, N/m.
+    /// N.
+    tension: f64,
+    /// Derivative of the tension by the length, N/m.
     slope: f64,
 }
 
 impl<const D: usize> FibresAtRest<D> {
-    /// The pull at a length, under a tension and with a barrier scaled by `bar`, both N.
     #[inline(always)]
-    fn pull(&self, length: f64, tension: f64, bar: f64) -> StrandPull {
-        if bar > 0.0 && length < THRESHOLD * self.length {
+    fn pull(&self, length: f64, tension: f64, barrier_tension: f64) -> StrandPull {
+        if barrier_tension > 0.0 && length < THRESHOLD * self.length {
             let b = barrier(length / self.length);
-            return StrandPull { whole: tension + bar * b.slope, slope: bar * b.curvature / self.length };
+            return StrandPull {
+                tension: tension + barrier_tension * b.slope,
+                slope: barrier_tension * b.curvature / self.length,
+            };
         }
-        StrandPull { whole: tension, slope: 0.0 }
+        StrandPull { tension, slope: 0.0 }
     }
 }
 
 impl<const D: usize> Fibres<D> {
-    /// Muscle number `muscle` of the mesh, made of these strands between nodes at the given rest positions,
-    /// m; its tension follows with the time constant `contraction_time`, s, and the barrier is counted in
-    /// `bar`, N.
+    /// Muscle number `muscle` of the mesh, of these strands between nodes with these positions at rest, m. Its tension follows with the
+    /// time constant `contraction_time`, s; `barrier_tension`, N, scales the barrier.
     pub fn new(
         muscle: usize,
         strands: &[Strand],
         rest_positions: &[SVector<f64, D>],
         contraction_time: f64,
-        bar: f64,
+        barrier_tension: f64,
     ) -> Self {
         let mut groups: Vec<StrandGroup<D>> = Vec::new();
         for strand in strands {
@@ -106,13 +103,13 @@ impl<const D: usize> Fibres<D> {
             group.strands.push(FibresAtRest { weight: strand.weight, vector, length: vector.norm() });
             group.coefficients.extend(&strand.coefficients);
         }
-        Self { muscle, groups, contraction_time, bar }
+        Self { muscle, groups, contraction_time, barrier_tension }
     }
 
     /// Derivative of the energy by the tension, m.
     fn lengthening(&self, positions: &[SVector<f64, D>]) -> f64 {
         let strands = self.groups.iter().flat_map(|g| g.strands(positions));
-        // |Y + d| - |Y| without the cancellation that the difference has where a strand has hardly moved.
+        // This is |Y + d| - |Y| without cancellation for small d.
         let changes = strands.map(|(rest, _, by)| {
             let both = (rest.vector + by).norm() + rest.length;
             if both > 0.0 { rest.weight * by.dot(&(rest.vector * 2.0 + by)) / both } else { 0.0 }
@@ -120,8 +117,8 @@ impl<const D: usize> Fibres<D> {
         changes.sum()
     }
 
-    /// The strands in which the barrier acts, each with its length.
-    fn crushed<'a>(
+    /// The strands in which the barrier acts, with their lengths.
+    fn below_threshold<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
     ) -> impl Iterator<Item = (&'a FibresAtRest<D>, f64)> {
@@ -130,22 +127,22 @@ impl<const D: usize> Fibres<D> {
         lengths.filter(|(rest, length)| *length < THRESHOLD * rest.length)
     }
 
-    /// `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, never negative where there is no barrier; with
-    /// one, [`Tangent::Convex`] leaves out the first part where that is.
+    /// Adds `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, which is positive semidefinite without a barrier. [`Tangent::Convex`]
+    /// leaves out the first part where T is negative.
     fn add_stiffness_of(
         &self,
         positions: &[SVector<f64, D>],
         tension: f64,
-        bar: f64,
+        barrier_tension: f64,
         tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        if tension != 0.0 || bar != 0.0 {
+        if tension != 0.0 || barrier_tension != 0.0 {
             Arch::new().dispatch(StrandStiffness {
                 groups: &self.groups,
                 positions,
                 tension,
-                bar,
+                barrier_tension,
                 tangent,
                 stiffness,
             });
@@ -153,12 +150,12 @@ impl<const D: usize> Fibres<D> {
     }
 }
 
-/// The stiffness of strands, for the processor at hand.
+/// Arguments of the stiffness of strands, which pulp compiles for the widest registers of the processor.
 struct StrandStiffness<'a, const D: usize> {
     groups: &'a [StrandGroup<D>],
     positions: &'a [SVector<f64, D>],
     tension: f64,
-    bar: f64,
+    barrier_tension: f64,
     tangent: Tangent,
     stiffness: &'a mut BlockMatrix<D>,
 }
@@ -169,16 +166,16 @@ impl<const D: usize> NullaryFnOnce for StrandStiffness<'_, D> {
     #[inline(always)]
     fn call(self) {
         for g in self.groups {
-            // A group with many nodes has one strand, so its blocks need no summing.
+            // A group with more nodes than an element has one strand, so that its blocks need no sum.
             let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
             let few = g.slots.len() <= MAX_PAIRS;
             for (rest, coefficients, by) in g.strands(self.positions) {
-                let (length, n) = length_and_direction(&(rest.vector + by));
+                let (length, n) = direction_of(&(rest.vector + by));
                 if length == 0.0 {
                     continue;
                 }
-                let StrandPull { whole, slope } = rest.pull(length, self.tension, self.bar);
-                let taut = if self.tangent == Tangent::Convex { whole.max(0.0) } else { whole } / length;
+                let StrandPull { tension, slope } = rest.pull(length, self.tension, self.barrier_tension);
+                let taut = if self.tangent == Tangent::Convex { tension.max(0.0) } else { tension } / length;
                 let along = n * n.transpose();
                 let across =
                     ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
@@ -205,16 +202,8 @@ impl<const D: usize> NullaryFnOnce for StrandStiffness<'_, D> {
     }
 }
 
-/// The length and the unit direction of a vector. A vector of length zero has the direction zero, so that
-/// nothing is divided by zero.
-#[inline(always)]
-fn length_and_direction<const D: usize>(y: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
-    let length = y.norm();
-    if length > 0.0 { (length, y / length) } else { (0.0, SVector::zeros()) }
-}
-
 impl<const D: usize> StrandGroup<D> {
-    /// The strands at rest, their coefficients, and the change of their vector since.
+    /// The strands, their coefficients, and the change of their vectors from rest.
     #[inline(always)]
     fn strands<'a>(
         &'a self,
@@ -237,12 +226,12 @@ impl<const D: usize> StrandGroup<D> {
         &self,
         positions: &[SVector<f64, D>],
         tension: f64,
-        bar: f64,
+        barrier_tension: f64,
         force: &mut [SVector<f64, D>],
     ) {
         for (rest, coefficients, by) in self.strands(positions) {
-            let (length, n) = length_and_direction(&(rest.vector + by));
-            let pull = n * (rest.pull(length, tension, bar).whole * rest.weight);
+            let (length, n) = direction_of(&(rest.vector + by));
+            let pull = n * (rest.pull(length, tension, barrier_tension).tension * rest.weight);
             for (&node, c) in self.nodes.iter().zip(coefficients) {
                 force[node] -= pull * *c;
             }
@@ -272,19 +261,25 @@ impl<const D: usize> Effect<D> for Fibres<D> {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        let barriers = self
-            .crushed(at.positions)
-            .map(|(rest, length)| rest.weight * self.bar * rest.length * barrier(length / rest.length).value);
+        let barriers = self.below_threshold(at.positions).map(|(rest, length)| {
+            rest.weight * self.barrier_tension * rest.length * barrier(length / rest.length).value
+        });
         at.tensions[self.muscle] * self.lengthening(at.positions) + barriers.sum::<f64>()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         let tension = at.tensions[self.muscle];
-        self.groups.iter().for_each(|g| g.add_force(at.positions, tension, self.bar, force));
+        self.groups.iter().for_each(|g| g.add_force(at.positions, tension, self.barrier_tension, force));
     }
 
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        self.add_stiffness_of(at.positions, at.tensions[self.muscle], self.bar, tangent, stiffness);
+        self.add_stiffness_of(
+            at.positions,
+            at.tensions[self.muscle],
+            self.barrier_tension,
+            tangent,
+            stiffness,
+        );
     }
 
     fn add_force_per_tension(
@@ -299,7 +294,7 @@ impl<const D: usize> Effect<D> for Fibres<D> {
     }
 
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
-        self.crushed(at.positions).count()
+        self.below_threshold(at.positions).count()
     }
 
     fn internal(&self) -> Option<&dyn Internal<D>> {
@@ -307,8 +302,7 @@ impl<const D: usize> Effect<D> for Fibres<D> {
     }
 }
 
-/// The one internal state is the tension of the muscle, N. It begins at 0 and follows the tension that is
-/// asked for.
+/// The internal state is the tension of the muscle, N, which is 0 at first and follows the given tension.
 impl<const D: usize> Internal<D> for Fibres<D> {
     fn count(&self) -> usize {
         1
@@ -326,7 +320,7 @@ impl<const D: usize> Internal<D> for Fibres<D> {
         rates[0] = (at.tensions[self.muscle] - states[0]) / self.contraction_time;
     }
 
-    fn settle(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]) {
+    fn update_internal_state(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]) {
         let a = step / self.contraction_time;
         states[0] = (states[0] + a * at.tensions[self.muscle]) / (1.0 + a);
     }

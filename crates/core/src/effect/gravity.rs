@@ -10,23 +10,22 @@ use super::{Configuration, Effect};
 #[derive(Debug, Clone)]
 struct NodeLoad<const D: usize> {
     node: usize,
-    /// Its weight, N (2D: per metre of thickness).
+    /// N (2D: per metre of thickness).
     weight: SVector<f64, D>,
     /// The position at which its potential energy is zero, m.
     origin: SVector<f64, D>,
 }
 
-/// `W = - sum m_i g·(x_i - X_i)`, `X` the rest position. Measured from rest, because from a far origin the
-/// energy would be large and its differences, which the line search needs, would be lost in rounding.
+/// `W = - sum m_i g·(x_i - X_i)` with the positions `X` at rest. From a far origin the energy would be so large that rounding hides the
+/// differences that the line search needs.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
     loads: Vec<NodeLoad<D>>,
 }
 
 impl<const D: usize> Gravity<D> {
-    /// Weight of the given masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; `rest`
-    /// are the positions of all nodes, m, at which the energy is zero. Masses of nodes that do not exist are
-    /// left out.
+    /// Weight of masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; the energy is zero at `rest`, the positions of
+    /// all nodes, m. Masses of nodes that do not exist are ignored.
     pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
         let loads = masses.iter().filter_map(|&(node, mass)| {
             rest.get(node).map(|&origin| NodeLoad { node, weight: acceleration * mass, origin })
@@ -35,11 +34,10 @@ impl<const D: usize> Gravity<D> {
     }
 }
 
-/// The mass of every node of the tissue, kg (2D: per metre of thickness): each cell's, in equal parts to its
-/// corners.
+/// The mass of every node of the tissue, kg (2D: per metre of thickness): equal shares of the masses of its cells.
 ///
-/// The thesis gives all nodes the same mass (eq. 4.1). The sum is the same, but then a corner of the outline
-/// weighs as much as an inner node with twice the tissue around it, and a finer mesh does not correct that.
+/// The thesis gives all nodes the same mass (eq. 4.1), with the same sum. Then a corner of the outline weighs as much as an inner node
+/// with twice the tissue around it, on finer meshes too.
 pub fn lumped_masses<const D: usize>(mesh: &Mesh<D>, density: f64) -> Vec<(usize, f64)> {
     let mut mass = vec![0.0; mesh.nodes.len()];
     for cell in mesh.cells.iter() {

@@ -1,4 +1,4 @@
-//! Tissue in space that does not lock: hexahedra with one mean volume each, from the deformation and moduli at their points.
+//! Tissue in space that does not lock: hexahedra with one mean volume each.
 
 use std::array::from_fn;
 
@@ -11,25 +11,23 @@ use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::MooneyRivlin;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// Pairs of corners, each corner with itself among them.
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
 
-/// How a muscle that contracts stiffens the tissue that it runs through: all constants of an element are
-/// multiplied by `1 + gain min(1, sum of the activations of its muscles)`.
+/// How contracting muscles stiffen their tissue: all constants of an element are multiplied by
+/// `1 + gain min(1, sum of the activations of its muscles)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffening {
-    /// Additional stiffness at full activation, as a multiple of the passive stiffness (ArtiSynth: 9).
+    /// Additional stiffness at full activation over the passive stiffness (ArtiSynth: 9).
     pub gain: f64,
     /// For each element the numbers of the muscles that run through it.
     pub muscles: Vec<Vec<usize>>,
 }
 
-/// The Q1/P0 element of mean dilatation (Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985): the
-/// distortion `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` is integrated over the eight points of Gauss, and the change of
-/// volume costs `K/2 V0 (V/V0 - 1)²` once for the whole element. With `J` at each point in its place the
-/// element locks.
+/// The Q1/P0 element of mean dilatation (Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985): the distortion
+/// `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` is integrated over the eight points of Gauss, and the change of volume has the energy
+/// `K/2 V0 (V/V0 - 1)²` of the whole element, since with `J` at each point the element would lock.
 ///
-/// An element that is inverted at any point has the energy `+∞`, so that a line search refuses it.
+/// An element that is inverted at any point has the energy `+∞`, so that a line search rejects it.
 #[derive(Debug, Clone)]
 pub struct Hexahedra {
     law: MooneyRivlin,
@@ -42,18 +40,17 @@ pub struct Hexahedra {
 struct HexahedronElement {
     nodes: [usize; CORNERS],
     volume: f64,
-    /// Volume at rest that belongs to each point, m³.
+    /// Volume at rest of each point, m³.
     shares: [f64; POINTS],
     /// Gradients of the shape functions at rest at each point, 1/m.
     shapes: [HexahedronCorners; POINTS],
-    /// By how much the material was made stiffer or softer than the law (scars); 1 as a rule.
+    /// Factor of the law's constants, not 1 in scars.
     factor: f64,
     slots: [Slot; PAIRS],
 }
 
 impl Hexahedra {
-    /// Elements of a law with their shape at the given rest positions, m; `None` where one of them is turned
-    /// over or has no volume.
+    /// Elements of a law with these positions at rest, m; `None` if one of them is inverted or has no volume.
     pub fn new(
         law: MooneyRivlin,
         hexahedra: &[[usize; CORNERS]],
@@ -73,12 +70,11 @@ impl Hexahedra {
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
     }
 
-    /// Multiplies the constants of the tissue in each element.
+    /// Multiplies the constants of each element by its factor.
     pub(crate) fn scale(&mut self, factors: &[f64]) {
         self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
     }
 
-    /// By what the constants of element `number` are multiplied at these activations.
     #[inline(always)]
     fn factor(&self, number: usize, activations: &[f64]) -> f64 {
         let own = self.elements[number].factor;
@@ -187,7 +183,7 @@ impl NullaryFnOnce for HexahedronStiffness<'_> {
     }
 }
 
-/// Adds the share of one point to the blocks of all pairs of corners; `grown` has `J share F⁻ᵀ G`.
+/// Adds the blocks of one point for all pairs of corners; `grown` has `J share F⁻ᵀ G`.
 #[inline(always)]
 fn add_exact(
     blocks: &mut [Matrix3<f64>; PAIRS],
@@ -222,9 +218,8 @@ fn add_exact(
     }
 }
 
-/// The same without the negative eigenvalues of the second derivative in `F` (Smith, de Goes and Kim 2019):
-/// in the axes of the principal stretches it is a block of three by three for the stretches and one of two by
-/// two for each pair of axes.
+/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019). In the
+/// axes of the principal stretches that has a 3 x 3 block for the stretches and a 2 x 2 block for each pair of axes.
 #[inline(never)]
 fn add_convex(
     blocks: &mut [Matrix3<f64>; PAIRS],
@@ -247,7 +242,7 @@ fn add_convex(
         let v = eigen.eigenvectors.column(i);
         sum + v * v.transpose() * eigen.eigenvalues[i].max(0.0)
     });
-    // For each pair of axes: the stiffness of a shear, and its coupling with the transposed shear.
+    // The stiffness of the shear of each pair of axes, and its coupling with the transposed shear.
     let mut own = Matrix3::zeros();
     let mut cross = Matrix3::zeros();
     for i in 0..3 {
@@ -287,7 +282,7 @@ impl Effect<3> for Hexahedra {
 
     fn bind(&mut self, pattern: &Pattern) {
         for e in &mut self.elements {
-            // From the last to be eliminated on, no block has to be turned to be stored.
+            // In the reverse order of elimination no block has to be transposed to be stored.
             let mut order: [usize; CORNERS] = from_fn(|a| a);
             order.sort_by_key(|&a| std::cmp::Reverse(pattern.unknown(e.nodes[a])));
             e.nodes = order.map(|a| e.nodes[a]);
@@ -314,8 +309,7 @@ impl Effect<3> for Hexahedra {
         Arch::new().dispatch(HexahedronStiffness { all: self, at, tangent, stiffness });
     }
 
-    /// With stiffening a muscle acts through the tissue too, as long as the activations of an element add up
-    /// to less than 1.
+    /// With stiffening a muscle also acts through the tissue while the activations of an element add up to less than 1.
     fn add_force_per_tension(
         &self,
         at: Configuration<'_, 3>,
@@ -336,7 +330,7 @@ impl Effect<3> for Hexahedra {
         }
     }
 
-    /// Up to which the tissue keeps a tenth of its volume at every point.
+    /// Largest part for which the tissue keeps a tenth of its volume at every point.
     fn step_limit(&self, at: Configuration<'_, 3>, step: &[Vector3<f64>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
@@ -356,8 +350,7 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The columns of the gradient of a field with these values at the corners, as corners of a tetrahedron at
-/// the origin.
+/// The columns of the gradient of a field with the values `of` at the corners, as a tetrahedron with a corner at the origin.
 #[inline(always)]
 fn as_simplex(shape: &HexahedronCorners, of: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];
@@ -369,7 +362,7 @@ fn as_simplex(shape: &HexahedronCorners, of: &HexahedronCorners, scale: f64) -> 
 
 pub(super) type HexahedronCorners = hexahedron::PerCorner<Vector3<f64>>;
 
-/// The tissue at one point of an element.
+/// Deformation of the tissue at one point of an element.
 #[derive(Clone, Copy)]
 pub(super) struct TissuePoint {
     /// `F`.
@@ -396,12 +389,12 @@ impl TissuePoint {
         let less = (-2.0 / 3.0 * growth.ln_1p()).exp_m1();
         let beyond = 2.0 * h.trace() + h.norm_squared();
         let q = 1.0 + less;
-        // Without the cancellation that q tr FᵀF - 3 has where the tissue has hardly moved.
+        // This is q tr FᵀF - 3 without cancellation for small displacements.
         let distortion = 3.0 * less + q * beyond;
         Self { f: Matrix3::identity() + h, growth, distortion, q, i1: 3.0 + beyond }
     }
 
-    /// Whether the tissue is upright here; where it is not a number it is not.
+    /// Whether `J` is positive and finite.
     #[inline(always)]
     pub(crate) fn is_upright(&self) -> bool {
         self.growth > -1.0 && self.growth.is_finite()
@@ -416,9 +409,8 @@ impl TissuePoint {
     }
 }
 
-/// `x yᵀ` with coefficients that the second derivative of the energy is made of: with `f = F G` and `g = F⁻ᵀ
-/// G` the block of corners a, b is `ff fa fbᵀ + fg (fa gbᵀ + ga fbᵀ) + gg ga gbᵀ + cross gb gaᵀ + unit
-/// (Ga·Gb) I`.
+/// Coefficients of the second derivative of the energy: with `f = F G` and `g = F⁻ᵀ G` the block of corners a, b is `ff fa fbᵀ + fg (fa
+/// gbᵀ + ga fbᵀ) + gg ga gbᵀ + cross gb gaᵀ + unit (Ga·Gb) I`.
 #[derive(Clone, Copy)]
 pub(super) struct ModuliTerms {
     pub ff: f64,
@@ -429,7 +421,7 @@ pub(super) struct ModuliTerms {
 }
 
 impl ModuliTerms {
-    /// At a point under the element's pressure `p = K (V/V0 - 1)`, Pa.
+    /// The coefficients at a point under the element's pressure `p = K (V/V0 - 1)`, Pa.
     #[inline(always)]
     pub fn new(law: &MooneyRivlin, point: &TissuePoint, pressure: f64) -> Self {
         let TissuePoint { growth, distortion, q, i1, .. } = *point;

@@ -1,5 +1,4 @@
-//! Near-incompressible cells: triangles that keep their area, tetrahedra that keep their volume (Kato 2014,
-//! 3.3).
+//! Nearly incompressible cells: triangles that keep their area, tetrahedra that keep their volume (Kato 2014, 3.3).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -10,12 +9,10 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 use super::barrier::{self, barrier};
 use super::{Configuration, Effect, PrimitiveElement, Tangent};
 
-/// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq.
-/// 3.16).
+/// `W = 1/2 kappa ((S - S0)/S0)²` for every cell with the *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16) `S`.
 ///
-/// Force `-kappa (S - S0)/S0² dS/dx`: eqs. 3.30 and 3.18 with the sign of a conservative force and a signed
-/// gradient. Below a tenth of the measure at rest a [`barrier()`] is added, times kappa, so that no cell
-/// turns over.
+/// The force is `-kappa (S - S0)/S0² dS/dx`, eqs. 3.30 and 3.18 with the sign of a conservative force and a signed gradient. Below a tenth
+/// of the measure at rest kappa times a [`barrier()`] is added, so that no cell is inverted.
 #[derive(Debug, Clone)]
 pub struct Incompressibility<const D: usize> {
     /// kappa_s (2D) or kappa_v (3D), J.
@@ -23,13 +20,12 @@ pub struct Incompressibility<const D: usize> {
     cells: Vec<Cell<D>>,
 }
 
-/// A triangle or tetrahedron.
 #[derive(Debug, Clone)]
 struct Cell<const D: usize> {
     nodes: [usize; MAX_CORNERS],
     /// Area, m², or volume, m³, at rest.
     rest: f64,
-    /// Diagonal blocks of the corners, then the blocks of the pairs (0,1) (0,2) .. in order.
+    /// Slots of the diagonal blocks; `pairs` has those of the pairs (0,1), (0,2) and so on.
     diagonal: [Slot; MAX_CORNERS],
     pairs: [Slot; 6],
 }
@@ -40,7 +36,7 @@ impl<const D: usize> Cell<D> {
         &self.nodes[..=D]
     }
 
-    /// Positions of its corners, or steps of them.
+    /// Positions, or steps, of its corners.
     #[inline(always)]
     fn corners(&self, of_nodes: &[SVector<f64, D>]) -> Corners<D> {
         simplex::corners(of_nodes, self.nodes())
@@ -48,7 +44,7 @@ impl<const D: usize> Cell<D> {
 }
 
 impl<const D: usize> Incompressibility<D> {
-    /// Cells with their measure at the given rest positions, m; `kappa` in J (2D: per metre of thickness).
+    /// Cells with their measure at these positions at rest, m; `kappa` in J (2D: per metre of thickness).
     pub fn new(kappa: f64, cells: &Cells<D>, rest_positions: &[SVector<f64, D>]) -> Self {
         let cells = cells.iter().map(|given| {
             let mut nodes = [0; MAX_CORNERS];
@@ -122,8 +118,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         }
     }
 
-    /// `kappa/S0² (g gᵀ + (S - S0) d²S/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive
-    /// semidefinite.
+    /// `kappa/S0² (g gᵀ + (S - S0) d²S/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for c in &self.cells {
             let x = c.corners(at.positions);

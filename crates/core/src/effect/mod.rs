@@ -1,21 +1,20 @@
-//! What acts on the body: one trait, by which each effect *accumulates* its energy, force and stiffness.
+//! Effects, the forces on the body: a trait by which each adds its energy, force and stiffness.
 //!
-//! | effect | energy at rest of the tension | source |
+//! | effect | energy at constant tension | source |
 //! |---|---|---|
-//! | [`Connections`] | `1/2 k (l - l0)²` a connection of tissue | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in time) |
-//! | | `1/2 k1 (l - l0)² + F (l - l0)` a connection of a muscle | 3.2.1 (at rest Q2 and the contractile damper drop out) |
-//! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
-//! | [`QuadraticElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | Bonet and Wood 2008, 6.27 |
-//! | [`Hexahedra`] | `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` a measure, `K/2 V0 (V/V0 - 1)²` an element | Buchaillard et al. 2009; Simo et al. 1985 |
-//! | [`OrientationBarrier`] | `λ V b(m/M)` a part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
-//! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` of a muscle of finite width | a tension that the stretch does not change |
-//! | [`SymmetryPlane`] | `1/2 k (x - x0)²` a node on the plane that halves a body | |
+//! | [`Connections`] | `1/2 k (l - l0)²` per connection of tissue | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in motion) |
+//! | | `1/2 k1 (l - l0)² + F (l - l0)` per connection of a muscle | 3.2.1 (Q2 and the contractile damper act only in motion) |
+//! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` per cell | 3.3.2 (volume), 3.3.3 (area) |
+//! | [`QuadraticElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` per measure, for tissue and cells | Bonet and Wood 2008, 6.27 |
+//! | [`Hexahedra`] | `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` per measure, `K/2 V0 (V/V0 - 1)²` per element | Buchaillard 2009; Simo 1985 |
+//! | [`OrientationBarrier`] | `λ V b(m/M)` per part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
+//! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` per muscle of finite width | tension that does not depend on the stretch |
+//! | [`SymmetryPlane`] | `1/2 k (x - x0)²` per node on the symmetry plane of a half body | |
 //! | [`Attachment`] | `1/2 ∫ κ |u - v|² ds` between surface and bone | chosen, not measured |
-//! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
-//! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
+//! | [`Gravity`] | `-m g·(x - X)` per node | |
+//! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` per node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
 //!
-//! An effect adds to energy, force and stiffness of the nodes. Bones and straight paths, which hold nodes,
-//! are constraints and belong to the [system](crate::system).
+//! Bones and straight paths, which hold nodes, are constraints of the [system](crate::system).
 
 mod attachment;
 pub mod barrier;
@@ -56,10 +55,10 @@ pub struct Configuration<'a, const D: usize> {
     pub tensions: &'a [f64],
 }
 
-/// One element of an effect that consists of springs and area or volume terms only.
+/// An element of an effect that consists of springs and terms of area or volume only.
 #[derive(Debug, Clone, Copy)]
 pub enum PrimitiveElement<'a> {
-    /// A spring, and the muscle along it whose tension it carries as well.
+    /// A spring, and the muscle whose tension it has too.
     Line { spring: &'a spring::Spring, muscle: Option<usize> },
     /// A cell of energy `1/2 kappa ((S - S0)/S0)²`.
     Cell {
@@ -71,10 +70,10 @@ pub enum PrimitiveElement<'a> {
     },
 }
 
-/// Which second derivative is asked for.
+/// The kind of a second derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tangent {
-    /// The true one; may be indefinite away from equilibrium.
+    /// The exact one, which may be indefinite away from equilibrium.
     Exact,
     /// A positive semidefinite one close to it, element by element.
     Convex,
@@ -82,16 +81,14 @@ pub enum Tangent {
 
 /// A force on the body. Its energy is in J (2D: per metre of thickness).
 ///
-/// A new effect is a file here, which implements the nonzero parts of this trait, and one line where a plan
-/// adds it ([`crate::system::Additions`]). Force and stiffness are the negative first and second derivatives
-/// of the energy: `tests/library/effects_are_derivatives_of_their_energy.rs` checks it for every effect in 2D
-/// and 3D, and fails for an effect that is missing there.
+/// Force and stiffness are the negative first and the second derivatives of the energy.
+/// `tests/library/effects_are_derivatives_of_their_energy.rs` checks this for every effect, and fails for an effect that is missing there.
+/// [`crate::system::Additions`] adds an effect to a system.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
-    /// Short name, as it stands in plans and reports.
+    /// Short name in plans and reports.
     fn name(&self) -> &'static str;
 
-    /// Calls `couple` with every set of nodes that the stiffness of this effect couples with each other;
-    /// none for a constant force.
+    /// Calls `couple` with every set of nodes that the stiffness of this effect couples; with none for a constant force.
     fn stencils(&self, _couple: &mut dyn FnMut(&[usize])) {}
 
     /// Number of elements in an evaluation, as a measure of its cost.
@@ -101,12 +98,12 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         count
     }
 
-    /// Calls `visit` with every element, if the effect is made of [`PrimitiveElement`]s alone; false if it is not.
+    /// Calls `visit` with every element and returns true, if all are [`PrimitiveElement`]s; returns false otherwise.
     fn parts(&self, _visit: &mut dyn FnMut(PrimitiveElement<'_>)) -> bool {
         false
     }
 
-    /// Looks up the places of its stiffness blocks; called once, before any [`Effect::add_stiffness`].
+    /// Looks up the slots of its stiffness blocks; called once, before any [`Effect::add_stiffness`].
     fn bind(&mut self, _pattern: &Pattern) {}
 
     /// Potential energy, J.
@@ -118,7 +115,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Adds the second derivative of the energy, N/m; none for a constant force.
     fn add_stiffness(&self, _at: Configuration<'_, D>, _tangent: Tangent, _stiffness: &mut BlockMatrix<D>) {}
 
-    /// Adds the derivative of the force with respect to the tension of muscle `muscle`, N/N.
+    /// Adds the derivative of the force by the tension of muscle `muscle`, N/N.
     fn add_force_per_tension(
         &self,
         _at: Configuration<'_, D>,
@@ -132,20 +129,17 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         1.0
     }
 
-    /// Whether no accepted step can turn a cell over, because this effect's [`Effect::step_limit`] forbids
-    /// it for every cell.
+    /// Whether this effect's [`Effect::step_limit`] prevents every cell from being inverted.
     fn keeps_cells_upright(&self) -> bool {
         false
     }
 
-    /// Number of elements that are compressed so far that the barrier ([`barrier::barrier()`]) acts in them. Their law is no
-    /// longer the published one.
+    /// Number of elements in which the barrier ([`barrier::barrier()`]) acts, so that their law is not the published one.
     fn barrier_active(&self, _at: Configuration<'_, D>) -> usize {
         0
     }
 
-    /// Adds the force of the effect's dampers on every node, N, at the given velocities, m/s: linear in
-    /// them. Only a trajectory asks for it.
+    /// Adds the force of the effect's dampers on every node, N, at these velocities, m/s, in which it is linear. Only motions use it.
     fn add_viscous_force(
         &self,
         _at: Configuration<'_, D>,
@@ -154,31 +148,30 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     ) {
     }
 
-    /// Adds `weight` times minus the derivative of the viscous force with respect to the velocities, N s/m:
-    /// symmetric and positive semidefinite.
+    /// Adds `weight` times the damping matrix, minus the derivative of the viscous force by the velocities, N s/m; it is symmetric and
+    /// positive semidefinite.
     fn add_damping(&self, _at: Configuration<'_, D>, _weight: f64, _damping: &mut BlockMatrix<D>) {}
 
-    /// Strain and stress of every cell that the effect makes a continuum of, in the order of the cells.
+    /// Strain and stress of every cell that is a continuum by this effect, in the order of the cells.
     fn stresses(&self, _at: Configuration<'_, D>) -> Vec<Stress<D>> {
         Vec::new()
     }
 
-    /// The internal states of the effect, which a trajectory must follow.
+    /// The internal states of the effect, which change in motion.
     fn internal(&self) -> Option<&dyn Internal<D>> {
         None
     }
 }
 
-/// The part of an effect that acts through internal states `s` with `ds/dt = rate(x, s)`, one equation a
-/// state, each linear in its own state and coupled to others only through the positions. So an implicit step
-/// can eliminate them one by one, and the stiffness keeps its pattern. Equilibria never ask for it.
+/// The part of an effect with internal states `s`, `ds/dt = rate(x, s)`. Each equation is linear in its own state and coupled to others
+/// only through the positions, so that an implicit step can eliminate the states one by one, and the stiffness keeps its pattern. Only
+/// motions use it.
 ///
-/// In motion this replaces the tension terms of the effect: its other methods are then called with all
-/// tensions zero, and the tensions enter here.
+/// In motion this replaces the tension terms of the effect: its other methods are called with zero tensions, and the tensions enter here.
 pub trait Internal<const D: usize>: Debug {
     fn count(&self) -> usize;
 
-    /// Energy stored, J.
+    /// Stored energy, J.
     fn energy(&self, positions: &[SVector<f64, D>], states: &[f64]) -> f64;
 
     /// Adds the force on every node, N: minus the derivative of the energy.
@@ -188,10 +181,10 @@ pub trait Internal<const D: usize>: Debug {
     fn rates(&self, at: Configuration<'_, D>, states: &[f64], rates: &mut [f64]);
 
     /// Solves `s = known + step rate(x, s)`; `states` holds `known` before and `s` after. `step` in s.
-    fn settle(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]);
+    fn update_internal_state(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]);
 
-    /// Adds minus the derivative of the force with respect to the positions, N/m, with the states settled at
-    /// each position as [`Internal::settle`] does; a step of zero holds them.
+    /// Adds minus the derivative of the force by the positions, N/m, with states that follow the positions as in
+    /// [`Internal::update_internal_state`], or are constant if `step` is zero.
     fn add_stiffness(
         &self,
         at: Configuration<'_, D>,

@@ -1,4 +1,4 @@
-//! A barrier that keeps quadratic elements from turning over.
+//! A barrier that prevents inverted quadratic elements.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -7,39 +7,39 @@ use crate::geometry::simplex;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::barrier;
-use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, SimplexNodes, is_free, may_go};
+use super::barrier_simplices::{
+    BarrierSimplex, BarrierSimplices, SimplexNodes, barrier_is_inactive, step_is_free,
+};
 use super::{Configuration, Effect, Tangent};
 
-/// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide
-/// it, where the law is not evaluated.
+/// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide it.
 ///
-/// The law is evaluated at a few interior points only. At loads far beyond muscle an element can turn over
-/// at a corner although all of these points are valid. So each corner and each part has a measure `m`, that
-/// of the simplex of its edges: from a corner `i` along the edge to `j` with the middle `k` the tangent `4
-/// x_k - 3 x_i - x_j`, in a part the way from one of its nodes to another. Where `m` is below a tenth of
-/// that at rest `M`, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
-/// each. Above a tenth there is no such energy, and the answer is that of the law alone.
+/// The law is evaluated at a few interior points only, so that at loads far beyond those of muscles an element can be inverted at a corner
+/// while all of these points are valid. So each corner and each part has a measure `m`, that of the simplex of its edges: from a corner
+/// `i` along the edge to `j` with the middle `k` the tangent `4 x_k - 3 x_i - x_j`, in a part the vector from one of its nodes to another.
+/// Where `m` is below a tenth of `M`, that at rest, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
+/// each; above a tenth there is none.
 #[derive(Debug, Clone)]
 pub struct OrientationBarrier<const D: usize> {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
     lambda: f64,
-    elements: Vec<GuardedElement>,
+    elements: Vec<BarrierElement>,
 }
 
 #[derive(Debug, Clone)]
-struct GuardedElement {
+struct BarrierElement {
     nodes: [usize; MAX_NODES],
     /// Area, m², or volume, m³, at rest.
     measure: f64,
-    /// One place for each pair of nodes, pairs of a node with itself included.
+    /// A slot for each pair of nodes, with those of a node with itself.
     slots: Vec<Slot>,
 }
 
 impl<const D: usize> OrientationBarrier<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// The barrier for elements of the given nodes (corners, then the middles of [`quadratic::edges`]) with
-    /// their shape at the given rest positions, m, in a tissue of `lambda`, Pa.
+    /// The barrier for elements of these nodes (corners, then the middles of [`quadratic::edges`]) with these positions at rest, m, in
+    /// tissue with Lamé's constant `lambda`, Pa.
     pub fn new<'a>(
         lambda: f64,
         elements: impl Iterator<Item = &'a [usize]>,
@@ -49,22 +49,21 @@ impl<const D: usize> OrientationBarrier<D> {
             let mut nodes = [0; MAX_NODES];
             nodes[..Self::NODES].copy_from_slice(given);
             let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
-            GuardedElement { nodes, measure, slots: Vec::new() }
+            BarrierElement { nodes, measure, slots: Vec::new() }
         });
         Self { lambda, elements: elements.collect() }
     }
 
-    /// Calls `act` for every corner and part in which the barrier acts, with its ratio and the energy that
-    /// scales the barrier, J.
-    fn each(
+    /// Calls `act` for every simplex in which the barrier acts, with its ratio and the energy that scales the barrier, J.
+    fn for_each_active(
         &self,
         positions: &[SVector<f64, D>],
-        mut act: impl FnMut(&GuardedElement, &BarrierSimplex<'_, D>, f64, f64),
+        mut act: impl FnMut(&BarrierElement, &BarrierSimplex<'_, D>, f64, f64),
     ) {
         let guards = BarrierSimplices::<D>::new();
         for e in &self.elements {
             let x = e.gather::<D>(positions);
-            if is_free(e.measure, &x) {
+            if barrier_is_inactive(e.measure, &x) {
                 continue;
             }
             for guarded in guards.of(e.measure, &x) {
@@ -76,7 +75,7 @@ impl<const D: usize> OrientationBarrier<D> {
     }
 }
 
-impl GuardedElement {
+impl BarrierElement {
     #[inline(always)]
     fn gather<const D: usize>(&self, of_nodes: &[SVector<f64, D>]) -> SimplexNodes<D> {
         let mut x = [SVector::zeros(); MAX_NODES];
@@ -106,12 +105,12 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         let mut energy = 0.0;
-        self.each(at.positions, |_, _, ratio, scale| energy += scale * barrier(ratio).value);
+        self.for_each_active(at.positions, |_, _, ratio, scale| energy += scale * barrier(ratio).value);
         energy
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
-        self.each(at.positions, |e, guarded, ratio, scale| {
+        self.for_each_active(at.positions, |e, guarded, ratio, scale| {
             let push = scale * barrier(ratio).slope;
             let slopes = guarded.slopes(&guarded.counts());
             for (&node, slope) in e.nodes[..Self::NODES].iter().zip(&slopes) {
@@ -120,10 +119,9 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
         });
     }
 
-    /// `λ V (b'' g gᵀ + b' d²(m/M)/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive
-    /// semidefinite.
+    /// `λ V (b'' g gᵀ + b' d²(m/M)/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        self.each(at.positions, |e, guarded, ratio, scale| {
+        self.for_each_active(at.positions, |e, guarded, ratio, scale| {
             let b = barrier(ratio);
             let counts = guarded.counts();
             let slopes = guarded.slopes(&counts);
@@ -151,7 +149,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
             let (x, p) = (e.gather::<D>(at.positions), e.gather::<D>(step));
-            if limit == 1.0 && may_go(&x, &p) {
+            if limit == 1.0 && step_is_free(&x, &p) {
                 continue;
             }
             for (here, way) in guards.of(e.measure, &x).zip(guards.of(e.measure, &p)) {
@@ -169,7 +167,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
         let guards = BarrierSimplices::<D>::new();
         let guarded = self.elements.iter().filter(|e| {
             let x = e.gather::<D>(at.positions);
-            !is_free(e.measure, &x) && guards.of(e.measure, &x).any(|g| g.ratio().is_some())
+            !barrier_is_inactive(e.measure, &x) && guards.of(e.measure, &x).any(|g| g.ratio().is_some())
         });
         guarded.count()
     }

@@ -11,21 +11,17 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
 
-/// Pairs of nodes of a quadratic simplex, each node with itself among them.
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
-/// The energy density of the law integrated over simplices with a node at each corner and in the middle of
-/// each edge, at three interior points of a triangle and four of a tetrahedron. The pressure follows from
-/// the law at each point: no further unknowns.
+/// The energy density of the law integrated over simplices with a node at each corner and in the middle of each edge, at three interior
+/// points of a triangle and four of a tetrahedron. The pressure follows from the law at each point and is no unknown.
 ///
-/// With three points, a large mesh of six-node triangles has one constraint of incompressibility for every
-/// two unknowns. So it does not lock up to ν = 0.499, where linear elements lock at 0.49 (Zienkiewicz and
-/// Taylor, The Finite Element Method, 6th ed., vol. 1, 12.4). The error of displacements falls with the
-/// third power of the element size where the solution is smooth.
+/// With three points a large mesh of six-node triangles has one constraint of incompressibility for every two unknowns. So it does not
+/// lock up to ν = 0.499, where linear elements lock at 0.49 (Zienkiewicz and Taylor, The Finite Element Method, 6th ed., vol. 1, 12.4).
+/// The error of displacements is of third order in the element size where the solution is smooth.
 #[derive(Debug, Clone)]
 pub struct QuadraticElements<const D: usize> {
     law: NeoHookean,
-    /// Viscosity η, N s/m².
     viscosity: f64,
     /// Positions of all nodes at rest, m.
     rest: Vec<SVector<f64, D>>,
@@ -35,7 +31,7 @@ pub struct QuadraticElements<const D: usize> {
 #[derive(Debug, Clone)]
 struct Element<const D: usize> {
     nodes: [usize; MAX_NODES],
-    /// Area, m², or volume, m³, at rest that belongs to each point.
+    /// Area, m², or volume, m³, at rest of each point.
     share: f64,
     /// Gradients of the shape functions at rest at each point, 1/m.
     shapes: [Shapes<D>; MAX_CORNERS],
@@ -46,7 +42,7 @@ struct Element<const D: usize> {
 
 type Shapes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
-/// Pairs of nodes of an element, each node with itself among them.
+/// Pairs of nodes of an element, with those of a node with itself.
 fn pairs<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..quadratic::nodes::<D>()).flat_map(|a| (a..quadratic::nodes::<D>()).map(move |b| (a, b)))
 }
@@ -54,9 +50,8 @@ fn pairs<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// Elements of a law and a viscosity (N s/m²) of the given nodes
-    /// (corners, then the middles of [`quadratic::edges`]) with their shape at the given rest positions, m.
-    /// Their sides are straight: only the corners' positions count.
+    /// Elements of a law and a viscosity (N s/m²) with these nodes (corners, then the middles of [`quadratic::edges`]) and positions at
+    /// rest, m. Sides are straight at rest, so that only the positions of corners are used.
     pub fn new<'a>(
         law: NeoHookean,
         viscosity: f64,
@@ -94,7 +89,6 @@ impl<const D: usize> Element<D> {
         &self.shapes[..quadratic::points::<D>().len()]
     }
 
-    /// The values at the nodes of the element, out of those at all nodes.
     #[inline(always)]
     fn gather(&self, of_node: impl Fn(usize) -> SVector<f64, D>) -> Shapes<D> {
         let mut own = [SVector::zeros(); MAX_NODES];
@@ -104,8 +98,8 @@ impl<const D: usize> Element<D> {
         own
     }
 
-    /// The law at every point, and the gradients of the shape functions in the deformed shape, `F⁻ᵀ` times
-    /// those at rest.
+    /// Calls `point` for every integration point with the gradients of the shape functions at rest and in the deformed shape (`F⁻ᵀ` times
+    /// those at rest), and the state of the law.
     #[inline(always)]
     fn at_points(
         &self,
@@ -116,17 +110,17 @@ impl<const D: usize> Element<D> {
         for shape in self.shapes() {
             let by = gradient(shape, displaced);
             let here = law.displaced(&by);
-            let turned = cofactors(&(SMatrix::identity() + by)) * (1.0 / here.volume_ratio());
+            let inverse_transpose = cofactors(&(SMatrix::identity() + by)) * (1.0 / here.volume_ratio());
             let mut deformed = [SVector::zeros(); MAX_NODES];
             for (deformed, shape) in deformed[..Self::NODES].iter_mut().zip(shape) {
-                *deformed = turned * shape;
+                *deformed = inverse_transpose * shape;
             }
             point(shape, &deformed, here);
         }
     }
 }
 
-/// The gradient of a field with these values at the nodes, given the gradients of the shape functions.
+/// The gradient of a field with these values at the nodes, from the gradients of the shape functions.
 #[inline(always)]
 fn gradient<const D: usize>(shape: &Shapes<D>, of_nodes: &Shapes<D>) -> SMatrix<f64, D, D> {
     let mut gradient = SMatrix::zeros();
@@ -136,7 +130,7 @@ fn gradient<const D: usize>(shape: &Shapes<D>, of_nodes: &Shapes<D>) -> SMatrix<
     gradient
 }
 
-/// The columns of a square as corners of a simplex at the origin: its measure is the determinant over `D!`.
+/// The columns of a matrix as a simplex with a corner at the origin, whose measure is the determinant over `D!`.
 #[inline(always)]
 fn as_simplex<const D: usize>(f: &SMatrix<f64, D, D>) -> Corners<D> {
     let mut corners = [SVector::zeros(); MAX_CORNERS];
@@ -159,7 +153,6 @@ fn cofactors<const D: usize>(f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
 }
 
 impl<const D: usize> QuadraticElements<D> {
-    /// The displacements of an element's nodes, m.
     #[inline(always)]
     fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
         e.gather(|node| positions[node] - self.rest[node])
@@ -176,8 +169,7 @@ struct QuadraticStiffness<'a, const D: usize> {
 impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
     type Output = ();
 
-    /// The sum of [`Deformed::tangent`] over all points. The part that does not depend on the shape was
-    /// summed beforehand.
+    /// The sum of [`Deformed::tangent`] over all points; `products` has the sum of the part that does not depend on the shape.
     #[inline(always)]
     fn call(self) {
         let NeoHookean { lambda, mu } = self.all.law;
@@ -190,7 +182,7 @@ impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
             let (mut point, mut is_simple) = (0, true);
             e.at_points(self.all.law, &displaced, |shape, deformed, law| {
                 points[point] = *deformed;
-                turns[point] = law.turn() * e.share;
+                turns[point] = law.transpose_modulus() * e.share;
                 if convex {
                     let untwisting = law.untwisting();
                     is_simple &= untwisting.is_some();
@@ -229,7 +221,6 @@ impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
 }
 
 impl<const D: usize> QuadraticElements<D> {
-    /// The convex stiffness of an element at any deformation.
     fn add_convex(&self, e: &Element<D>, displaced: &Shapes<D>, stiffness: &mut BlockMatrix<D>) {
         let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
         e.at_points(self.law, displaced, |shape, deformed, law| {
@@ -258,7 +249,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for e in &mut self.elements {
-            // Nodes in descending order of elimination, so that no block has to be transposed to be stored.
+            // In the reverse order of elimination no block has to be transposed to be stored.
             let mut order: Vec<usize> = (0..Self::NODES).collect();
             order.sort_by_key(|&a| std::cmp::Reverse(pattern.unknown(e.nodes[a])));
             let old = e.clone();
@@ -285,8 +276,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         energy
     }
 
-    /// `-V0 P G` on each node, with the first Piola-Kirchhoff stress `P` and the shape function's gradient
-    /// `G`, from each point.
+    /// `-V0 P G` on each node for each point, with the first Piola-Kirchhoff stress `P` and the shape function's gradient `G`.
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for e in &self.elements {
             let displaced = self.displaced(e, at.positions);
@@ -294,8 +284,8 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
             for shape in e.shapes() {
                 let by = gradient(shape, &displaced);
                 let law = self.law.displaced(&by);
-                let turned = cofactors(&(SMatrix::identity() + by)) * (1.0 / law.volume_ratio());
-                let stress = law.piola(&turned);
+                let inverse_transpose = cofactors(&(SMatrix::identity() + by)) * (1.0 / law.volume_ratio());
+                let stress = law.piola(&inverse_transpose);
                 for (pull, shape) in pull[..Self::NODES].iter_mut().zip(shape) {
                     *pull += stress * shape;
                 }
@@ -306,14 +296,14 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// `V0` times the block of `dP/dF` between the gradients of two shape functions, from each point;
-    /// [`Tangent::Convex`] leaves out the negative eigenvalues of `dP/dF`.
+    /// `V0` times the block of `dP/dF` between the gradients of two shape functions for each point; [`Tangent::Convex`] leaves out the
+    /// negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         Arch::new().dispatch(QuadraticStiffness { all: self, at, tangent, stiffness });
     }
 
-    /// `-V 2 η d g` on each node, from each point: `V` the deformed measure and `g` the shape function's
-    /// gradient there.
+    /// `-V 2 η d g` on each node for each point, with the deformed measure `V`, the rate of deformation `d` and the shape function's
+    /// gradient `g`.
     fn add_viscous_force(
         &self,
         at: Configuration<'_, D>,
@@ -333,7 +323,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// `V η (ga·gb I + gb gaᵀ)` between two nodes, from each point.
+    /// `V η (ga·gb I + gb gaᵀ)` between two nodes for each point.
     fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
         for e in &self.elements {
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
@@ -351,12 +341,10 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// For each element, the state in the middle of each of its linear parts, which are the cells of the
-    /// mesh.
+    /// The state in the middle of each linear part of each element; the parts are the cells of the mesh.
     fn stresses(&self, at: Configuration<'_, D>) -> Vec<Stress<D>> {
         let points = quadratic::points::<D>();
-        // Gradients are linear within an element, so a weighted sum of those at its points gives the
-        // gradient in the middle of a part.
+        // Gradients are linear within an element, so that the gradient in the middle of a part is a weighted sum of those at the points.
         let weights = quadratic::parts::<D>().iter().map(|part| {
             let middle = quadratic::middle::<D>(part);
             let (near, far) = (points[0][0], points[0][1]);
@@ -373,7 +361,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }))
     }
 
-    /// Largest part of `step` that leaves the tissue a tenth of its area or volume at every point.
+    /// Largest part of `step` for which the tissue keeps a tenth of its area or volume at every point.
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {

@@ -6,33 +6,35 @@ use super::Tangent;
 use super::barrier::{Barrier, THRESHOLD, barrier};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// A linear spring between two nodes, with the places of its stiffness blocks.
+/// A linear spring between two nodes.
 #[derive(Debug, Clone)]
 pub struct Spring {
     pub nodes: [usize; 2],
     /// Spring constant, N/m (2D: per metre of thickness).
     pub stiffness: f64,
-    /// Length at which the spring carries nothing, m.
+    /// Length without tension, m.
     pub rest_length: f64,
     slots: [Slot; 3],
 }
 
-/// Distance between the ends and the unit direction from the first to the second.
-///
-/// Ends that coincide have no direction. The direction is then the zero vector, so that there is no force
-/// and no division by zero.
+/// Distance between the nodes, and the unit vector from the first to the second, which is zero if they coincide.
 #[inline(always)]
 pub(crate) fn length_and_direction<const D: usize>(
     positions: &[SVector<f64, D>],
     nodes: [usize; 2],
 ) -> (f64, SVector<f64, D>) {
-    let d = positions[nodes[1]] - positions[nodes[0]];
+    direction_of(&(positions[nodes[1]] - positions[nodes[0]]))
+}
+
+/// Length and unit direction of a vector; the direction of a zero vector is zero.
+#[inline(always)]
+pub(crate) fn direction_of<const D: usize>(d: &SVector<f64, D>) -> (f64, SVector<f64, D>) {
     let length = d.norm();
     if length > 0.0 { (length, d / length) } else { (0.0, SVector::zeros()) }
 }
 
 impl Spring {
-    /// A spring not yet bound to a matrix.
+    /// A spring without slots.
     pub fn new(nodes: [usize; 2], stiffness: f64, rest_length: f64) -> Self {
         Self { nodes, stiffness, rest_length, slots: [Slot::UNBOUND; 3] }
     }
@@ -42,20 +44,20 @@ impl Spring {
         self.slots = [pattern.slot(a, a), pattern.slot(b, b), pattern.slot(a, b)];
     }
 
-    /// The barrier, where the spring is so short that it acts.
+    /// The barrier, if the spring is short enough for it to act.
     #[inline(always)]
     fn barrier(&self, length: f64) -> Option<Barrier> {
         (length < THRESHOLD * self.rest_length).then(|| barrier(length / self.rest_length))
     }
 
-    pub(crate) fn is_guarded<const D: usize>(&self, positions: &[SVector<f64, D>]) -> bool {
+    pub(crate) fn barrier_is_active<const D: usize>(&self, positions: &[SVector<f64, D>]) -> bool {
         let [a, b] = self.nodes;
         let least = THRESHOLD * self.rest_length;
         self.stiffness > 0.0 && (positions[b] - positions[a]).norm_squared() < least * least
     }
 
-    /// Energy with an extra constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the
-    /// rest length `k l0²` times the [`barrier()`].
+    /// Energy with an additional constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the rest length `k l0²` times
+    /// the [`barrier()`].
     #[inline(always)]
     pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
         let (length, _) = length_and_direction(positions, self.nodes);
@@ -69,7 +71,7 @@ impl Spring {
         }
     }
 
-    /// Adds the force of tension `k (l - l0) + F` on both ends, N.
+    /// Adds the force of the tension `k (l - l0) + F`, and of the barrier, on both ends, N.
     #[inline(always)]
     pub fn add_force<const D: usize>(
         &self,
@@ -78,29 +80,28 @@ impl Spring {
         force: &mut [SVector<f64, D>],
     ) {
         let (length, n) = length_and_direction(positions, self.nodes);
-        let mut whole = self.stiffness * (length - self.rest_length) + tension;
+        let mut total_tension = self.stiffness * (length - self.rest_length) + tension;
         if let Some(b) = self.barrier(length) {
-            whole += self.stiffness * self.rest_length * b.slope;
+            total_tension += self.stiffness * self.rest_length * b.slope;
         }
-        self.add_pull(n, whole, force);
+        self.add_pull(n, total_tension, force);
     }
 
-    /// Adds the force of tension `whole`, N, along the direction `n` on both ends.
+    /// Adds the force of a tension, N, along the direction `n` on both ends.
     #[inline(always)]
     pub(crate) fn add_pull<const D: usize>(
         &self,
         n: SVector<f64, D>,
-        whole: f64,
+        total_tension: f64,
         force: &mut [SVector<f64, D>],
     ) {
-        let pull = n * whole;
+        let pull = n * total_tension;
         force[self.nodes[0]] += pull;
         force[self.nodes[1]] -= pull;
     }
 
-    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)`, with `T` the whole tension: stiff along its direction, and across
-    /// it as stiff as it is taut. In compression the second part is negative; [`Tangent::Convex`] leaves it
-    /// out then.
+    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)` with the total tension `T`. The second part is negative in compression, where
+    /// [`Tangent::Convex`] leaves it out.
     #[inline(always)]
     pub fn add_stiffness<const D: usize>(
         &self,
@@ -110,28 +111,28 @@ impl Spring {
         stiffness: &mut BlockMatrix<D>,
     ) {
         let (length, n) = length_and_direction(positions, self.nodes);
-        let mut whole = self.stiffness * (length - self.rest_length) + tension;
+        let mut total_tension = self.stiffness * (length - self.rest_length) + tension;
         let mut slope = self.stiffness;
         if let Some(b) = self.barrier(length) {
-            whole += self.stiffness * self.rest_length * b.slope;
+            total_tension += self.stiffness * self.rest_length * b.slope;
             slope += self.stiffness * b.curvature;
         }
-        self.add_line(length, n, slope, whole, tangent, stiffness);
+        self.add_line(length, n, slope, total_tension, tangent, stiffness);
     }
 
-    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T`
-    /// that grows by `slope` with its length, N/m.
+    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T`, whose derivative by the length
+    /// is `slope`, N/m.
     #[inline(always)]
     pub(crate) fn add_line<const D: usize>(
         &self,
         length: f64,
         n: SVector<f64, D>,
         slope: f64,
-        whole: f64,
+        total_tension: f64,
         tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        let mut across = if length > 0.0 { whole / length } else { 0.0 };
+        let mut across = if length > 0.0 { total_tension / length } else { 0.0 };
         if tangent == Tangent::Convex {
             across = across.max(0.0);
         }

@@ -1,5 +1,4 @@
-//! Geometry without anatomy: simplices and their shared edges and faces, straight lines and closed curves in
-//! the plane.
+//! Geometry without anatomy: simplices, hexahedra, straight lines and curves.
 
 pub mod hexahedron;
 mod natural_spline;
@@ -17,12 +16,12 @@ pub use thin_plate::ThinPlate;
 
 use nalgebra::SVector;
 
-/// The largest size of a coordinate of any vector.
+/// Largest absolute coordinate of any vector; 0 without vectors.
 pub fn largest<const D: usize>(vectors: &[SVector<f64, D>]) -> f64 {
     vectors.iter().map(SVector::amax).fold(0.0, f64::max)
 }
 
-/// The longest side of the box around points, m; 0 without points.
+/// Longest side of the bounding box of points, m; 0 without points.
 pub fn extent<const D: usize>(points: &[SVector<f64, D>]) -> f64 {
     let Some(first) = points.first() else { return 0.0 };
     let (low, high) = points.iter().fold((*first, *first), |(l, h), p| (l.inf(p), h.sup(p)));

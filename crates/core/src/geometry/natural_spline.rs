@@ -2,26 +2,26 @@
 
 use super::plane::{self, Point};
 
-/// A natural cubic spline through points with their distances as its parameter (de Boor 1978, chapter IV):
-/// its second derivative is zero at both ends.
+/// A natural cubic spline through points, whose parameter is the sum of their distances (de Boor 1978, chapter IV). Its second derivative
+/// is zero at both ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NaturalSpline {
-    /// A fine polygon.
+    /// The corners of the polygon that stands for the curve.
     samples: Vec<Point>,
 }
 
-/// Number of straight pieces with which the length of a span is measured.
+/// Number of straight pieces of the polygon for each span.
 const PIECES: usize = 16;
 
 impl NaturalSpline {
-    /// The curve through at least two points. `None` if there are fewer, or if neighbours coincide.
+    /// The curve through `points`, m. `None` for fewer than two points, or if neighbours coincide.
     pub fn through(points: &[Point]) -> Option<Self> {
         let n = points.len();
         let lengths: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
         if n < 2 || !lengths.iter().all(|l| *l > 0.0 && l.is_finite()) {
             return None;
         }
-        // Second derivatives: a tridiagonal system, eliminated from front to back.
+        // The tridiagonal system of the second derivatives is eliminated from front to back.
         let mut bends = vec![Point::zeros(); n];
         let mut above = vec![0.0; n];
         for i in 1..n - 1 {
@@ -47,7 +47,7 @@ impl NaturalSpline {
         Some(Self { samples })
     }
 
-    /// The curve, extended at both ends by straight pieces of this length along its tangents.
+    /// The curve with a straight piece of this length, m, along the tangent at either end.
     pub fn extended(mut self, length: f64) -> Self {
         let n = self.samples.len();
         let ends = [[0, 1], [n - 1, n - 2]].map(|pair| pair.map(|i| self.samples[i]));
@@ -75,7 +75,7 @@ mod tests {
     fn approaches_an_arc_and_goes_through_its_points() {
         let worst = |n: usize| {
             let curve = NaturalSpline::through(&arc(n)).unwrap();
-            // The ends are left out: the spline does not bend there, the arc does.
+            // The ends are left out, because the spline has no curvature there.
             let inner = curve.polygon().iter().filter(|p| (0.8..2.2).contains(&p.y.atan2(p.x)));
             inner.map(|p| (p.norm() - 1.0).abs()).fold(0.0, f64::max)
         };

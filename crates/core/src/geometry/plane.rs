@@ -1,21 +1,21 @@
-//! Points, straight lines and similarities (a rotation, a scale and a shift) in the midsagittal plane.
+//! Points, lines, polygons and similarities in the midsagittal plane.
 
 use nalgebra::Vector2;
 
 /// A point or a displacement in the plane, m.
 pub type Point = Vector2<f64>;
 
-/// Twice the signed area of triangle `abc`, m²; positive when counter-clockwise.
+/// Twice the signed area of triangle `abc`, m²; positive if counter-clockwise.
 pub(crate) fn doubled_area(a: Point, b: Point, c: Point) -> f64 {
     (b - a).perp(&(c - a))
 }
 
-/// The signed area inside a closed polygon, m²; positive when counter-clockwise.
+/// Signed area of a closed polygon, m²; positive if counter-clockwise.
 pub(crate) fn polygon_area(polygon: &[Point]) -> f64 {
     0.5 * edges(polygon).map(|(a, b)| a.perp(&b)).sum::<f64>()
 }
 
-/// The edges of a closed polygon, the last one back to the start.
+/// The edges of a closed polygon, with that from the last corner to the first.
 pub(crate) fn edges(polygon: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
     polygon.iter().zip(polygon.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
 }
@@ -28,20 +28,19 @@ pub(crate) fn encloses(polygon: &[Point], p: Point) -> bool {
     })
 }
 
-/// The fraction of the way from `a` to `b` at which the line is nearest to `p`, within 0 ..= 1.
+/// Fraction, 0 to 1, of the segment from `a` to `b` at which it is nearest to `p`.
 pub(crate) fn nearest_fraction(p: Point, a: Point, b: Point) -> f64 {
     let along = b - a;
     let squared = along.norm_squared();
     if squared > 0.0 { ((p - a).dot(&along) / squared).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// The squared distance of `p` from the line from `a` to `b`, m².
 pub(crate) fn squared_distance_to_line(p: Point, a: Point, b: Point) -> f64 {
     (a + (b - a) * nearest_fraction(p, a, b) - p).norm_squared()
 }
 
-/// Where line `ab` crosses line `cd`, as the fractions of the way along each; `None` when parallel.
-/// The fractions are within 0 ..= 1 only where the lines themselves, not their extensions, cross.
+/// Where the line `ab` crosses the line `cd`, as fractions of both segments; `None` if they are parallel. The segments cross if both
+/// fractions are within 0 to 1.
 pub(crate) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<[f64; 2]> {
     let (along, other) = (b - a, d - c);
     let turn = along.perp(&other);
@@ -62,14 +61,14 @@ pub(crate) fn crosses_itself(polygon: &[Point]) -> bool {
     })
 }
 
-/// The centre of the circle through three points; not finite when they are in line.
+/// Centre of the circle through three points; not finite if they are in line.
 pub(crate) fn circumcentre([a, b, c]: [Point; 3]) -> Point {
     let (u, v) = (b - a, c - a);
     let (uu, vv) = (u.norm_squared(), v.norm_squared());
     a + Point::new(v.y * uu - u.y * vv, u.x * vv - v.x * uu) / (2.0 * u.perp(&v))
 }
 
-/// `x -> m x + shift`, where `m` turns by the angle of `(turn[0], turn[1])` and scales by its length.
+/// `x -> m x + shift`, where `m` rotates by the angle of the vector `turn` and scales by its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Similarity {
     turn: [f64; 2],
@@ -85,20 +84,19 @@ impl Default for Similarity {
 impl Similarity {
     pub const IDENTITY: Self = Self { turn: [1.0, 0.0], shift: Point::new(0.0, 0.0) };
 
-    /// Turns by an angle (rad, from x towards y) and scales about the origin, then shifts (m).
+    /// Rotates by an angle (rad, from x towards y) and scales about the origin, then shifts (m).
     pub fn new(scale: f64, angle: f64, shift: Point) -> Self {
         Self { turn: [scale * angle.cos(), scale * angle.sin()], shift }
     }
 
-    /// The point that [`place`](Self::place) carries to `p`.
+    /// The inverse of [`place`](Self::place).
     pub fn back(&self, p: Point) -> Point {
         let ([c, s], q) = (self.turn, p - self.shift);
         Point::new(c * q.x + s * q.y, c * q.y - s * q.x) / (c * c + s * s)
     }
 
-    /// The similarity that brings `from` nearest to `to` by least squares (Umeyama 1991; in the plane a
-    /// quotient of complex numbers). Points that already agree to 1 nm give the identity to the bit. `None`
-    /// for fewer than two points or points that coincide.
+    /// The similarity that brings `from` nearest to `to` by least squares (Umeyama 1991). Points that agree to 1 nm give exactly the
+    /// identity. `None` for fewer than two points, or if points coincide.
     pub fn between(from: &[Point], to: &[Point]) -> Option<Self> {
         if from.len() != to.len() || from.len() < 2 {
             return None;
@@ -122,7 +120,7 @@ impl Similarity {
         good.then_some(Self { turn, shift })
     }
 
-    /// As [`Similarity::between`], without scaling; one point is shifted.
+    /// The rotation and shift that bring `from` nearest to `to` by least squares; one point is only shifted.
     pub fn rigid(from: &[Point], to: &[Point]) -> Option<Self> {
         if let ([a], [b]) = (from, to) {
             return Some(Self { shift: b - a, ..Self::IDENTITY });
@@ -133,12 +131,12 @@ impl Similarity {
         Some(Self { shift: mean(to) - turned.place(mean(from)), ..turned })
     }
 
-    /// The scale: lengths are multiplied by it.
+    /// The factor of lengths.
     pub fn scale(&self) -> f64 {
         self.turn[0].hypot(self.turn[1])
     }
 
-    /// The angle of the rotation, from x towards y, rad.
+    /// Angle of the rotation, from x towards y, rad.
     pub fn angle(&self) -> f64 {
         self.turn[1].atan2(self.turn[0])
     }

@@ -1,22 +1,20 @@
 //! Quadratic simplices with straight sides (a node at each corner and one in the middle of each edge), and Gauss's rules.
 //!
-//! Corners come first, then the middles of `EDGES`: the order of VTK. In barycentric coordinates `l` the
-//! shape functions are `l_i (2 l_i - 1)` and `4 l_i l_j` (Zienkiewicz and Taylor, The Finite Element Method,
-//! 6th ed., vol. 1, 4.7 and 4.9).
+//! Corners come first, then the middles of `EDGES`, as in VTK. In barycentric coordinates `l` the shape functions are `l_i (2 l_i - 1)`
+//! and `4 l_i l_j` (Zienkiewicz and Taylor, The Finite Element Method, 6th ed., vol. 1, 4.7 and 4.9).
 
 use nalgebra::SVector;
 
 use super::simplex::{Corners, MAX_CORNERS};
 
-/// Largest number of nodes of a quadratic simplex: the ten of a tetrahedron. A triangle uses the first six
-/// of such an array.
+/// Largest number of nodes of a quadratic simplex, that of a tetrahedron. A triangle uses the first six items of an array.
 pub const MAX_NODES: usize = 10;
 
-/// Edge `n` joins these two corners; node `corners + n` lies in its middle.
+/// The two corners of each edge; node `corners + n` is the middle of edge `n`.
 const EDGES: [[[usize; 2]; 6]; 2] =
     [[[0, 1], [1, 2], [2, 0], [0, 0], [0, 0], [0, 0]], [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]];
 
-/// The linear cells whose corners are the nodes of a quadratic one.
+/// The linear cells into which the nodes divide a quadratic cell.
 const PARTS: [&[&[usize]]; 2] = [
     &[&[0, 3, 5], &[3, 1, 4], &[5, 4, 2], &[3, 4, 5]],
     &[
@@ -31,12 +29,11 @@ const PARTS: [&[&[usize]]; 2] = [
     ],
 ];
 
-/// Interior points at which quadratic polynomials are integrated exactly, each with the same weight (Hammer
-/// and Stroud 1956).
+/// Interior points with equal weights that integrate quadratic polynomials exactly (Hammer and Stroud 1956).
 const POINTS: [&[[f64; MAX_CORNERS]]; 2] = {
     const P: f64 = 1.0 / 6.0;
     const Q: f64 = 2.0 / 3.0;
-    // (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20.
+    // R is (5 - sqrt 5)/20 and S is (5 + 3 sqrt 5)/20.
     const R: f64 = 0.138_196_601_125_010_5;
     const S: f64 = 0.585_410_196_624_968_5;
     [
@@ -50,17 +47,17 @@ pub const fn nodes<const D: usize>() -> usize {
     (D + 1) * (D + 2) / 2
 }
 
-/// The two corners on either side of each node that is the middle of an edge.
+/// The two corners beside each node that is the middle of an edge.
 pub fn edges<const D: usize>() -> &'static [[usize; 2]] {
     &EDGES[D - 2][..nodes::<D>() - D - 1]
 }
 
-/// The linear cells, 4 in the plane and 8 in space, into which the nodes divide a quadratic one.
+/// The linear cells, 4 in the plane and 8 in space, into which the nodes divide a quadratic cell.
 pub fn parts<const D: usize>() -> &'static [&'static [usize]] {
     PARTS[D - 2]
 }
 
-/// Barycentric coordinates of the middle of one of the [`parts`].
+/// Barycentric coordinates of the centroid of one of the [`parts`].
 pub fn middle<const D: usize>(part: &[usize]) -> [f64; MAX_CORNERS] {
     let mut at = [0.0; MAX_CORNERS];
     let share = 1.0 / part.len() as f64;
@@ -73,7 +70,7 @@ pub fn middle<const D: usize>(part: &[usize]) -> [f64; MAX_CORNERS] {
     at
 }
 
-/// Barycentric coordinates of the integration points: 3 in the plane, 4 in space, equal in weight.
+/// Barycentric coordinates of the integration points, 3 in the plane and 4 in space, with equal weights.
 pub fn points<const D: usize>() -> &'static [[f64; MAX_CORNERS]] {
     POINTS[D - 2]
 }
@@ -90,8 +87,7 @@ pub fn values<const D: usize>(at: &[f64; MAX_CORNERS]) -> [f64; MAX_NODES] {
     out
 }
 
-/// Gradients of the shape functions at barycentric coordinates, 1/m, from those of the coordinates
-/// themselves.
+/// Gradients of the shape functions at barycentric coordinates, 1/m, from the gradients of these coordinates.
 pub fn gradients<const D: usize>(
     at: &[f64; MAX_CORNERS],
     of_coordinates: &Corners<D>,
@@ -107,12 +103,11 @@ pub fn gradients<const D: usize>(
     out
 }
 
-/// Places in -1..1 and weights, whose sum is 2, of Gauss's rule with `count` points: exact for polynomials up
-/// to degree `2 count - 1`. Roots of the Legendre polynomial by Newton's method (Press et al., Numerical
-/// Recipes, 3rd ed., 4.6).
+/// Points in -1..1 and weights, whose sum is 2, of Gauss's rule with `count` points, which is exact for polynomials up to degree
+/// `2 count - 1`. The points are the roots of the Legendre polynomial, by Newton's method (Press et al., Numerical Recipes, 3rd ed., 4.6).
 pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
-    // The polynomial of degree `count` and its slope.
+    // The Legendre polynomial of degree `count` and its derivative.
     let legendre = |x: f64| {
         let (mut before, mut value) = (1.0, x);
         for k in 2..=count {
@@ -162,7 +157,7 @@ mod tests {
         let x = corners::<D>();
         let nodes = all_nodes(&x);
         assert_eq!(nodes.len(), super::nodes::<D>());
-        // Shape functions reproduce a quadratic field and its gradient everywhere.
+        // Shape functions reproduce a quadratic field and its gradient exactly.
         let field = |p: &SVector<f64, D>| 1.0 + 2.0 * p[0] - p[1] + 3.0 * p[0] * p[1] - p[1] * p[1];
         let slope = |p: &SVector<f64, D>| {
             let mut g = SVector::<f64, D>::zeros();

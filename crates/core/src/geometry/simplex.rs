@@ -1,19 +1,17 @@
 //! Signed area of a triangle and signed volume of a tetrahedron, with first and second derivatives.
 //!
-//! The thesis puts absolute values around the components of the gradient (eqs. 3.22, 3.34); taken literally,
-//! the force always pushes towards +x, +y. Here everything is signed: the measure of an inverted cell is
-//! negative.
+//! All measures are signed: that of an inverted cell is negative. With the absolute values in the gradients of the thesis (eqs. 3.22,
+//! 3.34) the force would always push towards +x, +y.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Largest number of corners of a cell: the four of a tetrahedron. A triangle uses the first three of such
-/// an array.
+/// Largest number of corners of a cell, that of a tetrahedron. A triangle uses the first three items of an array.
 pub const MAX_CORNERS: usize = 4;
 
-/// Positions of the `D + 1` corners of a cell, m; entries beyond are zero.
+/// Positions of the `D + 1` corners of a cell, m; further items are zero.
 pub type Corners<const D: usize> = [SVector<f64, D>; MAX_CORNERS];
 
-/// Picks the corners of `cell` (its `D + 1` node numbers) out of `positions`.
+/// The positions of the corners of `cell`, whose `D + 1` items are numbers of nodes.
 #[inline]
 pub fn corners<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) -> Corners<D> {
     let mut out = [SVector::zeros(); MAX_CORNERS];
@@ -23,7 +21,7 @@ pub fn corners<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) ->
     out
 }
 
-/// Signed area (2D, m²; positive when counter-clockwise) or volume (3D, m³) of a simplex.
+/// Signed area (2D, m²; positive if counter-clockwise) or volume (3D, m³) of a simplex.
 #[inline]
 pub fn measure<const D: usize>(x: &Corners<D>) -> f64 {
     const { assert!(D == 2 || D == 3, "a tongue is flat or solid") };
@@ -31,10 +29,8 @@ pub fn measure<const D: usize>(x: &Corners<D>) -> f64 {
     if D == 2 { 0.5 * (b[0] * c[1] - b[1] * c[0]) } else { cross(&b, &c).dot(&(x[3] - x[0])) / 6.0 }
 }
 
-/// Derivative of [`measure`] with respect to each corner, m (2D) or m² (3D).
-///
-/// 2D: `dS/dA = 1/2 (y_B - y_C, x_C - x_B)` and cyclic (thesis eq. 3.34 with its signs mended);
-/// 3D: a sixth of the cross product of the opposite face's edges (eq. 3.22 likewise).
+/// Derivative of [`measure`] by each corner, m (2D) or m² (3D): `dS/dA = 1/2 (y_B - y_C, x_C - x_B)` and cyclic (thesis eq. 3.34 with
+/// corrected signs); in 3D a sixth of the cross product of two edges of the opposite face (eq. 3.22 likewise).
 #[inline]
 pub fn gradient<const D: usize>(x: &Corners<D>) -> Corners<D> {
     let mut g = [SVector::zeros(); MAX_CORNERS];
@@ -54,8 +50,7 @@ pub fn gradient<const D: usize>(x: &Corners<D>) -> Corners<D> {
     g
 }
 
-/// Second derivative of [`measure`] with respect to corners `a` (rows) and `b` (columns), dimensionless (2D)
-/// or m (3D).
+/// Second derivative of [`measure`] by corners `a` (rows) and `b` (columns), dimensionless (2D) or m (3D).
 #[inline]
 pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f64, D, D> {
     let mut h = SMatrix::zeros();
@@ -68,8 +63,8 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
         h[(1, 0)] = -sign;
         return h;
     }
-    // For corners a, b the block is the cross-product matrix of the edge between the other two corners, c ->
-    // d, against the sign of the permutation (a, b, c, d).
+    // The block is the cross-product matrix of the edge from c to d, the other two corners, times minus the sign of the permutation (a, b,
+    // c, d).
     let [c, d] = others(a, b);
     let sign = if permutation_is_even([a, b, c, d]) { -1.0 } else { 1.0 };
     let e = (x[d] - x[c]) * (sign / 6.0);
@@ -82,14 +77,11 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
     h
 }
 
-/// A step may reduce the area or volume of a simplex by at most this part of it.
+/// Largest part of its area or volume that a simplex may lose in one step.
 pub(crate) const LARGEST_LOSS: f64 = 0.9;
 
-/// Largest `t <= 1` found such that a simplex keeps a tenth of its measure along the whole straight way
-/// `x + s p`, `0 <= s <= t`.
-///
-/// The measure along a straight way is a polynomial of degree `D`. Its Bernstein coefficients bound it from
-/// below, so the answer is safe; it is sharpened by halving, to within 1/64 of the way.
+/// The largest `t <= 1`, to 1/64, for which a simplex is known to keep a tenth of its measure on the whole straight path `x + s p`,
+/// `0 <= s <= t`. The measure is a polynomial of degree `D` in `s`, which its Bernstein coefficients bound from below.
 ///
 /// Inlined, because it takes half of the time that a solve spends on its step limits.
 #[inline(always)]
@@ -101,7 +93,7 @@ pub fn safe_part<const D: usize>(x: &Corners<D>, p: &Corners<D>) -> f64 {
         }
         measure(&y)
     };
-    // The measure along the way as a polynomial; its leading coefficient is the measure of the step itself.
+    // Coefficients of the measure along the path; the leading one is the measure of the step.
     let (start, leading, f1) = (at(0.0), measure(p), at(1.0));
     let c0 = start - (1.0 - LARGEST_LOSS) * start;
     let (c1, c2, c3) = if D == 2 {
@@ -113,7 +105,7 @@ pub fn safe_part<const D: usize>(x: &Corners<D>, p: &Corners<D>) -> f64 {
     if c0 > c1.abs() + c2.abs() + c3.abs() {
         return 1.0;
     }
-    // Bernstein coefficients on [lo, hi]; positive ones prove the polynomial positive there.
+    // Positive Bernstein coefficients on [lo, hi] prove that the polynomial is positive there.
     let positive = |lo: f64, hi: f64| {
         let w = hi - lo;
         let d0 = c0 + lo * (c1 + lo * (c2 + lo * c3));
@@ -137,9 +129,8 @@ pub fn safe_part<const D: usize>(x: &Corners<D>, p: &Corners<D>) -> f64 {
     safe
 }
 
-/// The part of the straight line from `a` to `b` that lies in the cell, or outside it by no more than
-/// `slack` in barycentric coordinates, as fractions of the way; `None` if it misses the cell. Without slack,
-/// rounding would put a line along a face outside.
+/// The part of the segment from `a` to `b` that lies in the cell, as fractions of the segment; `None` if it misses the cell. Points
+/// outside by at most `slack` in a barycentric coordinate count as inside, so that rounding does not exclude a segment along a face.
 pub fn part_inside<const D: usize>(
     x: &Corners<D>,
     a: &SVector<f64, D>,
@@ -149,7 +140,7 @@ pub fn part_inside<const D: usize>(
     let (first, last) = (barycentric(x, a), barycentric(x, b));
     let (mut from, mut to) = (0.0f64, 1.0f64);
     for (at, change) in first.iter().zip(&last).map(|(p, q)| (p + slack, q - p)).take(D + 1) {
-        // The line is inside where at + t change >= 0.
+        // The segment is inside where at + t change >= 0.
         if change > 0.0 {
             from = from.max(-at / change);
         } else if change < 0.0 {
@@ -161,7 +152,7 @@ pub fn part_inside<const D: usize>(
     (from <= to).then_some([from, to])
 }
 
-/// Barycentric coordinates of a point: 1 at one corner and 0 at the others, all between 0 and 1 inside.
+/// Barycentric coordinates of a point: 1 at one corner and 0 at the others, between 0 and 1 inside.
 pub fn barycentric<const D: usize>(x: &Corners<D>, p: &SVector<f64, D>) -> [f64; MAX_CORNERS] {
     let (measure, slopes) = (measure(x), gradient(x));
     let mut at = [0.0; MAX_CORNERS];
@@ -221,20 +212,18 @@ mod tests {
     fn a_step_stops_before_the_cell_turns_over_even_if_it_would_turn_back() {
         let mut x = [SVector::<f64, 2>::zeros(); MAX_CORNERS];
         (x[1][0], x[2][1], x[2][0]) = (1.0, 1.1, 0.1);
-        // Corner C goes through the opposite edge, so that the triangle is inverted from about half the way
-        // on.
+        // Corner C passes through the opposite edge, so that the triangle is inverted from about half the path on.
         let mut p = [SVector::zeros(); MAX_CORNERS];
         p[2][1] = -2.0 * x[2][1];
         let t = safe_part(&x, &p);
         assert!(t > 0.3 && t <= 0.45, "{t}");
-        // Each corner goes straight to where half a turn would bring it: the area is positive at both ends,
-        // negative or zero between.
+        // Each corner moves straight to its place after half a turn, so that the area is positive at both ends and zero in the middle.
         let mut spin = [SVector::zeros(); MAX_CORNERS];
         let centre = (x[0] + x[1] + x[2]) / 3.0;
         for a in 0..3 {
             spin[a] = (centre - x[a]) * 2.0;
         }
-        // At `t` the area is `(1 - 2 t)²` of that at rest, which is a tenth at 0.3419. Halving stops at most 1/64 before it.
+        // At `t` the area is `(1 - 2 t)²` of that at rest, which is a tenth at 0.3419; the result is at most 1/64 less.
         let t = safe_part(&x, &spin);
         assert!(t > 0.342 - 1.0 / 64.0 && t < 0.342, "{t}");
         assert_eq!(safe_part(&x, &[SVector::zeros(); MAX_CORNERS]), 1.0);

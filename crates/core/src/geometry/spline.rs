@@ -1,29 +1,29 @@
-//! The outline of the tongue as a smooth closed curve.
+//! Closed smooth curves, such as the outline of the tongue.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::plane::{self, Point};
 
-/// Number of straight pieces with which a span of the curve is measured. With spans of 8 mm and a radius of
-/// 3 mm the curve is then at most 3 µm away from its pieces.
+/// Number of straight pieces of the polygon for each span. With spans of 8 mm and a radius of 3 mm the polygon is at most 3 µm from the
+/// curve.
 const PIECES: usize = 32;
 
-/// A closed cubic spline through given points, twice continuously differentiable, with the distance between
-/// consecutive points as its parameter (periodic chord-length spline; de Boor 1978, chapter IV).
+/// A closed cubic spline through points, twice continuously differentiable, whose parameter is the sum of the points' distances (de Boor
+/// 1978, chapter IV).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosedSpline {
     points: Vec<Point>,
-    /// Second derivative by the parameter at every point, 1/m.
+    /// Second derivative by the parameter at each point, 1/m.
     bends: Vec<Point>,
-    /// A fine polygon of [`PIECES`] corners a span, and the distance along it of each corner, m.
+    /// The polygon of [`PIECES`] corners a span, and the distance along it to each corner, m.
     samples: Vec<Point>,
     distances: Vec<f64>,
     perimeter: f64,
 }
 
 impl ClosedSpline {
-    /// The curve through `points` (m; at least three, consecutive ones apart), counter-clockwise whichever
-    /// way they were given. `None` where no such curve exists.
+    /// The curve through `points` (m, in either direction), counter-clockwise. `None` for fewer than three points, or if neighbours
+    /// coincide.
     pub fn through(mut points: Vec<Point>) -> Option<Self> {
         if plane::polygon_area(&points) < 0.0 {
             points.get_mut(1..)?.reverse();
@@ -45,7 +45,6 @@ impl ClosedSpline {
         &self.points
     }
 
-    /// The length of the curve, m.
     pub fn perimeter(&self) -> f64 {
         self.perimeter
     }
@@ -55,8 +54,7 @@ impl ClosedSpline {
         &self.samples
     }
 
-    /// The area inside, m²: half the integral of x dy - y dx, which Gauss's rule with three points a span
-    /// gives exactly.
+    /// Area, m²: half the integral of x dy - y dx, which Gauss's rule with three points a span gives exactly.
     pub fn area(&self) -> f64 {
         let reach = (0.6_f64).sqrt() / 2.0;
         let rule = [(0.5 - reach, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + reach, 5.0 / 18.0)];
@@ -68,8 +66,7 @@ impl ClosedSpline {
             .sum()
     }
 
-    /// The point `distance` (m) along the curve from its first point; the curve is closed, so any distance
-    /// is on it.
+    /// The point at `distance` (m) along the curve from its first point, modulo the perimeter.
     pub fn point(&self, distance: f64) -> Point {
         let distance = distance.rem_euclid(self.perimeter);
         let i = self.distances.partition_point(|d| *d <= distance).saturating_sub(1);
@@ -79,7 +76,7 @@ impl ClosedSpline {
         self.at_parameter(i / PIECES, ((i % PIECES) as f64 + part) / PIECES as f64)
     }
 
-    /// The place on the curve nearest to `p`: how far along the curve and how far from `p`, m.
+    /// The nearest place of the curve to `p`: its distance along the curve and its distance from `p`, m.
     pub fn nearest(&self, p: Point) -> (f64, f64) {
         let mut best = (0.0, f64::INFINITY);
         for ((a, b), start) in plane::edges(&self.samples).zip(&self.distances) {
@@ -92,7 +89,7 @@ impl ClosedSpline {
         best
     }
 
-    /// Where a straight line crosses the curve: fractions of the way along the line, ascending.
+    /// Where a segment crosses the curve, as ascending fractions of the segment.
     pub fn crossings(&self, line: [Point; 2]) -> Vec<f64> {
         let mut found: Vec<f64> = plane::edges(&self.samples)
             .filter_map(|(a, b)| plane::crossing(line, [a, b]))
@@ -103,7 +100,7 @@ impl ClosedSpline {
         found
     }
 
-    /// The two ends of a span, their second derivatives and the span's length.
+    /// Ends of a span, their second derivatives, and the distance between the ends.
     fn span(&self, span: usize) -> ([Point; 2], [Point; 2], f64) {
         let next = (span + 1) % self.points.len();
         let ends = [self.points[span], self.points[next]];
@@ -116,7 +113,6 @@ impl ClosedSpline {
         a * v + b * u + (bend_a * (v * v * v - v) + bend_b * (u * u * u - u)) * (length * length / 6.0)
     }
 
-    /// Derivative by `u`, the fraction of the span.
     fn slope_at_parameter(&self, span: usize, u: f64) -> Point {
         let ([a, b], [bend_a, bend_b], length) = self.span(span);
         let v = 1.0 - u;
@@ -124,7 +120,7 @@ impl ClosedSpline {
     }
 }
 
-/// Second derivatives that make slopes continuous at every point: a cyclic tridiagonal system.
+/// Second derivatives for which the first ones are continuous at every point: the solution of a cyclic tridiagonal system.
 fn bends(points: &[Point]) -> Option<Vec<Point>> {
     let n = points.len();
     if n < 3 {

@@ -1,5 +1,4 @@
-//! Thin-plate splines: the smoothest deformation of the plane that brings some points to given places
-//! (Bookstein 1989).
+//! Thin-plate splines: the smoothest deformation of the plane that moves control points to given places (Bookstein 1989).
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
@@ -14,7 +13,7 @@ pub struct ThinPlate {
 }
 
 impl ThinPlate {
-    /// The deformation by these control points, m. `None` if two coincide or all lie on one line.
+    /// The deformation by control points, m. `None` if two of them coincide or all lie on one line.
     pub fn new(controls: &[Point]) -> Option<Self> {
         let n = controls.len();
         let unit = super::extent(controls).max(f64::MIN_POSITIVE);
@@ -34,8 +33,8 @@ impl ThinPlate {
         (n >= 3 && least > 1e-10 * scale).then(|| Self { controls: controls.to_vec(), unit, factors })
     }
 
-    /// The weights of the control points' displacements in that of a point. At a control point one weight is
-    /// exactly 1, the others 0.
+    /// The weights of the control points' displacements in the displacement of `p`. At a control point its weight is exactly 1 and the
+    /// others are 0.
     pub fn weights(&self, p: Point) -> Vec<f64> {
         let n = self.controls.len();
         let mut row = DVector::zeros(n + 3);
@@ -46,7 +45,7 @@ impl ThinPlate {
             row[i] = kernel((p - c).norm() / self.unit);
         }
         (row[n], row[n + 1], row[n + 2]) = (1.0, p.x / self.unit, p.y / self.unit);
-        // The matrix is symmetric, so weights are the row times its inverse.
+        // The matrix is symmetric, so its inverse times the row gives the weights.
         let solved = self.factors.solve(&row).unwrap_or_else(|| DVector::zeros(n + 3));
         solved.iter().take(n).copied().collect()
     }

@@ -1,14 +1,13 @@
-//! Topology of a mesh: shared edges and faces, and outlines, of cells that are lists of node numbers.
+//! Topology of a mesh whose cells are lists of node numbers: shared edges, shared faces and outlines.
 
 use std::collections::BTreeMap;
 
-/// An edge as a pair of nodes with the lower number first, so that both directions have one name.
+/// An edge as a pair of nodes with the lower number first.
 pub fn pair(a: usize, b: usize) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Every edge of the cells, ascending, with the number of cells that share it. The cells are simplices:
-/// every corner is joined to every other.
+/// Every edge of simplices, in ascending order, with the number of cells that share it.
 pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2], usize> {
     let mut edges = BTreeMap::new();
     for cell in cells {
@@ -21,7 +20,7 @@ pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2
     edges
 }
 
-/// The faces (of triangles: the edges) that belong to one cell only, ascending, the nodes of each ascending.
+/// The faces of simplices (edges of triangles) that belong to one cell only; faces, and the nodes of each, are in ascending order.
 pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> {
     let mut faces: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
     for cell in cells {
@@ -34,11 +33,10 @@ pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> 
     faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
 }
 
-/// The outlines of counter-clockwise triangles as closed loops of nodes, with the tissue to the left: outer
-/// ones run counter-clockwise, holes clockwise. Each begins at its lowest node, and the loops come in
-/// ascending order of it. The last node is joined to the first, which is not repeated.
+/// The outlines of counter-clockwise triangles as closed loops of nodes, with the tissue to the left: outer ones run counter-clockwise,
+/// holes clockwise. Each begins at its lowest node and does not repeat it at the end, and the loops are in ascending order of this node.
 pub fn outlines<'a>(triangles: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> {
-    // A side lies inside if another triangle has it in the opposite direction.
+    // An edge is interior if another triangle has it in the opposite direction.
     let mut sides: BTreeMap<[usize; 2], [usize; 2]> = BTreeMap::new();
     for triangle in triangles {
         for (&a, &b) in triangle.iter().zip(triangle.iter().cycle().skip(1)) {
@@ -66,8 +64,7 @@ pub fn outlines<'a>(triangles: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usi
 mod tests {
     use super::*;
 
-    /// A ring of 16 triangles around a square hole: corners 0..8 outside and 8..16 inside,
-    /// counter-clockwise.
+    /// A ring of 16 triangles around a hole: nodes 0..8 on the outer outline and 8..16 on the inner one, counter-clockwise.
     fn ring() -> Vec<[usize; 3]> {
         (0..8).flat_map(|i| [[i, (i + 1) % 8, 8 + i], [(i + 1) % 8, 8 + (i + 1) % 8, 8 + i]]).collect()
     }

@@ -1,23 +1,20 @@
-//! Laws of a continuum: energy density, stress and tangent as functions of the deformation gradient, without a mesh.
-//!
-//! The nearly incompressible law has two parts: resistance to distortion at every point, and to a change of volume of each element.
+//! Constitutive laws of a continuum: energy density, stress and tangent as functions of the deformation gradient.
 
 use nalgebra::{SMatrix, SVector};
 
 use super::Constants;
 
-/// Number of components of a deformation gradient in space. In the plane the first four are used.
+/// Number of components of a deformation gradient in space. The plane uses the first four.
 const COMPONENTS: usize = 9;
 
 /// `dP/dF`; component `(i, j)` of `F` has number `i + D j`.
 pub type Moduli = SMatrix<f64, COMPONENTS, COMPONENTS>;
 
-/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²`
-/// (Bonet and Wood, Nonlinear Continuum Mechanics, 2nd ed., eq. 6.27).
+/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` (Bonet and Wood, Nonlinear Continuum Mechanics, 2nd
+/// ed., eq. 6.27).
 ///
-/// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search refuses it, and its
-/// stress is not a number. At small strain it is linear elasticity of the same λ and μ. In the plane it is
-/// plane strain: the third principal stretch is 1.
+/// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search rejects it, and a stress of NaN. At small strain it is
+/// linear elasticity with the same λ and μ. The plane has plane strain: the third principal stretch is 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeoHookean {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
@@ -37,21 +34,20 @@ pub struct Deformed<const D: usize> {
     log: f64,
 }
 
-/// Strain and stress at a point of a continuum; in a linear simplex they are the same everywhere.
+/// Strain and stress at a point of a continuum; they are uniform in a linear simplex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stress<const D: usize> {
     /// Green's strain `(FᵀF - I)/2`, dimensionless, in directions at rest.
     pub strain: SMatrix<f64, D, D>,
-    /// Cauchy's stress, Pa: force on the deformed area, in directions of the deformed shape.
+    /// Cauchy stress, Pa: force per deformed area, in directions of the deformed shape.
     pub cauchy_pa: SMatrix<f64, D, D>,
-    /// The stress across the plane that plane strain needs, Pa; 0 in space.
+    /// Out-of-plane stress of plane strain, Pa; 0 in space.
     pub across_pa: f64,
-    /// Von Mises's equivalent stress, Pa; in the plane with the stress that plane strain needs across it.
+    /// Von Mises stress, Pa; in the plane with the out-of-plane stress.
     pub von_mises_pa: f64,
 }
 
 impl<const D: usize> Stress<D> {
-    /// A state from Cauchy's stress and the other fields.
     fn new(strain: SMatrix<f64, D, D>, cauchy_pa: SMatrix<f64, D, D>, across_pa: f64) -> Self {
         let mean = (cauchy_pa.trace() + across_pa) / 3.0;
         let beyond = if D == 2 { (across_pa - mean).powi(2) } else { 0.0 };
@@ -60,7 +56,7 @@ impl<const D: usize> Stress<D> {
         Self { strain, cauchy_pa, across_pa, von_mises_pa }
     }
 
-    /// The mean over places of equal area or volume. Von Mises's stress is computed from the mean stress.
+    /// The mean over places of equal area or volume. The von Mises stress is that of the mean stress.
     pub fn mean(of: &[Self]) -> Self {
         let share = 1.0 / of.len().max(1) as f64;
         let [strain, cauchy] = [|s: &Self| s.strain, |s: &Self| s.cauchy_pa].map(|part| {
@@ -73,14 +69,12 @@ impl<const D: usize> Stress<D> {
         }
     }
 
-    /// Pressure, Pa: minus a third of the trace of Cauchy's stress, with the stress across the plane in plane
-    /// strain.
+    /// Pressure, Pa: minus a third of the trace of the Cauchy stress, with the out-of-plane stress in the plane.
     pub fn pressure_pa(&self) -> f64 {
         -(self.cauchy_pa.trace() + self.across_pa) / 3.0
     }
 
-    /// Cauchy's stress along a unit direction of the deformed shape, Pa: positive where the body is pulled
-    /// apart along it.
+    /// Normal component of the Cauchy stress in a unit direction of the deformed shape, Pa; positive in tension.
     pub fn along(&self, direction: &SVector<f64, D>) -> f64 {
         direction.dot(&(self.cauchy_pa * direction))
     }
@@ -94,13 +88,13 @@ impl From<&Constants> for NeoHookean {
 }
 
 impl NeoHookean {
-    /// The law at the deformation gradient `gradient` (F), whose determinant is `ratio` (J).
+    /// The state at the deformation gradient `gradient` (F), whose determinant is `ratio` (J).
     #[inline(always)]
     pub fn deformed<const D: usize>(self, gradient: SMatrix<f64, D, D>, ratio: f64) -> Deformed<D> {
         Deformed { law: self, gradient, ratio, log: ratio.ln() }
     }
 
-    /// The law at the displacement gradient `H = F - I`.
+    /// The state at the displacement gradient `H = F - I`.
     #[inline(always)]
     pub fn displaced<const D: usize>(self, h: &SMatrix<f64, D, D>) -> Deformed<D> {
         let growth = h.trace() + beyond_trace(h);
@@ -110,14 +104,13 @@ impl NeoHookean {
 
     /// Energy density `W` at the displacement gradient `H = F - I`, J/m³ of the body at rest.
     ///
-    /// Computed from `F` itself, the energy would be a small difference of large numbers, with the rounding
-    /// of `μ`: where a body has hardly moved, a line search could not tell descent from ascent. Here every
-    /// term is of the second order in `H`: `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`.
+    /// Every term is of second order in `H`: `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`. From `F` the energy would be
+    /// a small difference of large numbers, whose rounding hides descent from a line search near rest.
     #[inline(always)]
     pub(crate) fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
         let beyond = beyond_trace(h);
         let growth = h.trace() + beyond;
-        // Written so that a determinant that is not a number counts as inverted too.
+        // The condition is negated so that a determinant of NaN counts as inverted too.
         if !(growth > -1.0 && growth.is_finite()) {
             return f64::INFINITY;
         }
@@ -126,7 +119,7 @@ impl NeoHookean {
     }
 }
 
-/// `det(I + H) - 1 - tr H`: the terms of higher order.
+/// `det(I + H) - 1 - tr H`, the terms of higher order.
 #[inline(always)]
 fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
     let minor = |i: usize, j: usize| h[(i, i)] * h[(j, j)] - h[(i, j)] * h[(j, i)];
@@ -138,8 +131,8 @@ fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
     minor(0, 1) + minor(0, 2) + minor(1, 2) + third
 }
 
-/// `ln(1 + x)` and `x - ln(1 + x)`, the second without the cancellation that the difference has for small
-/// `x`: with `r = x/(2 + x)` the logarithm is `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
+/// `ln(1 + x)` and `x - ln(1 + x)`, the second without cancellation for small `x`: with `r = x/(2 + x)` the logarithm is
+/// `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
 #[inline(always)]
 fn log_and_rest(x: f64) -> (f64, f64) {
     if x.abs() > 0.1 {
@@ -164,7 +157,7 @@ impl<const D: usize> Deformed<D> {
     /// Energy density `W`, J/m³ of the body at rest.
     #[inline(always)]
     pub fn energy(&self) -> f64 {
-        // Written so that a determinant that is not a number counts as inverted too.
+        // The condition is negated so that a determinant of NaN counts as inverted too.
         if !(self.ratio > 0.0 && self.ratio.is_finite()) {
             return f64::INFINITY;
         }
@@ -175,12 +168,11 @@ impl<const D: usize> Deformed<D> {
 
     /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.
     #[inline(always)]
-    pub(crate) fn piola(&self, turned: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-        self.gradient * self.law.mu - turned * self.turn()
+    pub(crate) fn piola(&self, inverse_transpose: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+        self.gradient * self.law.mu - inverse_transpose * self.transpose_modulus()
     }
 
-    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest `Ga`,
-    /// `Gb` and their images `g = F⁻ᵀ G`.
+    /// The block `μ Ga·Gb I + λ ga gbᵀ + (μ - λ ln J) gb gaᵀ` of `dP/dF` between two directions at rest `Ga`, `Gb` with `g = F⁻ᵀ G`.
     #[inline(always)]
     pub fn tangent(
         &self,
@@ -196,21 +188,20 @@ impl<const D: usize> Deformed<D> {
 
     /// The factor of `gb gaᵀ` in the tangent: `μ - λ ln J`, Pa.
     #[inline(always)]
-    pub fn turn(&self) -> f64 {
+    pub fn transpose_modulus(&self) -> f64 {
         self.law.mu - self.law.lambda * self.log
     }
 
-    /// Where in the plane no eigenvalue of `dP/dF` but that of the twist can be negative, a matrix `T` such
-    /// that the block `(T Ga)(T Gb)ᵀ` added to [`Deformed::tangent`] makes that one zero; the zero matrix
-    /// where it is positive already.
+    /// In the plane, a matrix `T` such that the block `(T Ga)(T Gb)ᵀ`, added to [`Deformed::tangent`], replaces a negative eigenvalue of
+    /// the twist in `dP/dF` by zero; the zero matrix if it is not negative. `None` where another eigenvalue may be negative, and in space.
     ///
-    /// With principal stretches `s` and `t = μ - λ ln J` the eigenvalues are `μ - t/J` of the twist `Q = R₉₀
-    /// R/√2`, `μ + t/J` of the flip, and those of `μ + (λ + t)/sᵢ²` and, beside the diagonal, `λ/J` (Smith,
-    /// De Goes and Kim 2019, 4): `t >= 0` is enough.
+    /// With principal stretches `s` and `t = μ - λ ln J` the eigenvalues are `μ - t/J` of the twist `Q = R₉₀ R/√2`, `μ + t/J` of the flip,
+    /// and those of the matrix with `μ + (λ + t)/sᵢ²` on the diagonal and `λ/J` beside it (Smith, De Goes and Kim 2019, 4). For `t >= 0`
+    /// only the first can be negative.
     #[inline(always)]
     pub(crate) fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
-        let (f, turn) = (&self.gradient, self.turn());
-        // The comparison is written so that NaN is left to the general case.
+        let (f, turn) = (&self.gradient, self.transpose_modulus());
+        // The condition is negated so that NaN gives `None`.
         if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
             return None;
         }
@@ -223,15 +214,15 @@ impl<const D: usize> Deformed<D> {
         Some(turned)
     }
 
-    /// `dP/dF` without its negative eigenvalues (Teran, Sifakis, Irving and Fedkiw 2005, section 5).
+    /// `dP/dF` with its negative eigenvalues set to zero (Teran, Sifakis, Irving and Fedkiw 2005, section 5).
     pub(crate) fn convex_moduli(&self) -> Moduli {
         let eigen = self.moduli().symmetric_eigen();
         let kept = eigen.eigenvalues.map(|v| v.max(0.0));
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// As [`Deformed::convex_moduli`]; `None` if there are no negative eigenvalues. In the plane only the
-    /// four components there are used, which is several times as fast and rounds differently.
+    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative. In the plane only the 4 x 4 part is decomposed, which is
+    /// several times as fast and rounds differently.
     pub(crate) fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
@@ -248,10 +239,9 @@ impl<const D: usize> Deformed<D> {
         Some(moduli)
     }
 
-    /// `dP/dF`.
     fn moduli(&self) -> Moduli {
         let mut moduli = Moduli::zeros();
-        // The inverse does not exist for a cell without area or volume, whose energy is infinite already.
+        // A cell without area or volume has no inverse, and its energy is infinite.
         let inverse = self.gradient.try_inverse().unwrap_or_else(SMatrix::zeros);
         let NeoHookean { lambda, mu } = self.law;
         let turn = mu - lambda * self.log;
@@ -268,7 +258,7 @@ impl<const D: usize> Deformed<D> {
         moduli
     }
 
-    /// Strain and stress: `σ = (μ F Fᵀ + (λ ln J - μ) I)/J`, and across a plane `λ ln J / J`.
+    /// Strain and stress: `σ = (μ F Fᵀ + (λ ln J - μ) I)/J`, out of the plane `λ ln J / J`.
     pub fn state(&self) -> Stress<D> {
         let (NeoHookean { lambda, mu }, unit) = (self.law, SMatrix::<f64, D, D>::identity());
         let pulled = self.gradient * self.gradient.transpose() * mu;
@@ -282,7 +272,7 @@ fn indices<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
     (0..D).flat_map(|j| (0..D).map(move |i| (i, j)))
 }
 
-/// The stiffness block of the given moduli between two shape functions with gradients `ga` and `gb`.
+/// The stiffness block of the moduli between two shape functions with gradients `ga` and `gb`.
 pub fn contract<const D: usize>(
     moduli: &Moduli,
     ga: &SVector<f64, D>,
@@ -297,9 +287,9 @@ pub fn contract<const D: usize>(
     block
 }
 
-/// Mooney-Rivlin in its five-constant form with the two constants that tongues have been measured with:
-/// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, with `Ī1 = J^(-2/3) tr FᵀF`
-/// (Gérard, Ohayon, Luboz, Perrier and Payan 2005; Buchaillard, Perrier and Payan 2009, eq. 1).
+/// The five-constant Mooney-Rivlin solid with the two constants that were measured for tongues:
+/// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, `Ī1 = J^(-2/3) tr FᵀF` (Gérard, Ohayon, Luboz, Perrier and Payan 2005; Buchaillard,
+/// Perrier and Payan 2009, eq. 1).
 ///
 /// At small strain the shear modulus is `2 C10` and the bulk modulus `K`. Valid for `J > 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -313,7 +303,7 @@ pub struct MooneyRivlin {
 }
 
 impl MooneyRivlin {
-    /// The tongue of Buchaillard, Perrier and Payan (2009) as ArtiSynth has it: `K = 482 C10`.
+    /// The tongue of Buchaillard, Perrier and Payan (2009) with `K = 482 C10`, as in ArtiSynth.
     pub const TONGUE: Self = Self { c10: 1037.0, c20: 486.0, bulk: 482.0 * 1037.0 };
 
     /// Poisson's ratio at small strain.
@@ -322,7 +312,7 @@ impl MooneyRivlin {
         (3.0 * self.bulk - 2.0 * shear) / (2.0 * (3.0 * self.bulk + shear))
     }
 
-    /// Whether the constants make a solid: positive shear and bulk moduli, and no softening.
+    /// Whether the shear and bulk moduli are positive and finite and `C20` is not negative.
     pub(crate) fn is_sound(&self) -> bool {
         [self.c10, self.bulk].iter().all(|x| x.is_finite() && *x > 0.0)
             && self.c20.is_finite()
@@ -355,7 +345,7 @@ mod tests {
             let (direct, other) = (LAW.deformed(f, determinant(&f)), LAW.displaced(&h));
             assert!((LAW.displaced_energy(&h) / direct.energy() - 1.0).abs() < 1e-11);
             assert!((other.log - direct.log).abs() < 1e-15 && (other.ratio - direct.ratio).abs() < 1e-15);
-            // To second order the energy of a small strain is that of linear elasticity.
+            // To second order in the strain the energy is that of linear elasticity.
             for small in [1e-4, 1e-7, 1e-12] {
                 let (strain, trace) = ((h + h.transpose()) * (0.5 * small), h.trace() * small);
                 let linear = LAW.mu * strain.norm_squared() + 0.5 * LAW.lambda * trace * trace;

@@ -1,10 +1,9 @@
 //! The physical constants of tissue and their ranges (Kato 2014, table 4.1), and the coefficients of springs and area terms that follow
 //! from them (3.3.4 and table 4.2).
 //!
-//! Lloyd, Székely and Harders (2007) choose the spring constant so that the stiffness matrix of a simplex
-//! made of springs (and of a term that keeps its area or volume) comes as near as can be, in least squares,
-//! to that of the linear finite element of the same shape: minimise `|K_CST - k K_springs - kappa
-//! K_measure|²` over `k` and `kappa`.
+//! By the stiffness matching of Lloyd, Székely and Harders (2007), `k` and `kappa` minimise `|K_CST - k K_springs - kappa K_measure|²`:
+//! the stiffness matrix of a simplex of springs, with a term for its area or volume, approximates that of the linear finite element of the
+//! same shape.
 
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
@@ -13,7 +12,7 @@ use crate::geometry::simplex::{self, Corners};
 use crate::limits::{self, BeyondLimit};
 use crate::system::SystemError;
 
-/// Coefficients of the model; 2D: per metre of thickness.
+/// Coefficients of the model; in the plane per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Coefficients {
     /// Spring constant k of a tissue connection, N/m.
@@ -22,9 +21,9 @@ pub struct Coefficients {
     pub tissue_damping: f64,
     /// kappa_s (area) or kappa_v (volume) of a cell, J.
     pub kappa: f64,
-    /// Spring constant k1 (Q1, parallel) of a contracting connection, N/m.
+    /// Spring constant k1 of the spring Q1 of a contracting connection, N/m.
     pub muscle_parallel_stiffness: f64,
-    /// Spring constant k2 (Q2, in series with the contractile element) of a contracting connection, N/m.
+    /// Spring constant k2 of the spring Q2, in series with the contractile element, N/m.
     pub muscle_series_stiffness: f64,
     /// Damping b_cc of the contractile element, N s/m.
     pub contractile_damping: f64,
@@ -34,21 +33,18 @@ pub struct Coefficients {
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MatchedCell {
-    /// Spring constant of each edge, N/m (2D: per metre of thickness).
     pub stiffness: f64,
     /// kappa_s or kappa_v, J (2D: per metre of thickness).
     pub kappa: f64,
-    /// Relative residual of the finite element's stiffness (Frobenius norm); 0 if springs represent it
-    /// exactly.
+    /// Norm of the residual over that of the finite element's stiffness (Frobenius norm).
     pub relative_residual: f64,
 }
 
-/// Identifies k and kappa on one cell: eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48 (slip 4).
+/// k and kappa of one cell: eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48 (misprints of the thesis, docs/model.md).
 ///
-/// 2D is plane strain (eqs. 3.38-3.42); 3D takes the full elasticity matrix. On an equilateral triangle the
-/// fit is exact. In space the cell is a regular tetrahedron of the mesh's mean connection length, which
-/// cubes cut into tetrahedra are not made of: a block of them is stiffer than asked for, by 4 % in E and
-/// half in the bulk modulus, and softer, by 29 %, in shear (ν = 0.49).
+/// The plane has plane strain (eqs. 3.38-3.42), space the full elasticity matrix. On an equilateral triangle the match is exact. In space
+/// the cell is a regular tetrahedron with the mesh's mean connection length. A block of cubes cut into tetrahedra, which are not regular,
+/// has 4 % more than the given Young's modulus, a bulk modulus half as large again, and a shear modulus 29 % smaller (ν = 0.49).
 pub fn match_stiffness<const D: usize>(
     constants: &Constants,
     cell: &Corners<D>,
@@ -60,8 +56,8 @@ pub fn match_stiffness<const D: usize>(
     }
     let (lambda, mu) = constants.lame();
     let gradient = simplex::gradient(cell);
-    // The gradient of the shape function of corner a is (dS/da)/S; the block of corners a, b of the linear
-    // element is S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)).
+    // The shape function of corner a has the gradient (dS/da)/S; the block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb
+    // I + gb gaᵀ)).
     let element = |a: usize, b: usize| {
         let (ga, gb) = (gradient[a] / measure, gradient[b] / measure);
         (ga * gb.transpose() * lambda + (SMatrix::identity() * ga.dot(&gb) + gb * ga.transpose()) * mu)
@@ -104,7 +100,7 @@ pub fn match_stiffness<const D: usize>(
     Ok(MatchedCell { stiffness, kappa, relative_residual: (left / ee).sqrt() })
 }
 
-/// A regular simplex (equilateral triangle, regular tetrahedron) of a given side, m.
+/// An equilateral triangle or a regular tetrahedron with edges of length `side`, m.
 pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
     let mut corners = [SVector::zeros(); simplex::MAX_CORNERS];
     corners[1][0] = side;
@@ -119,8 +115,8 @@ pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
 }
 
 impl Coefficients {
-    /// Coefficients for a body whose connections have the mean length `side`, m, whose cells add up to
-    /// `measure` (m² or m³), and whose tissue has `nodes` nodes (thesis 4.1.1).
+    /// Coefficients of a body with connections of the mean length `side`, m, cells of the total area or volume `measure`, m² or m³, and
+    /// tissue of `nodes` nodes (thesis 4.1.1).
     pub fn new<const D: usize>(
         constants: &Constants,
         side: f64,
@@ -129,15 +125,14 @@ impl Coefficients {
     ) -> Result<Self, SystemError> {
         constants.check()?;
         let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
-        // In the plane b = eta is per metre of thickness; in space a connection is about as thick as it is
-        // long.
+        // b = eta in the plane is per metre of thickness; in space a connection is about as thick as it is long.
         let damping = constants.viscosity * if D == 2 { 1.0 } else { side };
         Ok(Self {
             tissue_stiffness: matched.stiffness,
             tissue_damping: damping,
             kappa: matched.kappa,
             muscle_parallel_stiffness: matched.stiffness,
-            // The thesis takes k2 = b "to avoid divergence" (slip 8); at equilibrium it has no effect.
+            // The thesis takes k2 = b "to avoid divergence"; at equilibrium k2 has no effect.
             muscle_series_stiffness: damping,
             contractile_damping: damping,
             node_mass: constants.density * measure / nodes as f64,

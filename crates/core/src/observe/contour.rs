@@ -1,4 +1,4 @@
-//! The surface of a body in the plane as a curve, and a measured contour point beside it.
+//! The surface of a body in the plane as a curve, and the distance of measured contour points from it.
 
 use std::sync::Arc;
 
@@ -8,31 +8,29 @@ use super::Observable;
 use crate::body::{Body, HYOID, MANDIBLE};
 use crate::geometry::Point;
 
-/// Number of places on every piece of a curve from which the nearest is chosen as a start.
+/// Number of intervals of every piece at whose ends the search for the nearest place may start.
 const TRIALS: usize = 4;
-/// Largest number of steps of Newton's method to the nearest place of a piece.
+/// Largest number of steps of Newton's method to the nearest place.
 const MOST_STEPS: usize = 30;
 
-/// A chain of surface nodes as a smooth curve: between neighbouring nodes a cubic (Hermite's), whose slopes
-/// are those of the parabola through a node and its neighbours (Bessel's; de Boor 1978, IV). Its parameter
-/// is the distance along the chain at rest, m, so that every place is a fixed weighted mean of nodes: a
-/// material point.
+/// A chain of surface nodes as a smooth curve of Hermite cubics, whose slopes are those of the parabola through a node and its neighbours
+/// (Bessel's; de Boor 1978, IV). Its parameter is the distance along the chain at rest, m, so that each place is a weighted mean of nodes
+/// with constant weights: a material point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    // Shared, because every point of every frame of a recording has its own handle to it.
+    // Shared, because every point of every frame of a recording has a curve.
     nodes: Arc<[usize]>,
     /// Parameter of every node, m.
     knots: Arc<[f64]>,
     /// Weights of the nodes before, at and after every knot in the slope there, 1/m.
     slopes: Arc<[[f64; 3]]>,
-    /// Weights of the nodes around every piece in the places from which the nearest is chosen as a start.
+    /// Weights of the nodes around every piece in the places at which the search for the nearest one may start.
     trials: Arc<[[[f64; 4]; TRIALS + 1]]>,
 }
 
 impl Curve {
-    /// Through these nodes in their order; the tissue lies to the left of the way. `rest` are the rest
-    /// positions of all nodes, m. `None` for fewer than three nodes, a node that does not exist, or
-    /// neighbours that coincide.
+    /// The curve through these nodes, with the tissue to its left. `rest` has the positions of all nodes at rest, m. `None` for fewer than
+    /// three nodes, a node that does not exist, or neighbours that coincide.
     pub fn through(nodes: Vec<usize>, rest: &[SVector<f64, 2>]) -> Option<Self> {
         let mut knots = vec![0.0];
         for pair in nodes.windows(2) {
@@ -57,18 +55,18 @@ impl Curve {
         &self.nodes
     }
 
-    /// Length along the chain at rest, m.
+    /// Length of the chain at rest, m.
     pub fn length(&self) -> f64 {
         self.knots[self.knots.len() - 1]
     }
 
-    /// The parameter, m, of the place that is nearest to `point` where the nodes are at `positions`.
+    /// The parameter, m, of the place that is nearest to `point` if the nodes are at `positions`.
     pub fn nearest_place(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> f64 {
         let (piece, part) = self.nearest(point, positions);
         self.knots[piece] + part * (self.knots[piece + 1] - self.knots[piece])
     }
 
-    /// The nodes and weights whose mean is the place at parameter `at`, m; beyond the ends, the end.
+    /// The nodes and weights of the place at parameter `at`, m; of an end of the curve for a parameter beyond it.
     pub fn weights(&self, at: f64) -> Vec<(usize, f64)> {
         let last = self.knots.len() - 2;
         let piece = self.knots.partition_point(|k| *k <= at).saturating_sub(1).min(last);
@@ -80,17 +78,17 @@ impl Curve {
             .collect()
     }
 
-    /// The place at parameter `at`, m, where the nodes are at `positions`.
+    /// The place at parameter `at`, m, if the nodes are at `positions`.
     pub fn place(&self, at: f64, positions: &[SVector<f64, 2>]) -> SVector<f64, 2> {
         self.weights(at).iter().map(|&(node, weight)| positions[node] * weight).sum()
     }
 
-    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, in its
-    /// first derivative by the part, and in the second.
+    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, and in its first and second derivative
+    /// by the part.
     fn weights_on(&self, piece: usize, part: f64) -> [[f64; 4]; 3] {
         let t = part;
         let h = self.knots[piece + 1] - self.knots[piece];
-        // Hermite's four functions: value at both ends, slope (by the part) at both ends.
+        // Hermite's four functions and their derivatives: those of the values and of the slopes (by the part) at both ends.
         let hermite = [
             [
                 (1.0 + 2.0 * t) * (1.0 - t).powi(2),
@@ -112,7 +110,7 @@ impl Curve {
         })
     }
 
-    /// Mean of the nodes around a piece with the given weights.
+    /// Sum of the nodes around a piece with these weights.
     fn mean(&self, piece: usize, weights: &[f64; 4], positions: &[SVector<f64, 2>]) -> SVector<f64, 2> {
         let mut mean = SVector::zeros();
         for (i, weight) in weights.iter().enumerate() {
@@ -125,8 +123,8 @@ impl Curve {
 
     /// The piece and the part of it that are nearest to `point`.
     fn nearest(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> (usize, f64) {
-        // A piece bulges from its chord by less than its length, so pieces that are that much farther than
-        // the nearest node are skipped.
+        // Pieces whose nodes are farther than the nearest node by twice their length are skipped, because a piece is less than its length
+        // from its chord.
         let far: Vec<f64> = self.nodes.iter().map(|&n| (positions[n] - point).norm()).collect();
         let nearest = far.iter().copied().fold(f64::INFINITY, f64::min);
         let mut best = (0, 0.0, f64::INFINITY);
@@ -151,7 +149,7 @@ impl Curve {
             let (slope, bend) = (away.dot(&d), d.norm_squared() + away.dot(&dd));
             let step = -slope / if bend > 0.0 { bend } else { d.norm_squared() };
             let mut next = (piece, part + step);
-            // Beyond the end of a piece the search goes on in the next one.
+            // Beyond the end of a piece the search continues in the next one.
             if next.1 > 1.0 && part == 1.0 && piece + 2 < self.nodes.len() {
                 next = (piece + 1, 0.0);
             } else if next.1 < 0.0 && part == 0.0 && piece > 0 {
@@ -173,8 +171,8 @@ impl Curve {
     }
 }
 
-/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at the ends of the curve the
-/// straight one.
+/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at an end of the curve those of the straight line to the next
+/// node.
 fn slope(k: &[f64], knot: usize) -> [f64; 3] {
     match (knot.checked_sub(1), k.get(knot + 1)) {
         (Some(before), Some(after)) => {
@@ -187,8 +185,8 @@ fn slope(k: &[f64], knot: usize) -> [f64; 3] {
     }
 }
 
-/// Signed distance, m, of a measured point from a surface curve: positive outside the tissue, which lies to
-/// the left of the curve. Beyond the ends of the curve the distance is that from the tangent there.
+/// Signed distance, m, of a measured point from a surface curve: positive outside the tissue, which is to the left of the curve. Beyond an
+/// end of the curve it is the distance from the tangent there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contour {
     curve: Curve,
@@ -196,12 +194,12 @@ pub struct Contour {
 }
 
 impl Contour {
-    /// Of `point`, m.
+    /// The distance of `point`, m.
     pub fn new(curve: Curve, point: SVector<f64, 2>) -> Self {
         Self { curve, point }
     }
 
-    /// Piece, weights of its place, outward unit normal and the place itself.
+    /// Piece, weights, outward unit normal and position of the nearest place.
     fn foot(
         &self,
         positions: &[SVector<f64, 2>],
@@ -231,7 +229,7 @@ impl Observable<2> for Contour {
     ) -> f64 {
         let (piece, [place, first, _], normal, foot) = self.foot(positions);
         let along = self.curve.mean(piece, &first, positions);
-        // At the foot of the perpendicular only the place counts; beyond an end the normal turns too.
+        // At a foot of a perpendicular `beside` is zero; beyond an end of the curve the normal rotates too.
         let beside = (self.point - foot).dot(&along) / along.norm_squared();
         for i in 0..place.len() {
             if let Some(&node) = (piece + i).checked_sub(1).and_then(|n| self.curve.nodes.get(n)) {
@@ -242,12 +240,12 @@ impl Observable<2> for Contour {
     }
 }
 
-/// The visible surface of a body, from the hyoid over root, dorsum and tip to the mental spine, and the place of the tip on it.
+/// The visible surface of a body, from the hyoid over root, dorsum and tip to the mental spine, with the place of the tip.
 #[derive(Debug, Clone)]
 pub struct TongueSurface {
-    /// The curve, tissue to its left.
+    /// The curve, with the tissue to its left.
     pub curve: Curve,
-    /// Distance along the curve of the tip at rest, m.
+    /// Distance of the tip along the curve at rest, m.
     pub tip: f64,
 }
 
@@ -258,7 +256,7 @@ impl TongueSurface {
         Self::with_tip(body, None)
     }
 
-    /// The same with a node of the surface as the tip.
+    /// [`Self::of`] with a node of the surface as the tip.
     pub fn with_tip(body: &Body<2>, tip: Option<usize>) -> Option<Self> {
         let mesh = &body.mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len)?;
@@ -286,7 +284,7 @@ impl TongueSurface {
         Some(Self { curve: Curve::through(outline, &mesh.nodes)?, tip })
     }
 
-    /// Signed distance of a point from the surface, m: positive outside.
+    /// Signed distance of a point from the surface, m; positive outside.
     pub fn distance(&self, point: Point, positions: &[Point]) -> f64 {
         Contour::new(self.curve.clone(), point).value(positions)
     }

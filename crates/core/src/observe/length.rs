@@ -1,4 +1,4 @@
-//! Lengths as observables: of a muscle, of a line between two points that need not be nodes, and their ratios and stretches.
+//! Lengths of muscles and of lines between points, and their ratios and stretches, as observables.
 
 use nalgebra::SVector;
 
@@ -11,7 +11,7 @@ pub struct Length {
 }
 
 impl Length {
-    /// Between two nodes: those of [`crate::body::MuscleChain::ends`].
+    /// The distance between two nodes, such as [`crate::body::MuscleChain::ends`].
     pub fn new(ends: [usize; 2]) -> Self {
         Self { ends }
     }
@@ -39,12 +39,11 @@ impl<const D: usize> Observable<D> for Length {
     }
 }
 
-/// The end of a line: a weighted mean of nodes, and a place that does not move.
+/// The end of a line: a weighted sum of nodes plus a constant vector.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineEnd<const D: usize> {
     /// Nodes with their weights; none for a point on bone.
     pub weights: Vec<(usize, f64)>,
-    /// Added to the mean, m.
     pub fixed: SVector<f64, D>,
 }
 
@@ -78,8 +77,7 @@ impl<const D: usize> Observable<D> for Line<D> {
     }
 }
 
-/// A length over another in the same shape, which does not depend on scale (Kato 2014, 4.3.1 and 4.4.1: over
-/// the length of GGa).
+/// A length over another in the same shape, which does not depend on scale (Kato 2014, 4.3.1 and 4.4.1: over the length of GGa).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ratio<L = Length> {
     length: L,
@@ -110,8 +108,7 @@ impl<const D: usize, L: Observable<D>> Observable<D> for Ratio<L> {
     }
 }
 
-/// A length over the same length in a reference shape, most often at rest: free of each muscle's own length
-/// (Kato 2014, 4.3.2).
+/// A length over the same length in a reference shape, usually rest, which does not depend on the size of the muscle (Kato 2014, 4.3.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch<L = Length> {
     length: L,

@@ -1,4 +1,4 @@
-//! Observables: numbers that follow from the positions of the nodes, and measurements of them.
+//! Observables: numbers that are functions of the positions of the nodes, and measurements of them.
 //!
 //! | observable | value | unit |
 //! |---|---|---|
@@ -11,8 +11,7 @@
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //! | [`Midsagittal`] | one of the above in the midsagittal plane of a body in space | its unit |
 //!
-//! Each gives its value and its gradient in the positions; a test compares all of them with differences, in
-//! both dimensions.
+//! A test compares the gradients of all of them with differences in both dimensions.
 
 mod contour;
 mod length;
@@ -31,14 +30,13 @@ pub use surface::Surface;
 
 /// A number that is a function of the positions of the nodes.
 pub trait Observable<const D: usize>: Debug + Send + Sync {
-    /// The number at these positions (of all nodes, m).
+    /// The value at these positions of all nodes, m.
     fn value(&self, positions: &[SVector<f64, D>]) -> f64;
 
-    /// Calls `part` with every node that the number depends on and the derivative by its position, unit of
-    /// the value per m.
+    /// Calls `part` with every node on which the value depends and the derivative by its position, unit of the value per m.
     fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>));
 
-    /// The number, and its gradient as [`Observable::gradient`] gives it. An observable that needs a search is searched once for both.
+    /// The value, with the calls of [`Observable::gradient`]; an observable that needs a search searches once for both.
     fn value_and_gradient(
         &self,
         positions: &[SVector<f64, D>],
@@ -48,20 +46,19 @@ pub trait Observable<const D: usize>: Debug + Send + Sync {
         self.value(positions)
     }
 
-    /// Derivative of the number when every node moves with `motion` (m for a unit of what moves them).
+    /// Derivative of the value if all nodes move by `motion`, m per unit of a parameter.
     fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
         let mut rate = 0.0;
         self.gradient(positions, &mut |node, slope| rate += slope.dot(&motion[node]));
         rate
     }
 
-    /// The same for several motions, into `rates`. An observable whose gradient is found by a search is searched once for all.
+    /// Writes [`Observable::rate`] for several motions to `rates`; an observable that needs a search searches once for all.
     fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
         rates.iter_mut().zip(motions).for_each(|(rate, motion)| *rate = self.rate(positions, motion));
     }
 }
 
-/// [`Observable::rates`] from one gradient.
 fn rates_of_gradient<const D: usize>(
     observable: &impl Observable<D>,
     (positions, motions): (&[SVector<f64, D>], &[Vec<SVector<f64, D>>]),
@@ -73,34 +70,34 @@ fn rates_of_gradient<const D: usize>(
     });
 }
 
-/// An observable, its measured value and how much that counts.
+/// An observable with its measured value and its weight.
 #[derive(Debug, Clone)]
 pub struct Observation<const D: usize> {
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,
-    /// Factor of its residual in a fit, in one over the unit of the observable: 1 where all quantities are
-    /// of one kind, one over the standard deviation where kinds are mixed.
+    /// Factor of the residual in a fit, in one over the unit of the observable: 1 if all quantities are of one kind, otherwise one over
+    /// the standard deviation.
     pub weight: f64,
 }
 
 impl<const D: usize> Observation<D> {
-    /// The observable has this value, with a weight of 1.
+    /// An observation with a weight of 1.
     pub fn new(observable: impl Observable<D> + 'static, measured: f64) -> Self {
         Self { observable: Arc::new(observable), measured, weight: 1.0 }
     }
 
-    /// The same, known to a standard deviation (unit of the observable), by which its residual is divided.
+    /// Divides the residual by a standard deviation, unit of the observable.
     pub fn with_standard_deviation(self, sd: f64) -> Self {
         Self { weight: 1.0 / sd, ..self }
     }
 
-    /// Weighted residual at a shape (positions of all nodes, m): simulated less measured.
+    /// Weighted residual, simulated minus measured, at the positions of all nodes, m.
     pub fn residual(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.weighted(self.observable.value(positions))
     }
 
-    /// The same, and for every node on which the observable depends the weighted derivative by its position.
+    /// The weighted residual, and its derivative by the position of every node on which it depends.
     pub fn residual_and_slope(&self, positions: &[SVector<f64, D>]) -> (f64, Vec<(usize, SVector<f64, D>)>) {
         let mut slope = Vec::with_capacity(4);
         let value = self.observable.value_and_gradient(positions, &mut |node, s: SVector<f64, D>| {
@@ -113,7 +110,7 @@ impl<const D: usize> Observation<D> {
         self.weight * (value - self.measured)
     }
 
-    /// Rates of the residual for several motions of all nodes, into `rates`.
+    /// Writes the rates of the weighted residual for several motions of all nodes to `rates`.
     pub fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
         self.observable.rates(positions, motions, rates);
         rates.iter_mut().for_each(|rate| *rate *= self.weight);

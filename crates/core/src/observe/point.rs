@@ -14,20 +14,19 @@ pub struct NodePosition<const D: usize> {
 }
 
 impl<const D: usize> NodePosition<D> {
-    /// The coordinate of node number `node`; `direction` is a unit vector, such as an axis.
+    /// The coordinate of a node; `direction` is a unit vector, such as an axis.
     pub fn node(node: usize, direction: SVector<f64, D>) -> Self {
         Self { weights: vec![(node, 1.0)], direction }
     }
 
-    /// The coordinate of a weighted mean of nodes, with weights whose sum is 1: a place inside an element.
+    /// The coordinate of a weighted mean of nodes, such as a point of an element; the sum of the weights is 1.
     pub fn mean(weights: Vec<(usize, f64)>, direction: SVector<f64, D>) -> Self {
         Self { weights, direction }
     }
 }
 
 impl NodePosition<2> {
-    /// The coordinate of the place on a surface curve at `arc_length` (m, at rest, within the curve) from
-    /// its beginning.
+    /// The coordinate of the place at `arc_length`, m at rest, from the beginning of a surface curve.
     pub fn on_curve(curve: &Curve, arc_length: f64, direction: SVector<f64, 2>) -> Self {
         Self { weights: curve.weights(arc_length), direction }
     }
@@ -43,7 +42,7 @@ impl<const D: usize> Observable<D> for NodePosition<D> {
     }
 }
 
-/// An observable of the plane at nodes of a body in space: of their coordinates x (to the back) and z (upwards).
+/// An observable of the plane for nodes of a body in space, with their coordinates x (backwards) and z (upwards).
 #[derive(Debug, Clone)]
 pub struct Midsagittal<O> {
     nodes: Arc<[usize]>,
@@ -51,7 +50,7 @@ pub struct Midsagittal<O> {
 }
 
 impl<O: Observable<2>> Midsagittal<O> {
-    /// `observable` is of as many nodes as `nodes` has; its node number i is node `nodes[i]` of the body.
+    /// Node number i of `observable` is node `nodes[i]` of the body.
     pub fn new(nodes: Arc<[usize]>, observable: O) -> Self {
         Self { nodes, observable }
     }

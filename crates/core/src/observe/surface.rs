@@ -1,4 +1,4 @@
-//! A measured point beside the surface of a body in space.
+//! Distances of measured points from the surface of a body in space.
 
 use std::sync::Arc;
 
@@ -6,16 +6,16 @@ use nalgebra::SVector;
 
 use super::Observable;
 
-/// Signed distance, m, of a measured point from a surface of triangles: positive outside. Where the nearest
-/// place is an edge or a corner, the sign is that of the nearest triangle's side.
+/// Signed distance, m, of a measured point from a surface of triangles: positive outside. If the nearest place is on an edge or a corner,
+/// the sign is that of the side of the first nearest triangle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    // Shared, because every point has its own handle to them.
+    // Shared, because every point has its own `Surface`.
     triangles: Arc<[[usize; 3]]>,
     point: SVector<f64, 3>,
 }
 
-/// Where a triangle is nearest to a point.
+/// The nearest place of a triangle to a point.
 struct Foot {
     triangle: [usize; 3],
     weights: [f64; 3],
@@ -24,7 +24,7 @@ struct Foot {
 }
 
 impl Surface {
-    /// Of `point`, m, from triangles whose corners run counter-clockwise seen from outside; at least one.
+    /// The distance of `point`, m, from at least one triangle; corners are counter-clockwise as seen from outside.
     pub fn new(triangles: impl Into<Arc<[[usize; 3]]>>, point: SVector<f64, 3>) -> Self {
         Self { triangles: triangles.into(), point }
     }
@@ -79,7 +79,7 @@ impl Observable<3> for Surface {
     fn gradient(&self, positions: &[SVector<f64, 3>], part: &mut dyn FnMut(usize, SVector<f64, 3>)) {
         let Some(f) = self.foot(positions) else { return };
         let distance = f.away.norm();
-        // On the surface the direction away from it is its normal.
+        // On the surface the direction of the distance is the normal.
         let direction = if distance > 0.0 {
             f.away * (f.side / distance)
         } else {

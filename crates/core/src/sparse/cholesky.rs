@@ -1,6 +1,5 @@
-//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once. The few hundred unknowns of the
-//! plane are factorised here, left-looking; where the factor is so full that dense blocks are faster, faer
-//! does it.
+//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once: left-looking by blocks for the few hundred unknowns of the plane,
+//! and by faer's supernodes where the factor is so full that dense blocks are faster.
 
 use nalgebra::{SMatrix, SVector};
 use pulp::{Arch, NullaryFnOnce};
@@ -8,19 +7,18 @@ use pulp::{Arch, NullaryFnOnce};
 use super::supernodal::Supernodal;
 use super::{BlockMatrix, Pattern};
 
-/// The matrix is not positive definite: the pivot of this unknown is not safely above zero.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("not positive definite{}", self.place())]
 pub struct NotPositiveDefinite {
-    /// Unknown node (elimination order) where the factorisation stopped; the largest number where that is not
-    /// known ([`Factor::find_failure`]).
+    /// Unknown node (in elimination order) at which the factorisation stopped; `usize::MAX` where that is not known (see
+    /// [`Factor::find_failure`]).
     pub unknown: usize,
     pub pivot: f64,
 }
 
 impl NotPositiveDefinite {
-    /// Not positive definite, and not known where.
-    const SOMEWHERE: Self = Self { unknown: usize::MAX, pivot: 0.0 };
+    /// A failure whose place is not known.
+    const UNLOCATED: Self = Self { unknown: usize::MAX, pivot: 0.0 };
 
     fn place(&self) -> String {
         match self.unknown {
@@ -30,25 +28,23 @@ impl NotPositiveDefinite {
     }
 }
 
-/// A factor and the scratch space to compute it. It allocates nothing after its creation.
+/// A factor and its scratch space. After its creation it allocates only in [`Factor::find_failure`].
 #[derive(Debug)]
 pub struct Factor<const D: usize> {
-    /// faer's factor, where that is faster. A matrix that faer refuses is factorised here too, when somebody
-    /// asks for the pivot that fails ([`Factor::find_failure`]).
+    /// faer's factor, where supernodes are faster.
     supernodal: Option<Supernodal>,
     /// Whether the last factorisation is in `supernodal`.
     is_supernodal: bool,
-    /// Below the diagonal the blocks of `L`; on it the inverses of the diagonal blocks of `L` (lower
-    /// triangular).
+    /// Blocks of `L` below the diagonal; on the diagonal the inverses of the diagonal blocks of `L`, which are lower triangular.
     lower: Vec<SMatrix<f64, D, D>>,
     place_of_row: Vec<u32>,
 }
 
-/// A pivot must exceed this part of the largest entry on the diagonal, or the matrix counts as singular.
-const SMALLEST_PIVOT: f64 = 1e-13;
+/// A matrix with a pivot below this part of its largest diagonal entry counts as singular.
+pub(super) const SMALLEST_PIVOT: f64 = 1e-13;
 
 impl<const D: usize> Factor<D> {
-    /// Space for the factor of any matrix on `pattern`, by the method that is faster there.
+    /// Space for the factor of any matrix on `pattern`, by the faster of the two methods.
     #[inline(never)]
     pub fn new(pattern: &Pattern) -> Self {
         match pattern.is_for_supernodes::<D>().then(|| Supernodal::new::<D>(pattern)).flatten() {
@@ -59,7 +55,7 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// As [`Self::new`], but never with faer's supernodes, to compare the two.
+    /// Space for a factor that never uses faer, to compare the two methods.
     pub fn block_by_block(pattern: &Pattern) -> Self {
         Self {
             supernodal: None,
@@ -69,8 +65,8 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Factorises `matrix`. Where a pivot is below 1e-13 of the largest diagonal entry this fails, and the
-    /// factor is not to be used.
+    /// Factorises `matrix`. It fails, and the factor must not be used, if a pivot is at most `SMALLEST_PIVOT` times the largest diagonal
+    /// entry.
     #[inline(never)]
     pub fn factorise(
         &mut self,
@@ -80,14 +76,14 @@ impl<const D: usize> Factor<D> {
         let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
         if let Some(faer) = self.supernodal.as_mut() {
             self.is_supernodal = faer.factorise(pattern, matrix, floor);
-            return if self.is_supernodal { Ok(()) } else { Err(NotPositiveDefinite::SOMEWHERE) };
+            return if self.is_supernodal { Ok(()) } else { Err(NotPositiveDefinite::UNLOCATED) };
         }
         self.factorise_blocks(pattern, matrix, floor)
     }
 
-    /// Where a matrix fails that [`Factor::factorise`] refused: it goes through it block by block, which in
-    /// large bodies takes many times as long as the refusal. Our way may find a matrix whole that is singular
-    /// but for rounding: then its last pivot counts as the one.
+    /// The unknown at which a matrix that [`Factor::factorise`] refused fails. After a failure of faer it factorises again by blocks,
+    /// which takes many times as long in large bodies. If that succeeds, as it may for a matrix that is singular up to rounding, the last
+    /// unknown is returned with a pivot of 0.
     #[inline(never)]
     pub fn find_failure(
         &mut self,
@@ -95,7 +91,7 @@ impl<const D: usize> Factor<D> {
         matrix: &BlockMatrix<D>,
         failure: NotPositiveDefinite,
     ) -> NotPositiveDefinite {
-        if failure != NotPositiveDefinite::SOMEWHERE {
+        if failure != NotPositiveDefinite::UNLOCATED {
             return failure;
         }
         if self.lower.is_empty() {
@@ -107,7 +103,7 @@ impl<const D: usize> Factor<D> {
         self.factorise_blocks(pattern, matrix, floor).err().unwrap_or(last)
     }
 
-    // Not inlined, because the loops are some per cent slower when they are compiled among other code.
+    // Not inlined, because the loops are a few per cent slower when they are compiled among other code.
     #[inline(never)]
     fn factorise_blocks(
         &mut self,
@@ -119,11 +115,11 @@ impl<const D: usize> Factor<D> {
         Arch::new().dispatch(Blocks { pattern, matrix: &matrix.blocks, lower, place_of_row, floor })
     }
 
-    /// A direction `d` of negative or no curvature, after a factorisation that failed: one vector for each
-    /// unknown, with `dᵀ K d <= 0` up to the floor of the pivots.
+    /// A direction `d` of negative or no curvature after a factorisation by blocks that failed, one vector for each unknown: `dᵀ K d <= 0`
+    /// up to the floor of the pivots.
     ///
-    /// `d` is zero after the unknown where it failed, the eigenvector `v` of that pivot's smallest
-    /// eigenvalue at it, and `-A⁻¹ b v` before it, `A` the part factorised and `b` the column beside it.
+    /// `d` is zero after the unknown that failed, at it the eigenvector `v` of the pivot block's smallest eigenvalue, and before it
+    /// `-A⁻¹ b v` with the factorised part `A` and the column `b` beside it.
     pub fn negative_curvature(
         &self,
         pattern: &Pattern,
@@ -141,7 +137,7 @@ impl<const D: usize> Factor<D> {
             let mut y = d[j];
             let below = column.start + 1..column.end;
             for (block, &i) in self.lower[below.clone()].iter().zip(pattern.rows(below)) {
-                // Rows from the failed one on are on the right-hand side already, or beyond it.
+                // The right-hand side already contains the row that failed; later entries of `d` are zero.
                 if (i as usize) < at {
                     y -= block.tr_mul(&d[i as usize]);
                 }
@@ -150,7 +146,7 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
+    /// Solves `K x = b` in place; `b` has one vector for each unknown in the pattern's order.
     #[inline(never)]
     pub fn solve(&mut self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
         if let Some(faer) = self.supernodal.as_mut().filter(|_| self.is_supernodal) {
@@ -177,8 +173,8 @@ impl<const D: usize> Factor<D> {
     }
 }
 
-/// The factorisation, for the processor at hand: with wide registers it takes two thirds of the time, and
-/// gives the same bits.
+/// Arguments of the factorisation by blocks, which pulp compiles for the widest registers of the processor: it takes two thirds of the
+/// time and gives the same bits.
 struct Blocks<'a, const D: usize> {
     pattern: &'a Pattern,
     matrix: &'a [SMatrix<f64, D, D>],
@@ -220,7 +216,7 @@ impl<const D: usize> NullaryFnOnce for Blocks<'_, D> {
     }
 }
 
-/// `a b` written out, so that it unrolls for the dimension at hand.
+/// `a b`, written out so that it unrolls for each dimension.
 #[inline(always)]
 fn product<const D: usize>(a: &SMatrix<f64, D, D>, b: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
     let mut out = SMatrix::zeros();
@@ -235,8 +231,7 @@ fn product<const D: usize>(a: &SMatrix<f64, D, D>, b: &SMatrix<f64, D, D>) -> SM
     out
 }
 
-/// The inverse of the Cholesky factor of a small matrix (of which only the lower triangle is read), or the
-/// pivot that is not above `floor`.
+/// The inverse of the Cholesky factor of a small matrix, whose lower triangle alone is read, or the pivot that is at most `floor`.
 #[inline(always)]
 fn invert_lower_cholesky<const D: usize>(
     a: &SMatrix<f64, D, D>,
@@ -249,7 +244,7 @@ fn invert_lower_cholesky<const D: usize>(
         for k in 0..j {
             pivot -= l[(j, k)] * l[(j, k)];
         }
-        // The comparison is written so that a pivot that is NaN fails too.
+        // A pivot that is NaN fails this comparison too.
         if !(pivot > floor && pivot.is_finite()) {
             return Err(pivot);
         }
@@ -274,8 +269,8 @@ fn invert_lower_cholesky<const D: usize>(
     Ok(inverse)
 }
 
-/// The eigenvector of the smallest eigenvalue of a small symmetric matrix (of which only the lower triangle
-/// is read), by the power method on `c I - A`, which is enough for a direction of descent.
+/// The eigenvector of the smallest eigenvalue of a small symmetric matrix, whose lower triangle alone is read. The power method on
+/// `c I - A` is accurate enough for a direction of descent.
 fn lowest_mode<const D: usize>(a: &SMatrix<f64, D, D>) -> SVector<f64, D> {
     let mut whole = *a;
     for r in 0..D {

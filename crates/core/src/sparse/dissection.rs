@@ -1,22 +1,21 @@
 //! Nested dissection (George 1973): a few unknowns that separate the others into two halves are eliminated last, and each half is ordered
-//! in the same way. Large meshes in space fill in less than by minimum degree.
+//! in the same way. Large meshes in space have less fill-in than by minimum degree.
 //!
-//! A half is found without coordinates: a number for each unknown, from its distances to two far ends of the mesh, is averaged over
-//! neighbours until it varies slowly, as an eigenvector of the graph would (Pothen, Simon and Liou 1990), and the unknowns are split there
-//! where the separator is small.
+//! No coordinates are needed. Each unknown has a number, the difference of its distances to two far ends of the mesh, which is averaged
+//! over neighbours until it varies as slowly as an eigenvector of the graph (Pothen, Simon and Liou 1990). The unknowns are split at the
+//! number for which the separator is small.
 
 use super::minimum_degree::minimum_degree;
 
-/// Parts of at most as many unknowns are ordered by minimum degree.
+/// Parts with at most this number of unknowns are ordered by minimum degree.
 const LEAF: usize = 100;
-/// How often the number is averaged.
 const AVERAGED: usize = 30;
-/// Directions across which a part is cut, of which the best is taken.
+/// Number of pairs of far ends for which a part is split; the best split is taken.
 const DIRECTIONS: usize = 3;
-/// Splits that are tried, as parts of the unknowns in per cent.
+/// Splits that are tried: the part of the unknowns on one side, per cent.
 const SPLITS: std::ops::RangeInclusive<usize> = 34..=66;
 
-/// The order of elimination; `neighbours[i]` lists the unknowns coupled to `i`, without `i` itself.
+/// The order of elimination; `neighbours[i]` lists the unknowns coupled to `i`, without `i`.
 pub(super) fn nested_dissection(neighbours: &[Vec<u32>]) -> Vec<usize> {
     let mut graph = Graph { neighbours, inside: vec![false; neighbours.len()] };
     // The order from the last unknown that is eliminated to the first.
@@ -44,19 +43,19 @@ struct Separated {
 
 struct Graph<'a> {
     neighbours: &'a [Vec<u32>],
-    /// Whether an unknown belongs to the part at hand.
+    /// Whether each unknown belongs to the part that is being split.
     inside: Vec<bool>,
 }
 
 impl Graph<'_> {
-    /// A small part in the order of minimum degree.
+    /// The unknowns of a small part in the order of minimum degree.
     fn leaf(&self, part: &[usize]) -> Vec<usize> {
         let number = |v: u32| part.binary_search(&(v as usize)).ok().map(|n| n as u32);
         let own = part.iter().map(|&v| self.neighbours[v].iter().filter_map(|&w| number(w)).collect());
         minimum_degree(own.collect()).0.into_iter().map(|i| part[i]).collect()
     }
 
-    /// Unknowns of the part in the order of their distance from one, and these distances.
+    /// The unknowns of the part in the order of their distance from `from`, and the distance of each unknown, in couplings.
     fn distances(&self, from: usize) -> (Vec<usize>, Vec<u32>) {
         let mut away = vec![u32::MAX; self.neighbours.len()];
         away[from] = 0;
@@ -74,7 +73,7 @@ impl Graph<'_> {
         (reached, away)
     }
 
-    /// Splits a part, whose unknowns ascend.
+    /// Splits a part, whose unknowns are in ascending order.
     fn separated(&self, part: &[usize]) -> Separated {
         let (reached, _) = self.distances(part[0]);
         if reached.len() < part.len() {
@@ -89,7 +88,7 @@ impl Graph<'_> {
         for _ in 0..DIRECTIONS {
             let (from_end, end_away) = self.distances(from);
             let (_, other_away) = self.distances(from_end[from_end.len() - 1]);
-            // The next direction begins far from the ends of those before.
+            // The next pair begins at the unknown that is farthest from the ends of the pairs before.
             part.iter().for_each(|&v| least[v] = least[v].min(end_away[v]).min(other_away[v]));
             from = part.iter().copied().max_by_key(|&v| least[v]).unwrap_or(from);
             let (cost, separated) = self.cut(part, |v| f64::from(end_away[v]) - f64::from(other_away[v]));
@@ -101,8 +100,7 @@ impl Graph<'_> {
         best.map_or_else(all, |(_, separated)| separated)
     }
 
-    /// Tries several splits of a part, sorted by the number `along` of each unknown, and returns the cost of the best one with its
-    /// separator.
+    /// The cheapest split of a part that is sorted by the averaged `along` of each unknown, with its cost.
     fn cut(&self, part: &[usize], along: impl Fn(usize) -> f64) -> (f64, Separated) {
         let mut at: Vec<f64> = vec![0.0; self.neighbours.len()];
         part.iter().for_each(|&v| at[v] = along(v));
@@ -113,7 +111,7 @@ impl Graph<'_> {
                 let (sum, count) = near.fold((at[v], 1.0), |(s, n), w| (s + at[w], n + 1.0));
                 *mean = sum / count;
             }
-            // Averaging shrinks the numbers towards their mean; they are scaled back to the range from -1 to 1.
+            // Averaging moves the numbers towards their mean, so they are scaled to the range from -1 to 1 again.
             let middle = averaged.iter().sum::<f64>() / part.len() as f64;
             let widest = averaged.iter().map(|a| (a - middle).abs()).fold(f64::MIN_POSITIVE, f64::max);
             part.iter().zip(&averaged).for_each(|(&v, a)| at[v] = (a - middle) / widest);
@@ -122,7 +120,7 @@ impl Graph<'_> {
         sorted.sort_by(|&a, &b| at[a].total_cmp(&at[b]).then(a.cmp(&b)));
         let mut rank = vec![usize::MAX; self.neighbours.len()];
         sorted.iter().enumerate().for_each(|(n, &v)| rank[v] = n);
-        // Whether an unknown that is sorted before the cut has a neighbour in the part that is sorted after it.
+        // Whether an unknown before the cut has a neighbour in the part after the cut.
         let touches = |v: usize, cut: usize| {
             self.neighbours[v].iter().any(|&w| self.inside[w as usize] && rank[w as usize] >= cut)
         };

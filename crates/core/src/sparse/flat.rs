@@ -1,37 +1,31 @@
-//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of several matrices at once,
-//! one in each lane.
-//!
-//! Each block of `L` is written once, from a flat list of its products, so that the sums stay in registers
-//! (dot form).
+//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of several matrices at once, one in each lane. Each block of
+//! `L` is written once, from a flat list of its products, so that the sums stay in registers (dot form).
 
 use pulp::NullaryFnOnce;
 
 use super::Pattern;
+use super::cholesky::SMALLEST_PIVOT;
 use super::simd::{Simd, SimdPair};
 
-/// A pivot must exceed this part of the largest entry on the diagonal, as in [`super::cholesky`].
-const SMALLEST_PIVOT: f64 = 1e-13;
 const FILL: u32 = u32::MAX;
 
-/// A block, row by row.
+/// The entries of a block, row by row.
 pub(crate) type MatrixBlock<const L: usize> = [Simd<L>; 4];
 /// The lower triangle of a block: entries (0,0), (1,0), (1,1).
 pub(crate) type Lower<const L: usize> = [Simd<L>; 3];
 
-/// The products of each block. Blocks below the diagonal are numbered column by column.
+/// The products of which each block of `L` consists. Blocks below the diagonal are numbered column by column.
 #[derive(Debug)]
 pub(crate) struct Symbolic {
     columns: usize,
-    /// First block of every column.
+    /// First block of each column.
     start: Vec<u32>,
     row: Vec<u32>,
-    /// For each block, the pair of unknowns whose block of the matrix the sum starts from; [`FILL`] if the
-    /// matrix has none.
+    /// For each block, the pair of unknowns whose block of the matrix the sum starts with; [`FILL`] for fill-in.
     source: Vec<u32>,
-    /// End of the products of every block.
     products_end: Vec<u32>,
     products: Vec<[u32; 2]>,
-    /// Blocks left of the diagonal in every row: `(column, block)`.
+    /// Blocks left of the diagonal in each row: `(column, block)`.
     left_start: Vec<u32>,
     left: Vec<[u32; 2]>,
 }
@@ -44,9 +38,8 @@ pub(crate) struct FlatFactor<const L: usize> {
 }
 
 impl Symbolic {
-    /// For matrices whose blocks are those of pairs of unknowns, the later one of the pattern's order first,
-    /// and no others; pairs that begin with something else are passed over. `None` where the pattern does
-    /// not couple a pair.
+    /// The products for matrices with a block for each of `pairs` of coupled unknowns, the later one of the pattern's order first; pairs
+    /// that begin with a number that is no unknown are ignored. `None` if the pattern does not couple a pair.
     pub fn new(pattern: &Pattern, pairs: impl Iterator<Item = [u32; 2]>) -> Option<Self> {
         let n = pattern.unknowns();
         let (mut start, mut row) = (vec![0], Vec::new());
@@ -103,8 +96,8 @@ impl Symbolic {
     }
 }
 
-/// Factorises the matrices with these blocks: one for every pair, and one for every unknown on the diagonal.
-/// Tells in which lanes all pivots are safely above zero; in the others the factor is not to be used.
+/// Factorises the matrices whose blocks are `pairs`, off the diagonal, and `diagonal`. Returns for each lane whether every pivot exceeds
+/// its floor; if not, that lane of the factor must not be used.
 pub(crate) struct Factorise<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
     pub pairs: &'a [MatrixBlock<L>],
@@ -160,7 +153,7 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
     }
 }
 
-/// Solves `K x = b` in place; one vector for each unknown.
+/// Solves `K x = b` in place; `b` has one vector for each unknown.
 pub(crate) struct Solve<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
     pub factor: &'a FlatFactor<L>,
@@ -197,8 +190,8 @@ impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
     }
 }
 
-/// One over the root of a pivot, and the lanes where the pivot is above the floor. The other lanes get 1, so
-/// that they stay finite.
+/// The reciprocal of the root of a pivot, and the lanes in which the pivot exceeds the floor. The other lanes get 1, so that they stay
+/// finite.
 #[inline(always)]
 fn pivot<const L: usize>(value: Simd<L>, floor: Simd<L>) -> (Simd<L>, [bool; L]) {
     let safe = value.above(floor);
@@ -206,7 +199,6 @@ fn pivot<const L: usize>(value: Simd<L>, floor: Simd<L>) -> (Simd<L>, [bool; L])
     (Simd(std::array::from_fn(|lane| if safe[lane] { root.0[lane] } else { 1.0 })), safe)
 }
 
-/// Largest absolute entry on the diagonal.
 #[inline(always)]
 pub(crate) fn largest_diagonal<const L: usize>(diagonal: &[Lower<L>]) -> Simd<L> {
     diagonal.iter().fold(Simd::ZERO, |m, d| m.max(d[0].abs()).max(d[2].abs()))

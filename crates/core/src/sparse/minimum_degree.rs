@@ -1,15 +1,12 @@
-//! Exact minimum degree: the order of elimination of small and medium meshes.
+//! Exact minimum degree, the order of elimination of small and medium meshes.
 
 use std::collections::BTreeSet;
 
-/// Always eliminates the unknown with the fewest neighbours left (exact minimum degree; ties go to the lower
-/// number, so the result is the same on every machine). Returns for each place in the order the unknown that
-/// stands there, and the neighbours not yet eliminated when it is eliminated: the rows below the diagonal of
-/// that column of the factor.
+/// Eliminates the unknown with the fewest remaining neighbours in each step; of several it takes the lowest number, so that the result is
+/// the same on every machine. Returns the unknowns in this order, and for each the neighbours that remain when it is eliminated: the rows
+/// below the diagonal of its column of the factor.
 ///
-/// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i` itself.
-///
-/// Cost: about as much as one factorisation in integer work; done once a system.
+/// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`. The cost is about that of one factorisation.
 pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
     let n = neighbours.len();
     let mut queue: BTreeSet<(usize, usize)> =
@@ -32,7 +29,7 @@ pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32
     (order, fronts)
 }
 
-/// `out` = the union of two sorted lists, less the two numbers in `without`.
+/// Writes the union of two sorted lists without the two numbers of `without` to `out`.
 fn union_without(a: &[u32], b: &[u32], without: [u32; 2], out: &mut Vec<u32>) {
     out.clear();
     let (mut i, mut j) = (0, 0);
@@ -57,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_star_is_eliminated_from_its_tips_without_fill() {
-        // Node 0 joined to 1..=5: eliminating the tips first leaves each column with one row, the hub's.
+        // Node 0 is joined to nodes 1 to 5. If the tips are eliminated first, each column has one row, that of node 0.
         let mut neighbours = vec![vec![1, 2, 3, 4, 5]];
         neighbours.extend((1..=5).map(|_| vec![0]));
         let (order, fronts) = minimum_degree(neighbours);

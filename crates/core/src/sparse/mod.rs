@@ -1,9 +1,8 @@
 //! Sparse symmetric matrices of `D x D` blocks, one block row and column for each unknown node.
 //!
-//! This crate has an ordering, a pattern, a left-looking factorisation and two triangular solves of its own,
-//! because they were measured to be faster than faer's sparse Cholesky on the same matrices (`benches/`,
-//! `factorise`). From a few hundred unknowns in space, or a few thousand in the plane, faer's supernodal
-//! factorisation is faster and is used.
+//! Factorisation and triangular solves are this crate's own, because they are faster than faer's sparse Cholesky on the same matrices
+//! (`cargo bench factorise`). From a few hundred unknowns in space, or a few thousand in the plane, faer's supernodal factorisation is
+//! faster and is used.
 
 pub mod cholesky;
 mod dissection;
@@ -18,11 +17,10 @@ use nalgebra::SMatrix;
 
 pub use pattern::{Pattern, Slot};
 
-/// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, fill-in
-/// included.
+/// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, with zeros for fill-in.
 ///
-/// Assembly writes to the places that the factorisation will use, so a factorisation starts with one copy.
-/// The last block collects the contributions of fixed nodes, so that the assembly loops need no branches.
+/// Assembly writes to the places that the factorisation uses, so that a factorisation starts with one copy. The last block, the bin,
+/// collects the contributions of fixed nodes, so that assembly needs no branches.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const D: usize> {
     pub(crate) blocks: Vec<SMatrix<f64, D, D>>,
@@ -37,8 +35,7 @@ impl<const D: usize> BlockMatrix<D> {
         self.blocks.fill(SMatrix::zeros());
     }
 
-    /// Adds `block` at `slot`; `block` has its rows at the first node and its columns at the second node of
-    /// the pair with which the slot was looked up.
+    /// Adds `block` at `slot`, with its rows at the first and its columns at the second node of the pair that the slot was looked up for.
     #[inline]
     pub fn add(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
         let place = &mut self.blocks[slot.position()];
@@ -49,7 +46,7 @@ impl<const D: usize> BlockMatrix<D> {
         }
     }
 
-    /// As [`BlockMatrix::add`] for a block that is symmetric in itself, which needs no turning.
+    /// Adds a symmetric block, which needs no transposition.
     #[inline]
     pub fn add_symmetric(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
         self.blocks[slot.position()] += block;
@@ -69,7 +66,7 @@ impl<const D: usize> BlockMatrix<D> {
         }
     }
 
-    /// Largest absolute diagonal entry; the bin of the fixed nodes does not count.
+    /// Largest absolute entry on the diagonal, without the bin.
     pub fn largest_diagonal(&self, pattern: &Pattern) -> f64 {
         (0..pattern.unknowns())
             .flat_map(|j| {
@@ -79,8 +76,7 @@ impl<const D: usize> BlockMatrix<D> {
             .fold(0.0, f64::max)
     }
 
-    /// Smallest trace of a diagonal block: the stiffness of the softest node. Infinite if there are no
-    /// unknowns.
+    /// Smallest trace of a diagonal block: the stiffness of the softest node. Infinite without unknowns.
     pub fn smallest_trace(&self, pattern: &Pattern) -> f64 {
         (0..pattern.unknowns())
             .map(|j| self.blocks[pattern.column(j).start].trace())

@@ -1,4 +1,4 @@
-//! The order in which unknowns are eliminated, chosen so that little fills in.
+//! The order of elimination, chosen for little fill-in.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
@@ -7,16 +7,14 @@ use faer::sparse::linalg::amd;
 use super::dissection::nested_dissection;
 use super::minimum_degree::minimum_degree;
 
-/// Number of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees
-/// take longer than they save.
+/// Numbers of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees take longer than they save.
 const MANY: usize = 300;
 const MANY_NEIGHBOURS: usize = 20;
 /// Number of unknowns above which the order is always approximate.
 const VERY_MANY: usize = 20_000;
 
-/// The order and the rows below the diagonal, as from `minimum_degree`, by the method for the size: exact
-/// degrees for bodies in the plane and small ones; for large bodies in space faer's approximate minimum degree
-/// (Amestoy, Davis and Duff 1996) or nested dissection, whichever leaves less work.
+/// The order and the rows below the diagonal, as from `minimum_degree`: by exact degrees for bodies in the plane and small ones; for large
+/// bodies in space by faer's approximate minimum degree (Amestoy, Davis and Duff 1996) or nested dissection, whichever leaves less work.
 pub fn order(neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
     let n = neighbours.len();
     let couplings: usize = neighbours.iter().map(Vec::len).sum();
@@ -36,7 +34,7 @@ pub fn order(neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
     by_degree.filter(|other| work(other) <= work(&dissected)).unwrap_or(dissected)
 }
 
-/// faer's approximate minimum degree; `None` where there is no memory for it.
+/// faer's approximate minimum degree; `None` if its memory cannot be allocated.
 fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>> {
     let n = neighbours.len();
     let (mut start, mut row) = (vec![0], Vec::new());
@@ -53,8 +51,8 @@ fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// The remaining neighbours of each unknown at its elimination in a given order: its own, and those of
-/// earlier columns whose first row it is.
+/// The remaining neighbours of each unknown when it is eliminated in the given order: its own, and those of earlier columns in which it is
+/// the first row.
 fn fronts(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
     let n = order.len();
     let mut place = vec![0; n];
@@ -86,7 +84,7 @@ mod tests {
 
     #[test]
     fn the_rows_of_a_given_order_are_those_that_elimination_finds() {
-        // A grid of 7 by 9, each joined to its eight neighbours.
+        // A grid of 7 by 9 nodes, each joined to its eight neighbours.
         let (rows, columns) = (7i32, 9i32);
         let grid: Vec<Vec<u32>> = Vec::from_iter((0..rows * columns).map(|i| {
             let (r, c) = (i / columns, i % columns);
@@ -110,7 +108,7 @@ mod tests {
 
     #[test]
     fn a_block_in_space_fills_in_less_by_nested_dissection() {
-        // Two blocks of 16 by 12 by 10 that do not touch, each node joined to its 26 neighbours.
+        // Two separate blocks of 16 by 12 by 10 nodes, each joined to its 26 neighbours.
         let sides = [16i32, 12, 10];
         let count = sides.iter().product::<i32>();
         let grid: Vec<Vec<u32>> = Vec::from_iter((0..2 * count).map(|n| {

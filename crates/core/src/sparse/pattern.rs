@@ -4,52 +4,51 @@ use std::ops::Range;
 
 use super::ordering;
 
-/// Where a block lies in a [`super::BlockMatrix`], and whether it must be transposed to be stored there.
+/// The place of a block in a [`super::BlockMatrix`], and whether the block is transposed there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slot(u32);
 
 impl Slot {
-    const TURNED: u32 = 1 << 31;
-    /// The place of a block that is not bound to a matrix yet.
+    const TRANSPOSED: u32 = 1 << 31;
+    /// The value before a slot is looked up in a pattern.
     pub(crate) const UNBOUND: Self = Self(0);
 
     fn new(position: usize, transposed: bool) -> Self {
-        Self(position as u32 | if transposed { Self::TURNED } else { 0 })
+        Self(position as u32 | if transposed { Self::TRANSPOSED } else { 0 })
     }
 
     #[inline]
     pub(super) fn position(self) -> usize {
-        (self.0 & !Self::TURNED) as usize
+        (self.0 & !Self::TRANSPOSED) as usize
     }
 
     #[inline]
     pub(super) fn is_transposed(self) -> bool {
-        self.0 & Self::TURNED != 0
+        self.0 & Self::TRANSPOSED != 0
     }
 }
 
 /// The numbering of the unknown nodes (elimination order) and the places of the factor's blocks.
 #[derive(Debug, Clone)]
 pub struct Pattern {
-    /// Unknown number of each node; `NONE` for nodes that are not unknowns.
+    /// Number of each node as an unknown; `NONE` for other nodes.
     unknown: Vec<u32>,
     node: Vec<usize>,
     /// Column `j` occupies places `start[j]..start[j + 1]`, its diagonal block first, then ascending rows.
     start: Vec<usize>,
     row: Vec<u32>,
-    /// Row `i` of the strict lower triangle: `(column, place)` of its blocks, ascending, in
-    /// `row_start[i]..row_start[i + 1]`.
+    /// Blocks left of the diagonal in row `i`, as `(column, place)` in ascending order: `row_start[i]..row_start[i + 1]`.
     row_start: Vec<usize>,
     row_blocks: Vec<(u32, u32)>,
-    /// Off-diagonal blocks of the matrix itself, fill-in not counted.
+    /// Number of off-diagonal blocks of the matrix, without fill-in.
     couplings: usize,
 }
 
 const NONE: u32 = u32::MAX;
 
 impl Pattern {
-    /// The pattern for `nodes` nodes in all, of which `is_unknown` are to be solved for, coupled within each
-    /// of `cliques` (node numbers; fixed ones are passed over).
+    /// The pattern of `nodes` nodes, those with `is_unknown` coupled within each of `cliques` (lists of nodes, in which fixed ones are
+    /// ignored).
     pub fn new(nodes: usize, is_unknown: &[bool], cliques: impl IntoIterator<Item = Vec<usize>>) -> Self {
         let mut number = vec![NONE; nodes];
         let free: Vec<usize> = (0..nodes).filter(|&i| is_unknown[i]).collect();
@@ -108,52 +107,49 @@ impl Pattern {
         self.node.len()
     }
 
-    /// Number of blocks in the lower triangle of the factor, diagonal and fill-in included.
+    /// Number of blocks in the lower triangle of the factor, with the diagonal and fill-in.
     pub fn blocks(&self) -> usize {
         self.row.len()
     }
 
-    /// Number of blocks in the lower triangle of the matrix itself, diagonal included, fill-in not.
+    /// Number of blocks in the lower triangle of the matrix, with the diagonal and without fill-in.
     pub fn matrix_blocks(&self) -> usize {
         self.couplings + self.node.len()
     }
 
-    /// Scalar entries of the factor, one triangle, fill-in included, for blocks of `D x D`.
+    /// Number of scalar entries in one triangle of the factor, with fill-in, for blocks of `D x D`.
     pub fn factor_entries<const D: usize>(&self) -> usize {
         D * D * self.blocks() - D * (D - 1) / 2 * self.unknowns()
     }
 
-    /// Floating-point operations of one factorisation: a multiplication and an addition for each pair of
-    /// entries in a column of the factor, for blocks of `D x D`.
+    /// Number of floating-point operations of one factorisation, for blocks of `D x D`.
     pub fn factor_operations<const D: usize>(&self) -> usize {
         let columns = (0..self.unknowns()).map(|j| {
             let below = self.column(j).len() - 1;
-            // Block products for every pair of blocks below the diagonal, and one to divide each block by
-            // it.
+            // A multiplication and an addition for each product of two blocks below the diagonal, and for the division of each by the
+            // diagonal block.
             D * D * D * (below * (below + 1) + 2 * below + 1)
         });
         columns.sum()
     }
 
-    /// The nodes in elimination order.
     #[inline]
     pub fn nodes(&self) -> &[usize] {
         &self.node
     }
 
-    /// The unknown number of `node`, if the node is an unknown.
     pub fn unknown(&self, node: usize) -> Option<usize> {
         let u = self.unknown[node];
         (u != NONE).then_some(u as usize)
     }
 
-    /// Places of column `j`: the diagonal block, then those below it.
+    /// Places of the blocks of column `j`: the diagonal block, then those below it.
     #[inline]
     pub fn column(&self, j: usize) -> Range<usize> {
         self.start[j]..self.start[j + 1]
     }
 
-    /// Row (unknown number) of the block at a place.
+    /// Row (number of the unknown) of the block at a place.
     #[inline]
     pub fn row(&self, place: usize) -> usize {
         self.row[place] as usize
@@ -170,13 +166,12 @@ impl Pattern {
         &self.row_blocks[self.row_start[i]..self.row_start[i + 1]]
     }
 
-    /// The bin: the place for blocks that belong to no unknown.
+    /// The place for blocks of fixed nodes.
     pub fn bin(&self) -> Slot {
         Slot::new(self.blocks(), false)
     }
 
-    /// Where the block of nodes `a` (rows) and `b` (columns) is stored; pairs with a node that is no
-    /// unknown, and pairs that were never coupled, go to the bin.
+    /// Where the block of nodes `a` (rows) and `b` (columns) is stored: the bin if a node is fixed or the two are not coupled.
     pub fn slot(&self, a: usize, b: usize) -> Slot {
         let bin = self.bin();
         let (Some(i), Some(j)) = (self.unknown(a), self.unknown(b)) else { return bin };

@@ -1,12 +1,12 @@
-//! `L` numbers that are computed with at once, one in each lane of a vector register.
+//! `L` numbers at once, one in each lane of a vector register.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 /// Number of lanes: four double-precision numbers fill one AVX2 register, or two of SSE2.
 pub const LANES: usize = 4;
 
-/// One number in each lane. Products are rounded before they are added (no fused multiply-add), so every
-/// processor gives the same bits.
+/// One number in each lane. Products are rounded before they are added (no fused multiply-add), so that every processor gives the same
+/// bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Simd<const L: usize>(pub [f64; L]);
 
@@ -42,19 +42,19 @@ impl<const L: usize> Simd<L> {
         Self(self.0.map(f64::abs))
     }
 
-    /// The lanes in which this is above `floor` and finite.
+    /// Whether each lane is above `floor` and finite.
     #[inline(always)]
     pub fn above(self, floor: Self) -> [bool; L] {
         std::array::from_fn(|lane| self.0[lane] > floor.0[lane] && self.0[lane] < f64::INFINITY)
     }
 
-    /// The larger one in each lane; `other` where this is NaN.
+    /// The larger number in each lane; that of `other` if this one is NaN.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
-    /// The smaller one in each lane; `other` where this is NaN.
+    /// The smaller number in each lane; that of `other` if this one is NaN.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         self.zip(other, |a, b| if a < b { a } else { b })
@@ -116,6 +116,6 @@ pub(crate) type SimdPair<const L: usize> = [Simd<L>; 2];
 
 /// `q - p`.
 #[inline(always)]
-pub(crate) fn way<const L: usize>(p: SimdPair<L>, q: SimdPair<L>) -> SimdPair<L> {
+pub(crate) fn difference<const L: usize>(p: SimdPair<L>, q: SimdPair<L>) -> SimdPair<L> {
     [q[0] - p[0], q[1] - p[1]]
 }

@@ -1,4 +1,4 @@
-//! Supernodal Cholesky by faer, for factors so full that neighbouring columns are worked on as dense blocks.
+//! Supernodal Cholesky factorisation by faer, for factors that are so full that dense blocks of neighbouring columns are faster.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
@@ -14,15 +14,14 @@ use nalgebra::SVector;
 
 use super::{BlockMatrix, Pattern};
 
-/// From this many operations for each entry of the factor on, dense blocks are faster. Measured (`cargo
-/// bench factorise`, results in `results/scenes`): both take the same time between 80 and 120, with 450 to
-/// 750 unknowns in space or some 4000 in the plane.
-const WORTHWHILE: usize = 80;
+/// Operations for each entry of the factor above which dense blocks are faster. In measurements (`cargo bench factorise`) both methods
+/// take the same time between 80 and 120, with 450 to 750 unknowns in space or some 4000 in the plane.
+const OPERATIONS_PER_ENTRY: usize = 80;
 
 /// faer's factor of a matrix on a [`Pattern`], with the scratch space to compute it.
 pub(super) struct Supernodal {
     symbolic: SymbolicCholesky<usize>,
-    /// Lower triangle of the matrix, entry by entry: column starts, rows, values.
+    /// Column starts, rows and values of the lower triangle of the matrix, in scalar entries.
     start: Vec<usize>,
     row: Vec<usize>,
     matrix: Vec<f64>,
@@ -38,10 +37,9 @@ impl std::fmt::Debug for Supernodal {
 }
 
 impl Pattern {
-    /// Whether faer's supernodes are faster than block by block for matrices of `D x D` blocks on this
-    /// pattern.
+    /// Whether faer's supernodes are faster than single blocks for matrices of `D x D` blocks on this pattern.
     pub fn is_for_supernodes<const D: usize>(&self) -> bool {
-        self.factor_operations::<D>() > WORTHWHILE * self.factor_entries::<D>()
+        self.factor_operations::<D>() > OPERATIONS_PER_ENTRY * self.factor_entries::<D>()
     }
 }
 
@@ -86,8 +84,7 @@ impl Supernodal {
         })
     }
 
-    /// Factorises the matrix. Returns whether every pivot is above `floor`; if not, the factor cannot be
-    /// used.
+    /// Factorises the matrix. Returns whether every pivot exceeds `floor`; if not, the factor must not be used.
     pub fn factorise<const D: usize>(
         &mut self,
         pattern: &Pattern,
@@ -99,8 +96,8 @@ impl Supernodal {
             let blocks = &matrix.blocks[pattern.column(j)];
             for c in 0..D {
                 let column = blocks.iter().flat_map(|b| b.as_slice()[c * D..(c + 1) * D].iter());
-                // The places come last in the zip: when its second part ends, a zip has already taken one
-                // item too many from its first.
+                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds that the second
+                // one has ended.
                 column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
             }
         }
@@ -118,7 +115,7 @@ impl Supernodal {
         done.is_ok() && self.pivots_exceed(floor)
     }
 
-    /// Whether every pivot of the factor is above `floor`; a pivot that is NaN is not.
+    /// Whether every pivot of the factor exceeds `floor`; NaN does not.
     fn pivots_exceed(&self, floor: f64) -> bool {
         let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return false };
         let factor = SupernodalLltRef::new(symbolic, &self.factor);
@@ -128,7 +125,7 @@ impl Supernodal {
         })
     }
 
-    /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
+    /// Solves `K x = b` in place; `b` has one vector for each unknown in the pattern's order.
     pub fn solve<const D: usize>(&mut self, b: &mut [SVector<f64, D>]) {
         self.right_side.iter_mut().zip(b.iter().flatten()).for_each(|(place, value)| *place = *value);
         let n = self.right_side.len();

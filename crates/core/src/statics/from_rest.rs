@@ -1,20 +1,20 @@
-//! Whether and how loads lead from rest to a given shape, and a solve that is compared with a trace. The questions stand in [`super`].
+//! Whether loads lead from rest to a given shape, and a solve that is compared with a trace.
 
 use nalgebra::SVector;
 
 use crate::body::largest_distance;
 use crate::system::System;
 
-use super::trace::{FromRest, Path, PathEnd, SHORTEST, Trace, trace};
+use super::trace::{COARSE_RESOLUTION, FromRest, Path, PathEnd, Trace, trace};
 use super::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 
-/// Shapes are the same whose nodes, or lengths of muscles, differ by less than this, m. At 1785 loads of `results/stability` the nodes of
-/// the direct solution and of the traced one differ by at most 3.7e-12 m or by at least 2.9e-4 m. In four posteriors equal lengths differed
-/// by at most 1.4e-12 m, and those of other equilibria at the same tensions by 0.2 to 2.7 mm.
+/// Shapes are the same if their nodes, or their lengths of muscles, differ by less than this, m. At 1785 loads of `results/stability` the
+/// direct and the traced solution differ by at most 3.7e-12 m or by at least 2.9e-4 m. In four posteriors equal lengths differed by at
+/// most 1.4e-12 m, and those of different equilibria at the same tensions by 0.2 to 2.7 mm.
 pub const SAME_SHAPE_M: f64 = 1e-8;
 
-/// How `tensions` lead from rest to `positions`, m, as they grow together; `None` where they lead to another shape. Costs less than a
-/// [`trace()`] where the branch ends, because its end is found to a ten-thousandth of the load only.
+/// How `tensions` that grow together lead from rest to `positions`, m; `None` if they lead to another shape. Where the branch ends this
+/// costs less than a [`trace()`], because the end is located only to a ten-thousandth of the load.
 #[inline(never)]
 pub fn leads_from_rest<const D: usize>(
     system: &System<D>,
@@ -25,21 +25,20 @@ pub fn leads_from_rest<const D: usize>(
 ) -> Option<FromRest> {
     let settings = SolveSettings { certify: true, beyond: false, ..*settings };
     let mut path = Path::new(system, workspace, tensions, &settings);
-    let (shape, end, _) = path.lead(SHORTEST);
+    let (shape, end, _) = path.follow_from_rest(COARSE_RESOLUTION);
     let is_there = |shape: &[SVector<f64, D>]| largest_distance(shape, positions) <= SAME_SHAPE_M;
     match end {
         PathEnd::Whole => is_there(&shape).then_some(FromRest::Branch),
-        PathEnd::Critical { load, .. } if path.at(&shape, 1.0).status == SolveStatus::Converged => {
-            is_there(path.w.positions()).then_some(FromRest::Fell { load })
+        PathEnd::Critical { load, .. } if path.solve_at(&shape, 1.0).status == SolveStatus::Converged => {
+            is_there(path.w.positions()).then_some(FromRest::Jumped { load })
         }
         PathEnd::Critical { .. } | PathEnd::Stopped { .. } => Some(FromRest::NotKnown),
     }
 }
 
-/// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace()`] does. Where the two
-/// end in different shapes the traced one is the answer, since it is where the body goes as the tensions grow; it is
-/// also the answer where the direct solve fails. Where the trace stopped early a direct answer
-/// stands, and [`Trace::stopped`] says that its branch is not known.
+/// Solves as [`solve`] does and follows the equilibria from rest as [`trace()`] does. The traced shape, to which the body moves as the
+/// tensions grow, is the answer if both converge to different shapes or the direct solve fails. If the trace stopped early, a direct
+/// answer is kept, and [`Trace::stopped`] says that its branch is not known.
 #[inline(never)]
 pub fn solve_and_trace<const D: usize>(
     system: &System<D>,
@@ -51,7 +50,7 @@ pub fn solve_and_trace<const D: usize>(
     trace_beside(system, workspace, &direct, tensions, settings)
 }
 
-/// The part of [`solve_and_trace`] that follows the direct solve: `direct` is its result, and its positions are in the workspace.
+/// [`solve_and_trace`] after a direct solve: `direct` is its result, and the workspace has its positions.
 #[inline(never)]
 pub fn trace_beside<const D: usize>(
     system: &System<D>,
@@ -60,7 +59,7 @@ pub fn trace_beside<const D: usize>(
     tensions: &[f64],
     settings: &SolveSettings,
 ) -> Trace {
-    let mut other = workspace.another(system);
+    let mut other = workspace.with_same_bones(system);
     let found = trace(system, &mut other, tensions, settings);
     let [direct_converged, converged] = [direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;

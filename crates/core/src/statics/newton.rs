@@ -1,4 +1,4 @@
-//! Newton's method on the energy, with a line search that keeps cells upright.
+//! Newton's method on the energy, with a line search that prevents inverted cells.
 
 use crate::effect::Tangent;
 use crate::geometry;
@@ -8,26 +8,24 @@ use super::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 
 /// A step must achieve this part of the decrease that the slope predicts (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
-/// Energies whose relative difference is smaller than this cannot be told apart in double precision.
+/// Relative difference below which two energies are equal to rounding.
 pub(super) const ENERGY_NOISE: f64 = 1e-13;
-/// Number of iterations in a row with a stiffness that is not positive definite, after which its negative
-/// curvature is followed. Far from the solution the stiffness becomes positive definite by itself, but not
-/// on the ridge of a straight chain that is pushed.
-pub(super) const PATIENCE: usize = 3;
+/// Number of iterations in a row with a stiffness that is not positive definite after which its negative curvature is followed. Far from
+/// the solution the stiffness usually becomes positive definite, but not where a straight chain is compressed.
+pub(super) const MOST_INDEFINITE: usize = 3;
 /// Shortest part of a step that the line search tries.
 const SHORTEST_STEP: f64 = 1e-12;
-/// Rounding error of the coordinates that can enter one force, relative to the largest coordinate.
+/// Rounding error of the coordinates that can enter one force, over the largest coordinate.
 pub(super) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A residual that rounding may explain is accepted if it is below this part of the load.
-pub(super) const NEGLIGIBLE: f64 = 1e-6;
-/// A residual that rounding may explain is also accepted if an exact Newton step moves no node by more than
-/// this part of the body's size.
-const STILL: f64 = 1e-9;
+pub(super) const NEGLIGIBLE_RESIDUAL: f64 = 1e-6;
+/// A residual that rounding may explain is also accepted if an exact Newton step moves no node by more than this part of the body's size.
+const NEGLIGIBLE_STEP: f64 = 1e-9;
 /// Largest number of corrections of a whole step.
 const MOST_CORRECTIONS: usize = 3;
-/// The last factor is used again as long as an iteration reduces the residual to less than this part. A new
-/// factor costs about three times as much as an iteration with the old one.
-pub(super) const FAST_ENOUGH: f64 = 0.03;
+/// The factor is used again while each iteration reduces the residual to less than this part. A new factor costs about three times as much
+/// as an iteration with the old one.
+pub(super) const REUSE_REDUCTION: f64 = 0.03;
 
 impl<const D: usize> SolveState<'_, D> {
     /// One solve at the whole load, from the positions in the workspace.
@@ -38,14 +36,14 @@ impl<const D: usize> SolveState<'_, D> {
         self.w.tensions.copy_from_slice(tensions);
         self.done.energy = self.energy();
         self.update_force();
-        // The factor of a solved neighbour is close to the one that is needed.
+        // The factor of a solved neighbour is close to the factor at the start.
         let mut reuse = self.w.factor_ready;
         self.done.status = loop {
             let residual = self.done.max_residual_force;
             if !(residual.is_finite() && self.done.energy.is_finite()) {
                 break SolveStatus::NotFinite;
             }
-            if residual <= settings.tolerance || (residual <= self.floor && self.is_settled()) {
+            if residual <= settings.tolerance || (residual <= self.floor && self.residual_is_negligible()) {
                 break SolveStatus::Converged;
             }
             if self.done.iterations == settings.max_iterations {
@@ -57,15 +55,16 @@ impl<const D: usize> SolveState<'_, D> {
             }
             let slope = self.find_step();
             let mut moved = self.corrected && self.take_corrected_step(slope) || self.take_step(slope);
-            if self.safeguarded_in_a_row > PATIENCE && !reuse && self.follow_curvature() {
+            if self.safeguarded_in_a_row > MOST_INDEFINITE && !reuse && self.follow_curvature() {
                 self.done.ridges += 1;
                 moved = true;
             }
             if !moved && !reuse {
-                let resolved = self.done.max_residual_force <= self.rounding_level() && self.is_settled();
+                let resolved =
+                    self.done.max_residual_force <= self.rounding_level() && self.residual_is_negligible();
                 break if resolved { SolveStatus::Converged } else { SolveStatus::Stalled };
             }
-            reuse = moved && self.done.max_residual_force < FAST_ENOUGH * residual;
+            reuse = moved && self.done.max_residual_force < REUSE_REDUCTION * residual;
         };
         self.done.rounding_force = self.floor;
         if self.done.ridges > 0 {
@@ -81,20 +80,19 @@ impl<const D: usize> SolveState<'_, D> {
         self.done
     }
 
-    /// Whether a residual above the tolerance that rounding can explain may be neglected: it is below a
-    /// millionth of the load, or too small to move the body. In a very uneven body rounding causes forces as
-    /// large as the load, so that a residual of that size proves nothing.
-    fn is_settled(&self) -> bool {
+    /// Whether a residual above the tolerance that rounding can explain is negligible: below a millionth of the load, or too small to move
+    /// the body. Rounding alone is no reason, since it causes forces as large as the load in a very uneven body.
+    fn residual_is_negligible(&self) -> bool {
         let w = &*self.w;
-        // The reactions of the bones measure the load, of any kind.
+        // The reactions of the bones measure loads of any kind.
         let load = w.tensions.iter().fold(geometry::largest(&w.force), |m, t| m.max(t.abs()));
-        self.done.max_residual_force <= NEGLIGIBLE * load
+        self.done.max_residual_force <= NEGLIGIBLE_RESIDUAL * load
             || (w.factor_is_exact
-                && geometry::largest(&w.step) <= STILL * geometry::extent(self.system.rest()))
+                && geometry::largest(&w.step) <= NEGLIGIBLE_STEP * geometry::extent(self.system.rest()))
     }
 
-    /// Factorises the exact stiffness; where that is not positive definite, the convex one, and where that
-    /// is singular (a slack chain), the convex one with a growing multiple of the unit matrix.
+    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix, because
+    /// the convex one of a slack chain is singular.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
@@ -106,7 +104,7 @@ impl<const D: usize> SolveState<'_, D> {
         };
         self.done.safeguarded += 1;
         self.safeguarded_in_a_row += 1;
-        if self.safeguarded_in_a_row > PATIENCE {
+        if self.safeguarded_in_a_row > MOST_INDEFINITE {
             self.find_curvature(&failure);
         }
         self.assemble(Tangent::Convex);
@@ -114,8 +112,7 @@ impl<const D: usize> SolveState<'_, D> {
         let largest = self.w.stiffness.largest_diagonal(pattern);
         let mut shift = 1e-6 * largest;
         if self.corrected {
-            // In a very uneven body a millionth of the largest stiffness would hold the softest nodes in
-            // place.
+            // In a very uneven body a millionth of the largest stiffness would keep the softest nodes from moving.
             shift = shift.min((1e-3 * self.w.stiffness.smallest_trace(pattern)).max(1e-14 * largest));
         }
         self.w.stiffness.shift(pattern, shift);
@@ -129,7 +126,7 @@ impl<const D: usize> SolveState<'_, D> {
         false
     }
 
-    /// Solves for the step; returns the slope of the energy along it, J (negative: downhill).
+    /// Solves for the step. Returns the slope of the energy along it, J, which is negative for descent.
     fn find_step(&mut self) -> f64 {
         let w = &mut *self.w;
         let pattern = self.system.pattern();
@@ -145,10 +142,9 @@ impl<const D: usize> SolveState<'_, D> {
         slope
     }
 
-    /// Takes the whole step and up to [`MOST_CORRECTIONS`] corrections with the same factor, until the
-    /// energy has fallen. In a body that is very stiff in some directions the descent is curved, so that
-    /// straight steps lower the energy over a very short part of them only (Maratos 1978; Nocedal and Wright
-    /// 2006, 15.5). Returns false and restores everything if the energy does not fall.
+    /// Takes the whole step and up to [`MOST_CORRECTIONS`] corrections with the same factor until the energy has fallen. In a body that is
+    /// very stiff in some directions the path of descent is curved, so that only a very short part of a straight step lowers the energy
+    /// (Maratos 1978; Nocedal and Wright 2006, 15.5). Returns false and restores the state if the energy does not fall.
     fn take_corrected_step(&mut self, slope: f64) -> bool {
         let (old, residual) = (self.done.energy, self.done.max_residual_force);
         let limit = self.step_limit();
@@ -178,8 +174,7 @@ impl<const D: usize> SolveState<'_, D> {
         false
     }
 
-    /// Moves along the step as far as the energy falls, and updates energy and force. Returns false if it
-    /// does not fall.
+    /// Backtracking line search along the step; updates energy and force. Returns false if the energy does not fall.
     fn take_step(&mut self, slope: f64) -> bool {
         let old = self.done.energy;
         let noise = ENERGY_NOISE * old.abs();
@@ -195,8 +190,7 @@ impl<const D: usize> SolveState<'_, D> {
                 let before = self.done.max_residual_force;
                 self.done.energy = energy;
                 self.update_force();
-                // Within the rounding of the energy, only the force shows whether the step was an
-                // improvement.
+                // If the energy changes by no more than its rounding, only the force shows whether the step is an improvement.
                 return -slope * part > noise || self.done.max_residual_force < before;
             }
             part *= 0.5;

@@ -1,5 +1,4 @@
-//! Exact linear response of an equilibrium to small changes: `K dx = df` on the free nodes, with one
-//! factorisation for all changes.
+//! Exact linear response of an equilibrium to small changes: `K dx = df` on the free nodes, with one factorisation for all changes.
 
 use nalgebra::SVector;
 
@@ -9,8 +8,7 @@ use crate::system::System;
 
 use super::Workspace;
 
-/// The equilibrium that the last solve left in a workspace, factorised, and the motion of its nodes for one
-/// change after another.
+/// The factorised equilibrium that the last solve left in a workspace, and the motion of its nodes for the last change.
 #[derive(Debug)]
 pub struct Response<'a, const D: usize> {
     system: &'a System<D>,
@@ -29,11 +27,11 @@ impl<'a, const D: usize> Response<'a, D> {
         w.factor.factorise(system.pattern(), &w.stiffness)?;
         w.factor_ready = true;
         w.factor_is_exact = true;
-        Ok(Self::again(system, w))
+        Ok(Self::with_existing_factor(system, w))
     }
 
-    /// The same where the workspace still has the factor of a response at this equilibrium.
-    pub(super) fn again(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
+    /// A response with the factor that the workspace has of this equilibrium.
+    pub(super) fn with_existing_factor(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
         let motion = vec![SVector::zeros(); w.positions.len()];
         Self { system, w, motion }
     }
@@ -47,17 +45,17 @@ impl<'a, const D: usize> Response<'a, D> {
         self.w.configuration()
     }
 
-    /// Motion of all nodes for the last change, m for a unit of it.
+    /// Motion of all nodes per unit of the last change, m.
     pub fn motion(&self) -> &[SVector<f64, D>] {
         &self.motion
     }
 
-    /// Computes the response to a unit of tension in a muscle, 1 N (2D: per metre of thickness).
+    /// Computes the response to a tension of 1 N in a muscle (2D: per metre of thickness).
     pub fn to_tension(&mut self, muscle: usize) {
         self.to_tensions([muscle]);
     }
 
-    /// The same for several muscles that are pulled together.
+    /// Computes the response to a tension of 1 N in each of several muscles.
     pub fn to_tensions(&mut self, muscles: impl IntoIterator<Item = usize>) {
         let effects = self.system.effects();
         self.to_load(|at, load| {
@@ -67,8 +65,7 @@ impl<'a, const D: usize> Response<'a, D> {
         });
     }
 
-    /// Computes the response to a small load: `add` adds its force on every node, N for a unit of it. Forces
-    /// on bones have no effect.
+    /// Computes the response to a small load: `add` adds its force on every node per unit, N. Forces on bones have no effect.
     pub fn to_load(&mut self, add: impl FnOnce(Configuration<'_, D>, &mut [SVector<f64, D>])) {
         let (pattern, w) = (self.system.pattern(), &mut *self.w);
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
@@ -85,12 +82,12 @@ impl<'a, const D: usize> Response<'a, D> {
         self.system.move_followers(&mut self.motion);
     }
 
-    /// Adds the response to a displacement of bone nodes by 1 m along an axis.
+    /// Adds a displacement of bone nodes by 1 m along an axis to the response.
     pub fn carry(&mut self, nodes: &[usize], axis: usize) {
         nodes.iter().for_each(|&n| self.motion[n][axis] += 1.0);
     }
 
-    /// Scales the last response to another unit of the change.
+    /// Multiplies the last response by `unit`.
     pub fn scale(&mut self, unit: f64) {
         if unit != 1.0 {
             self.motion.iter_mut().for_each(|m| *m *= unit);
@@ -98,10 +95,9 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 }
 
-/// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium
-/// (positions, m, and tensions of all muscles, N): one list for each of `muscles`, which are fibres that are
-/// pulled together. `None` where the equilibrium is not a stable one, or the lists have other lengths than
-/// those of the system.
+/// Derivatives of the positions of all nodes, those of straight paths too, by tensions, m/N, at an equilibrium (positions, m, and tensions
+/// of all muscles, N): one list for each of `muscles`, whose fibres have a common tension. `None` if the equilibrium is not stable, or the
+/// lists do not fit the system.
 #[inline(never)]
 pub fn position_rates<const D: usize>(
     system: &System<D>,

@@ -1,20 +1,17 @@
-//! Safeguards for solves in which Newton's method alone fails: load steps, and descent from unstable
-//! equilibria.
+//! Safeguards for solves in which Newton's method fails: load steps, and descent from unstable equilibria.
 
 use crate::system::System;
 
 use super::state::SolveState;
 use super::{Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace};
 
-/// Smallest load step, as a part of the load.
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
-/// Largest number of unstable equilibria that a solve leaves downhill before it gives up.
+/// Largest number of unstable equilibria from which one solve descends.
 const MOST_ESCAPES: usize = 8;
 
-/// Goes from rest (with carried bones: from where the direct solve failed) to the whole load in steps, each
-/// solved from the previous equilibrium. A failed step is halved, a successful one doubled; before it is
-/// halved, Newton's steps are corrected at their ends. Leaves the last equilibrium reached; `failed` is the
-/// result of the direct solve.
+/// Applies the load in steps from rest, each solved from the equilibrium before; with displaced bones from the state in which the direct
+/// solve, with the result `failed`, ended. A successful step is doubled; a failed one is solved again with corrected Newton steps, and
+/// then halved. The workspace gets the last equilibrium.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -25,7 +22,7 @@ pub(super) fn step_load<const D: usize>(
     let (mut reached, mut step) = (0.0, 0.25);
     let mut held = match workspace.carried.as_slice() {
         [] => system.rest().to_vec(),
-        // The rest shape has the bones at rest, so it is no start for displaced bones.
+        // In the shape at rest the bones are not displaced.
         _ => workspace.positions.clone(),
     };
     let mut last = *failed;
@@ -76,9 +73,9 @@ pub(super) fn step_load<const D: usize>(
     }
 }
 
-/// Checks the stability of the equilibrium in the workspace by factorising the exact stiffness there; leaves
-/// an unstable one along its negative curvature and solves on, until a stable one is found.
-pub(super) fn settle<const D: usize>(
+/// Checks the stability of the equilibrium in the workspace by factorising the exact stiffness. From an unstable one it descends along
+/// negative curvature and solves again, until the equilibrium is stable.
+pub(super) fn escape_unstable<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     settings: &SolveSettings,
@@ -93,7 +90,7 @@ pub(super) fn settle<const D: usize>(
         all = state.done;
         all.stability = stability;
         let Some(failure) = failure.filter(|_| stability == Stability::Unstable) else { break };
-        if escapes == MOST_ESCAPES || !state.leave(&failure) {
+        if escapes == MOST_ESCAPES || !state.escape(&failure) {
             all.status = SolveStatus::Unstable;
             break;
         }

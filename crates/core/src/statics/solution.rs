@@ -6,21 +6,19 @@ use serde::Serialize;
 pub struct SolveSettings {
     /// Largest residual force on a free node that counts as equilibrium, N. Default 1e-9.
     pub tolerance: f64,
-    /// Largest number of Newton iterations, of each load step where there are several. Default 200.
+    /// Largest number of Newton iterations, in each load step. Default 200.
     pub max_iterations: usize,
-    /// Largest number of load steps after a direct solve that failed. Default 60; 0 gives up at once.
+    /// Largest number of load steps after a direct solve that failed. Default 60; with 0 there are none.
     pub load_steps: usize,
-    /// Whether to check the stability of every solution by a factorisation of the exact stiffness at it.
-    /// Default false: the last factorisation, a step or two before the solution, is then taken for it
-    /// wherever it was exact.
+    /// Whether the exact stiffness is factorised at every solution to check its stability. Default false: the last factorisation, a step
+    /// or two before the solution, shows the stability if it was exact.
     pub certify: bool,
-    /// Most solves of a [`trace()`](super::trace()), which then stops where it is. Default 600; a branch
-    /// that reaches the whole load takes about two for each of its steps, and finding where one ends about
-    /// 120 more.
+    /// Largest number of solves of a [`trace()`](super::trace()), which then stops. Default 600. A branch that reaches the whole load
+    /// takes about two for each step, and locating the end of one about 120 more.
     pub most_solves: usize,
-    /// Whether a [`trace()`](super::trace()) that reaches the whole load also looks for a second stable shape there: the load is doubled
-    /// and reduced again, and the shapes before and after are compared. Default true. A search needs only the shape that is reached
-    /// from rest, and leaves it out.
+    /// Whether a [`trace()`](super::trace()) that reaches the whole load also searches for a second stable shape: the load is doubled and
+    /// reduced again, and the shapes before and after are compared. Default true; searches, which need only the shape that is reached from
+    /// rest, set it to false.
     pub beyond: bool,
 }
 
@@ -40,92 +38,87 @@ impl Default for SolveSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
-    /// The residual force is below the tolerance, or as small as rounding lets it be and negligible beside
-    /// the load, and the equilibrium is not known to be unstable.
+    /// The residual force is below the tolerance, or as small as rounding permits and negligible beside the load, and the equilibrium is
+    /// not known to be unstable.
     Converged,
-    /// An equilibrium was found, but an unstable one, and no way downhill from it led to a stable one.
+    /// The equilibrium is unstable, and descent from it led to no stable one.
     Unstable,
-    /// The iteration limit was reached first. [`Solution::load_reached`] has the part of the load that load
-    /// steps reached.
+    /// The iteration limit was reached. [`Solution::load_reached`] has the part of the load that load steps reached.
     IterationLimit,
-    /// No step along a descent direction lowers the energy any more, or the steps that keep every cell from
-    /// turning over have become too small; the residual force is still above the tolerance. Where
-    /// [`Solution::rounding_force`] is of the size of the load, the body is too uneven for double precision.
+    /// No step along a descent direction lowers the energy, or the steps that invert no cell have become too small; the residual force is
+    /// above the tolerance. If [`Solution::rounding_force`] is of the size of the load, the body is too uneven for double precision.
     Stalled,
-    /// An equilibrium, but one in which a cell is inverted: of a body without an effect that keeps its
-    /// cells upright (neither incompressibility nor a continuum), springs alone.
+    /// The equilibrium has an inverted cell; only bodies of springs alone, without incompressibility or a continuum, can have one.
     Inverted,
-    /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
+    /// A tension, position or energy is not finite, or there are not as many tensions as muscles.
     NotFinite,
 }
 
-/// Stability: known signs of the eigenvalues of the stiffness at the solution, over the free nodes.
+/// Known signs of the eigenvalues of the stiffness of the free nodes at the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stability {
-    /// No equilibrium was reached, so nothing is known.
+    /// No equilibrium was reached, so that nothing is known.
     Unchecked,
     /// All were positive at the last factorisation, a step or two before the solution.
     Near,
     /// All are positive at the solution.
     Stable,
-    /// None is negative, but some are zero to rounding: a slack chain can be moved without work.
+    /// None is negative, but some are zero to rounding: a slack chain moves without work.
     Neutral,
     /// At least one is negative.
     Unstable,
 }
 
-/// Connection of the solution to rest. Two equilibria at the same load can lie on different branches: one
-/// that the body reaches when the load grows from zero, and others that it does not.
+/// How the solution is connected to rest. Equilibria at the same load can lie on different branches, of which the body reaches one when
+/// the load grows from zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connection {
     /// Newton's method went from its start to the solution at the whole load, and every step lowered the energy.
     Direct,
-    /// Reached in load steps from rest (where bones are displaced, from where the direct solve failed), each begun at the equilibrium
-    /// before.
+    /// Load steps led to it from rest, each from the equilibrium before; with displaced bones from where the direct solve failed.
     LoadSteps,
-    /// On the way a ridge or an unstable equilibrium was left downhill, so it may well lie on another branch
+    /// The solve descended from a state with negative curvature or an unstable equilibrium, so that the solution may lie on another branch
     /// than rest.
     Downhill,
-    /// Followed from rest, there and back, in steps ([`super::trace()`]): it lies on the branch that begins
-    /// at rest ([`super::FromRest::Branch`]).
+    /// It was followed from rest and back in steps ([`super::trace()`]), so that it lies on the branch that begins at rest
+    /// ([`super::FromRest::Branch`]).
     Traced,
 }
 
-/// What a solve did; the positions are in the workspace.
+/// Result and statistics of a solve, whose positions are in the workspace.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Solution {
     pub status: SolveStatus,
     pub iterations: usize,
-    /// Factorisations, failed ones included.
+    /// Number of factorisations, failed ones included.
     pub factorisations: usize,
     pub energy_evaluations: usize,
     /// Iterations in which the exact stiffness was not positive definite and a safeguarded one was used.
     pub safeguarded: usize,
-    /// Largest force on a free node, N.
+    /// Largest residual force on a free node, N.
     pub max_residual_force: f64,
-    /// Rounding error of the force in double precision, N: the largest stiffness times the rounding of a
-    /// coordinate. A residual below it cannot be made smaller. Zero if nothing was factorised.
+    /// Rounding error of the force, N: the largest stiffness times the rounding of a coordinate. No residual can be made smaller. Zero if
+    /// nothing was factorised.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
     pub stability: Stability,
-    /// What is known of the way from rest.
+    /// How the solution is connected to rest.
     pub connection: Connection,
-    /// Part of the tensions at which the positions left behind are an equilibrium: 1 when converged, less
-    /// where load stepping stopped, 0 where no equilibrium was found.
+    /// Part of the tensions at which the positions in the workspace are an equilibrium: 1 if converged, less if load steps stopped, 0 if
+    /// no equilibrium was found.
     pub load_reached: f64,
-    /// Load steps taken; 0 where the direct solve succeeded.
+    /// Number of load steps; 0 if the direct solve succeeded.
     pub load_steps: usize,
-    /// Number of unstable equilibria that the solve found and left downhill. If it is above zero there is
-    /// another equilibrium, and the solution is on another branch than the one that was left. Only counted
-    /// where the stability is checked at the solution.
+    /// Number of unstable equilibria from which the solve descended to another branch. They are counted only where the stability is
+    /// checked at the solution.
     pub escapes: usize,
-    /// Iterations along a direction of negative curvature, from a ridge of the energy.
+    /// Number of iterations along a direction of negative curvature.
     pub ridges: usize,
-    /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of
-    /// the published law (see [`crate::effect::spring`]).
+    /// Number of elements in which the barrier against inversion acts. If there are any, the solution is not one of the published law (see
+    /// [`crate::effect::spring`]).
     pub guarded: usize,
 }
 
@@ -136,7 +129,7 @@ impl Default for Solution {
 }
 
 impl Solution {
-    /// The solution before any work: nothing is reached yet.
+    /// The solution before any work, with nothing reached.
     pub const NONE: Self = Self {
         status: SolveStatus::IterationLimit,
         iterations: 0,
@@ -155,7 +148,7 @@ impl Solution {
         guarded: 0,
     };
 
-    /// Adds the cost of `other`: all counts of work, but not its result.
+    /// Adds the counts of work of `other`.
     pub(super) fn add_cost(&mut self, other: &Self) {
         self.iterations += other.iterations;
         self.factorisations += other.factorisations;
@@ -166,13 +159,13 @@ impl Solution {
         self.ridges += other.ridges;
     }
 
-    /// This result, with the cost of `all`.
+    /// This result with the iterations, factorisations and evaluations of `all`.
     pub(super) fn with_cost(self, all: &Self) -> Self {
         let Self { iterations, factorisations, energy_evaluations, .. } = *all;
         Self { iterations, factorisations, energy_evaluations, ..self }
     }
 
-    /// This result, with the cost of `earlier` added.
+    /// This result with the counts of work of `earlier` added.
     pub(super) fn after(mut self, earlier: &Self) -> Self {
         self.add_cost(earlier);
         if earlier.connection == Connection::Downhill {
@@ -182,9 +175,9 @@ impl Solution {
     }
 }
 
-/// Residual force below which bones are carried the next part of their way, N.
-pub(super) const FOLLOWED: f64 = 1e-4;
-/// Largest number of parts of a bone's way. The reference tongue's jaw opens by 10 degrees in 12.
-pub(super) const MOST_PARTS: usize = 1000;
-/// Shortest part of a bone's remaining way that is still tried.
-pub(super) const LEAST_PART: f64 = 1e-6;
+/// Tolerance of the residual force between two partial displacements of bones, N.
+pub(super) const BONE_STEP_TOLERANCE: f64 = 1e-4;
+/// Largest number of partial displacements of bones. Opening the jaw of the reference tongue by 10 degrees takes 12.
+pub(super) const MOST_BONE_STEPS: usize = 1000;
+/// Shortest part of the remaining displacement of bones that is tried.
+pub(super) const SHORTEST_BONE_STEP: f64 = 1e-6;

@@ -1,32 +1,30 @@
-//! One equilibrium: bones are carried to their places, Newton's method goes to where the forces cancel, and
-//! safeguards act where it fails or ends in an unstable equilibrium.
+//! One equilibrium: bones are moved to their places, Newton's method finds where the forces cancel, and safeguards act if it fails or ends
+//! in an unstable equilibrium.
 //!
-//! A bone (a jaw that opens, a hyoid that rises) that is moved in one step would invert the cells beside it, and no step of Newton's method
-//! could undo that. So it is moved in parts, each at most half of the step limit of the effects, and the body is solved after each.
+//! A bone (a jaw that opens, a hyoid that rises) that moved in one step would invert the cells beside it, which Newton's method cannot
+//! undo. So it moves in parts, each at most half of the step limit of the effects, with a solve after each.
 
 use nalgebra::SVector;
 
 use super::mass_spring::at_rest;
-use super::safeguards::{settle, step_load};
-use super::solution::{FOLLOWED, LEAST_PART, MOST_PARTS};
+use super::safeguards::{escape_unstable, step_load};
+use super::solution::{BONE_STEP_TOLERANCE, MOST_BONE_STEPS, SHORTEST_BONE_STEP};
 use super::state::SolveState;
 use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
 use crate::effect::Configuration;
 use crate::system::System;
 
-/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles
-/// that cannot contract in the system have no effect), starting from the positions in `workspace`, and leaves
-/// the result there. A mass-spring body in the plane that is at rest starts half of the way to its linear response,
-/// if the energy is lower there.
+/// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that cannot contract have no
+/// effect), starting from the positions in `workspace`, which get the result. A mass-spring body in the plane that is at rest starts from
+/// half of its linear response if the energy is lower there.
 ///
-/// Converged means a residual force below the tolerance, or below rounding if that is larger (very stiff
-/// bodies, bodies far from the origin) and negligible beside the load.
+/// Converged means a residual force below the tolerance, or below rounding if that is larger (very stiff bodies, bodies far from the
+/// origin) and negligible beside the load.
 ///
-/// Never panics and never leaves a position that is not finite: failures are in [`Solution::status`]. No
-/// accepted step inverts a cell, because every step is cut so that all cells keep at least a tenth of their
-/// measure. If the direct solve fails, the load is applied in steps from rest; if the equilibrium is not
-/// stable, the solve continues downhill from it. Bones that the system moves from their places at rest are
-/// moved first, unless they are there already.
+/// It never panics and never leaves a position that is not finite; [`Solution::status`] has failures. Every step is shortened so that all
+/// cells keep at least a tenth of their measure, so that none is inverted. If the direct solve fails, the load is applied in steps from
+/// rest; from an equilibrium that is not stable the solve descends. Bones that the system displaces are moved first, unless they are at
+/// their places.
 ///
 /// # Example
 /// ```
@@ -55,27 +53,32 @@ pub fn solve<const D: usize>(
 ) -> Solution {
     let mut spent = match solve_single(system, workspace, tensions, settings) {
         Ok(solution) => return solution,
-        Err(in_vain) => in_vain,
+        Err(spent) => spent,
     };
-    for _ in 0..MOST_PARTS {
-        match carry(system, workspace) {
-            BoneProgress::There => return solve_held(system, workspace, tensions, settings).after(&spent),
-            BoneProgress::Nowhere => break,
-            BoneProgress::APart => {}
+    for _ in 0..MOST_BONE_STEPS {
+        match move_bones(system, workspace) {
+            BoneProgress::Complete => {
+                return solve_with_fixed_bones(system, workspace, tensions, settings).after(&spent);
+            }
+            BoneProgress::Blocked => break,
+            BoneProgress::Partial => {}
         }
-        let follow =
-            SolveSettings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
-        spent = solve_held(system, workspace, tensions, &follow).after(&spent);
+        let follow = SolveSettings {
+            tolerance: settings.tolerance.max(BONE_STEP_TOLERANCE),
+            certify: false,
+            ..*settings
+        };
+        spent = solve_with_fixed_bones(system, workspace, tensions, &follow).after(&spent);
         if !matches!(spent.status, SolveStatus::Converged | SolveStatus::Stalled) {
             return spent;
         }
     }
-    let last = solve_held(system, workspace, tensions, settings).after(&spent);
+    let last = solve_with_fixed_bones(system, workspace, tensions, settings).after(&spent);
     Solution { status: SolveStatus::Stalled, ..last }
 }
 
-/// As [`solve`], with the bones where they are.
-fn solve_held<const D: usize>(
+/// [`solve`] with bones that do not move.
+fn solve_with_fixed_bones<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
@@ -86,7 +89,7 @@ fn solve_held<const D: usize>(
         done = step_load(system, workspace, tensions, settings, &done);
     }
     if done.status == SolveStatus::Converged && (settings.certify || done.stability == Stability::Unchecked) {
-        done = settle(system, workspace, settings, &done);
+        done = escape_unstable(system, workspace, settings, &done);
     }
     done.guarded = system.barrier_active(workspace.configuration());
     if done.status == SolveStatus::Converged
@@ -98,18 +101,18 @@ fn solve_held<const D: usize>(
     done
 }
 
-/// How far the bones came.
+/// How far bones have moved towards their places.
 pub(super) enum BoneProgress {
-    There,
-    APart,
-    /// They could not move at all: the cells beside them or a wall forbid it.
-    Nowhere,
+    Complete,
+    Partial,
+    /// They cannot move, because cells beside them or a wall prevent it.
+    Blocked,
 }
 
-/// Moves the bones along a part of their remaining way.
-pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> BoneProgress {
+/// Moves the bones by a part of their remaining displacement.
+pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> BoneProgress {
     if w.carried.iter().all(|&(node, to)| w.positions[node] == to) {
-        return BoneProgress::There;
+        return BoneProgress::Complete;
     }
     w.step.fill(SVector::zeros());
     for &(node, to) in &w.carried {
@@ -117,9 +120,9 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
     }
     let at = Configuration { positions: &w.positions, tensions: &w.tensions };
     let limit = system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min);
-    if limit < LEAST_PART {
+    if limit < SHORTEST_BONE_STEP {
         w.step.fill(SVector::zeros());
-        return BoneProgress::Nowhere;
+        return BoneProgress::Blocked;
     }
     for &(node, to) in &w.carried {
         if limit < 1.0 {
@@ -129,13 +132,13 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
         }
     }
     w.factor_ready = false;
-    // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
+    // Newton's method relies on a step of zero at nodes that are no unknowns.
     w.step.fill(SVector::zeros());
-    BoneProgress::APart
+    BoneProgress::Partial
 }
 
-/// Solves a mass-spring body in the plane in a lane, and leaves the result in the workspace. An error holds the work
-/// done before it was clear that the body has effects of another kind or needs a safeguard; the workspace is then unchanged.
+/// Solves a mass-spring body in the plane in a lane, and leaves the result in the workspace. An error has the counts of work until the
+/// body turned out to have other effects or to need a safeguard; the positions in the workspace are then unchanged.
 fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,
@@ -158,10 +161,10 @@ fn solve_single<const D: usize>(
         && w.positions == system.rest()
         && let Some(at_rest) = at_rest(system, elements)
     {
-        work.begin_linearly(0, at_rest, tensions);
+        work.start_from_linear_response(0, at_rest, tensions);
     }
     work.solve(elements, settings);
-    let solution = work.solution(0).ok_or_else(|| work.spent(0))?;
+    let solution = work.solution(0).ok_or_else(|| work.cost(0))?;
     let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
     work.positions(elements, 0, &mut w.positions);
     if let Some(before) = before.filter(|_| system.cell_ratios(&w.positions).0 <= 0.0) {
@@ -171,7 +174,7 @@ fn solve_single<const D: usize>(
     work.forces(elements, 0, &mut w.force);
     system.place_path_nodes(&mut w.positions);
     w.tensions.copy_from_slice(tensions);
-    // That of the solver for any body belongs to another shape.
+    // The factor of the solver for any body belongs to another shape.
     w.factor_ready = false;
     w.factor_is_exact = false;
     Ok(solution)

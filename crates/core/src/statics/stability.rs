@@ -1,4 +1,4 @@
-//! Stability of an equilibrium, and descent from ridges of the energy, where the stiffness has a negative eigenvalue.
+//! Stability of an equilibrium, and descent along negative curvature of the energy.
 
 use nalgebra::SVector;
 
@@ -9,13 +9,12 @@ use crate::geometry;
 use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
-/// Eigenvalues nearer to zero than this part of the largest diagonal entry count as zero: a slack chain's
-/// are not exactly so.
-const ZERO: f64 = 1e-9;
+/// Eigenvalues whose magnitude is below this part of the largest diagonal entry count as zero, since rounding changes those of a slack
+/// chain.
+const ZERO_EIGENVALUE: f64 = 1e-9;
 
-/// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the
-/// last solve: by inverse iteration on the stiffness plus the smallest shift found that makes it positive
-/// definite. `None` where there is no unknown or the stiffness is not finite.
+/// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the last solve, by inverse
+/// iteration on the stiffness plus a shift that makes it positive definite. `None` without unknowns, or if the stiffness is not finite.
 #[inline(never)]
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
     const ITERATIONS: usize = 300;
@@ -36,7 +35,7 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
     let w = state.w;
     w.factor_ready = false;
     let mut quotient = f64::INFINITY;
-    // A start without symmetry, so that it is not orthogonal to a symmetric mode of a symmetric mesh.
+    // The start has no symmetry, so that it is not orthogonal to a symmetric mode of a symmetric mesh.
     for (i, v) in w.unknowns.iter_mut().enumerate() {
         *v = SVector::from_fn(|d, _| ((i * D + d + 1) as f64 * 0.618_033_988_75).fract() - 0.5);
     }
@@ -59,13 +58,12 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
 }
 
 impl<const D: usize> SolveState<'_, D> {
-    /// Stability by the exact stiffness at the present positions, and where its factorisation failed if it
-    /// did.
+    /// Stability by the exact stiffness at the present positions, with the failed pivot if it is unstable.
     pub(super) fn classify(&mut self) -> (Stability, Option<NotPositiveDefinite>) {
         self.assemble(Tangent::Exact);
         let Err(_) = self.try_factor() else { return (Stability::Stable, None) };
         let pattern = self.system.pattern();
-        let shift = ZERO * self.w.stiffness.largest_diagonal(pattern);
+        let shift = ZERO_EIGENVALUE * self.w.stiffness.largest_diagonal(pattern);
         self.w.stiffness.shift(pattern, shift);
         let shifted = self.try_factor();
         self.w.factor_ready = false;
@@ -76,9 +74,8 @@ impl<const D: usize> SolveState<'_, D> {
     }
 }
 
-/// First step along a direction of negative curvature, relative to the size of the body, and the largest
-/// number of doublings.
-const FIRST_WAY: f64 = 1e-7;
+/// First step along a direction of negative curvature, over the size of the body, and the largest number of doublings.
+const FIRST_CURVATURE_STEP: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
 impl<const D: usize> SolveState<'_, D> {
@@ -90,15 +87,15 @@ impl<const D: usize> SolveState<'_, D> {
         w.factor.negative_curvature(pattern, &failure, &mut w.curvature);
     }
 
-    /// Moves downhill along the direction of negative curvature that `failure` gives.
-    pub(super) fn leave(&mut self, failure: &NotPositiveDefinite) -> bool {
+    /// Descends along the direction of negative curvature that `failure` gives. Returns false if the energy does not fall.
+    pub(super) fn escape(&mut self, failure: &NotPositiveDefinite) -> bool {
         self.find_curvature(failure);
         self.done.energy = self.energy();
         self.follow_curvature()
     }
 
-    /// Moves along the stored direction of negative curvature, to the side on which the force points, as far
-    /// as doubling the step lowers the energy. Returns false if not even the shortest step does.
+    /// Moves along the stored direction of negative curvature, to the side to which the force points, as far as doubling the step lowers
+    /// the energy. Returns false if not even the shortest step does.
     pub(super) fn follow_curvature(&mut self) -> bool {
         let pattern = self.system.pattern();
         let w = &mut *self.w;
@@ -109,7 +106,7 @@ impl<const D: usize> SolveState<'_, D> {
             longest = longest.max(d.norm());
         }
         let size = geometry::extent(self.system.rest());
-        let scale = FIRST_WAY * size * if uphill > 0.0 { -1.0 } else { 1.0 } / longest;
+        let scale = FIRST_CURVATURE_STEP * size * if uphill > 0.0 { -1.0 } else { 1.0 } / longest;
         if !scale.is_finite() {
             return false;
         }
@@ -119,7 +116,7 @@ impl<const D: usize> SolveState<'_, D> {
         w.trial.copy_from_slice(&w.positions);
         let (start, mut lowest) = (self.done.energy, self.done.energy);
         let (mut way, mut best) = (1.0, 0.0);
-        // The limit is that of the whole way, so it is computed at the start of the way.
+        // The limit is that of the whole step, so it is computed at the start.
         for _ in 0..MOST_DOUBLINGS {
             self.place_along(0.0);
             if self.step_limit() < 1.0 {
@@ -140,7 +137,7 @@ impl<const D: usize> SolveState<'_, D> {
         lowest < start
     }
 
-    /// Puts the nodes at the start of the way plus a part of the step.
+    /// Places the nodes at the start plus a part of the step.
     fn place_along(&mut self, part: f64) {
         let w = &mut *self.w;
         for &node in self.system.pattern().nodes() {

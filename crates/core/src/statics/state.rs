@@ -7,26 +7,23 @@ use crate::system::System;
 
 use super::{Solution, Workspace};
 
-/// A running solve: its present state and its statistics.
 pub(super) struct SolveState<'a, const D: usize> {
     pub(super) system: &'a System<D>,
     pub(super) w: &'a mut Workspace<D>,
     pub(super) done: Solution,
-    /// Iterations in a row in which the exact stiffness was not positive definite.
+    /// Number of iterations in a row in which the exact stiffness was not positive definite.
     pub(super) safeguarded_in_a_row: usize,
-    /// Whether whole steps are corrected afterwards. That costs more, so only load steps that fail otherwise
-    /// do it.
+    /// Whether whole steps are corrected. Since this costs more, only load steps that fail without it do so.
     pub(super) corrected: bool,
     /// Largest coordinate, m.
     pub(super) extent: f64,
-    /// Residual force that rounding alone can cause, N: the largest stiffness times the rounding of a
-    /// coordinate.
+    /// Residual force that rounding alone can cause, N: the largest stiffness times the rounding of a coordinate.
     pub(super) floor: f64,
 }
 
 impl<'a, const D: usize> SolveState<'a, D> {
     pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
-        let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
+        let extent = geometry::largest(&w.positions);
         Self {
             system,
             w,
@@ -49,7 +46,7 @@ impl<'a, const D: usize> SolveState<'a, D> {
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         self.system.force(at, &mut w.force);
         let nodes = self.system.pattern().nodes();
-        // A NaN is kept, where `f64::max` would drop it.
+        // NaN is kept, which `f64::max` would drop.
         let squares = nodes.iter().map(|&n| w.force[n].norm_squared());
         let largest = squares.fold(0.0, |a, b: f64| if b > a || b.is_nan() { b } else { a });
         self.done.max_residual_force = largest.sqrt();
@@ -75,9 +72,8 @@ impl<'a, const D: usize> SolveState<'a, D> {
         self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
     }
 
-    /// Smallest residual force that double precision allows at these positions, N. The forces at a node have
-    /// the rounding error of the largest of them, and the positions have a rounding error that the stiffness
-    /// turns into force.
+    /// Smallest residual force that double precision allows at these positions, N: the rounding error of the largest force, and that of
+    /// the positions times the stiffness.
     pub(super) fn rounding_level(&self) -> f64 {
         let w = &*self.w;
         let pull = w.tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs())).max(geometry::largest(&w.force));

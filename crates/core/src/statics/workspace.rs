@@ -9,8 +9,7 @@ use crate::system::System;
 
 use super::mass_spring::Single;
 
-/// Everything that a solve writes to. There is one for each thread and system, and it is reused without
-/// allocating.
+/// The memory of a solve, which solves of the same system and thread use again without allocating.
 #[derive(Debug)]
 pub struct Workspace<const D: usize> {
     /// Positions of all nodes, m: the start before a solve, the result after it.
@@ -18,26 +17,25 @@ pub struct Workspace<const D: usize> {
     pub(super) tensions: Vec<f64>,
     pub(super) trial: Vec<SVector<f64, D>>,
     pub(super) force: Vec<SVector<f64, D>>,
-    /// The step of every node, m (zero where fixed).
+    /// Step of every node, m, zero at nodes that are no unknowns.
     pub(super) step: Vec<SVector<f64, D>>,
-    /// One vector for each unknown, in elimination order.
+    /// One vector for each unknown in elimination order.
     pub(super) unknowns: Vec<SVector<f64, D>>,
     pub(super) stiffness: BlockMatrix<D>,
     pub(super) factor: Factor<D>,
     /// Whether `factor` is that of a stiffness near the present positions.
     pub(super) factor_ready: bool,
-    /// Whether the last factorisation in an iteration was one of the exact stiffness.
+    /// Whether the last factorisation of an iteration was that of the exact stiffness.
     pub(super) factor_is_exact: bool,
-    /// A direction of negative curvature, one vector for each unknown, in elimination order.
     pub(super) curvature: Vec<SVector<f64, D>>,
-    /// Bone nodes that are displaced from rest, and their new positions, m.
+    /// Displaced nodes of bones, and the positions that they have in the next solve, m.
     pub(super) carried: Vec<(usize, SVector<f64, D>)>,
-    /// For mass-spring bodies in the plane, the start of a solve.
+    /// The solver of mass-spring bodies in the plane.
     pub(super) single: Option<Single>,
 }
 
 impl<const D: usize> Workspace<D> {
-    /// A workspace for `system`, with the positions at rest.
+    /// A workspace for `system` with the positions at rest.
     #[inline(never)]
     pub fn new(system: &System<D>) -> Self {
         let zeros = vec![SVector::zeros(); system.rest().len()];
@@ -58,12 +56,12 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// Another workspace at rest for the same system, with the same bones carried to the same places.
-    pub(super) fn another(&self, system: &System<D>) -> Self {
+    /// A workspace at rest for the same system and the same displaced bones.
+    pub(super) fn with_same_bones(&self, system: &System<D>) -> Self {
         Self { carried: self.carried.clone(), ..Self::new(system) }
     }
 
-    /// The next solve puts bone nodes at their places in the system, shifted by `shift` (m).
+    /// Places bone nodes in the next solve at their positions in the system plus `shift`, m.
     pub fn carry_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
         for &node in nodes {
             let held =
@@ -75,8 +73,7 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// Takes over an equilibrium that was solved elsewhere; `None` if the lists have other lengths than those of this
-    /// system.
+    /// Copies an equilibrium that was solved elsewhere; `None` if the lists do not fit the system.
     pub(super) fn set(&mut self, positions: &[SVector<f64, D>], tensions: &[f64]) -> Option<()> {
         if positions.len() != self.positions.len() || tensions.len() != self.tensions.len() {
             return None;
@@ -95,26 +92,24 @@ impl<const D: usize> Workspace<D> {
         &self.positions
     }
 
-    /// Force on every node after a solve, N: the residual on free nodes, minus the reaction on bone.
+    /// Force on every node after a solve, N: the residual on free nodes, minus the reaction on bones.
     pub fn force(&self) -> &[SVector<f64, D>] {
         &self.force
     }
 
-    /// Starts the next solve from the rest shape.
     pub fn start_from_rest(&mut self, system: &System<D>) {
         self.positions.copy_from_slice(system.rest());
-        self.forget_factor();
+        self.discard_factor();
     }
 
-    /// The next solve begins with a new factor.
-    pub(super) fn forget_factor(&mut self) {
+    /// Makes the next solve begin with a new factor.
+    pub(super) fn discard_factor(&mut self) {
         self.factor_ready = false;
         self.factor_is_exact = false;
-        self.single.iter_mut().for_each(Single::forget_factor);
+        self.single.iter_mut().for_each(Single::discard_factor);
     }
 
-    /// Starts the next solve from given positions, m, one for each node: those of a solved neighbour, whose
-    /// stiffness is taken to be like that of the last solve.
+    /// Starts the next solve from the positions of all nodes, m, of a solved neighbour. It begins with the factor of the last solve.
     ///
     /// # Panics
     /// If there are not as many positions as nodes.

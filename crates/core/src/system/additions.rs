@@ -1,7 +1,7 @@
-//! What a scene adds to the plain model of tissue, muscles and bones, and what it removes.
+//! Effects, displacements and removals by which a scene changes the model of tissue, muscles and bones.
 //!
-//! Bones (Kato 2014, 4.1: mental spine, hyoid, styloid process) are a constraint, not an effect: held nodes are no unknowns, so they have
-//! neither energy nor stiffness. The forces that the effects leave on them are the reactions of the bones, with opposite sign.
+//! Bones (Kato 2014, 4.1: mental spine, hyoid, styloid process) are constraints and not effects: held nodes are no unknowns, and have
+//! neither energy nor stiffness. The forces of the effects on them are minus the reactions.
 
 use std::sync::Arc;
 
@@ -10,15 +10,15 @@ use nalgebra::SVector;
 use super::Layout;
 use crate::effect::{Contact, Effect, Gravity};
 
-/// Changes to the plain model. The default changes nothing.
+/// Changes to the model. The default changes nothing.
 #[derive(Debug)]
 pub struct Additions<const D: usize> {
     pub effects: Vec<Box<dyn Effect<D>>>,
-    /// Bone nodes that are carried away from where they are at rest, and where to, m.
+    /// Displaced nodes of bones and their positions, m.
     pub carried: Vec<(usize, SVector<f64, D>)>,
     /// Whether the cells of mass-spring tissue keep their measure. Default true.
     pub incompressible: bool,
-    /// The layout of another body, which is used again if this body has the same.
+    /// The layout of another body, which is used if this body has the same one.
     pub layout: Option<Arc<Layout>>,
 }
 
@@ -29,7 +29,6 @@ impl<const D: usize> Default for Additions<D> {
 }
 
 impl<const D: usize> Additions<D> {
-    /// Adds a wall that the surface of the body cannot pass.
     #[inline(never)]
     pub fn add_contact(&mut self, wall: Contact) {
         self.effects.push(Box::new(wall));
@@ -41,24 +40,23 @@ impl<const D: usize> Additions<D> {
     }
 }
 
-/// How a bone is carried from where it is at rest.
+/// How a bone is displaced from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PrescribedDisplacement<const D: usize> {
-    /// Turned about a joint in the plane of the first two coordinates, as the mandible is about the
-    /// temporomandibular joint.
+    /// A rotation about a joint in the plane of the first two coordinates, as that of the mandible about the temporomandibular joint.
     Turned {
         /// The joint, m.
         joint: SVector<f64, D>,
-        /// Angle from the first axis towards the second, rad. With the face to the left and up upwards, a
-        /// positive angle opens the jaw: the chin goes down and back.
+        /// Angle from the first axis towards the second, rad. A positive angle opens the jaw of a face that looks to the left: the chin
+        /// moves down and back.
         angle: f64,
     },
-    /// Shifted, m.
+    /// A displacement, m.
     Shifted(SVector<f64, D>),
 }
 
 impl<const D: usize> PrescribedDisplacement<D> {
-    /// Where a point of the bone comes to lie, m.
+    /// The displaced position of a point of the bone, m.
     pub fn place(&self, point: SVector<f64, D>) -> SVector<f64, D> {
         match self {
             Self::Shifted(by) => point + by,

@@ -1,4 +1,4 @@
-//! Makes a system of a mesh and a model: the effects of its tissue and muscles, or the error that says why there is none.
+//! Construction of a system from a mesh and a model: the effects of its tissue and muscles, or an error.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -20,20 +20,19 @@ use crate::limits::{FACTOR_ENTRIES, PLANE_NODES};
 use crate::material::Coefficients;
 use crate::sparse::Pattern;
 
-/// The width that is assumed for muscles without a width, m.
+/// Smallest width of a muscle that scales the barrier of its strands, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
 
-/// Number of systems that were made, from which each gets its own number.
-static MADE: AtomicU64 = AtomicU64::new(0);
+/// Number of systems made so far, which is the number of the next one.
+static SYSTEM_COUNT: AtomicU64 = AtomicU64::new(0);
 
 impl<const D: usize> System<D> {
-    /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can pull. Every other
-    /// connection is plain tissue.
+    /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can contract. All other connections are tissue.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         Self::with(mesh, model, contracting, Additions::default())
     }
 
-    /// As [`System::new`], with a scene's additions to the plain model and removals from it.
+    /// A system with a scene's changes to the model.
     #[inline(never)]
     pub fn with(
         mesh: &Mesh<D>,
@@ -47,7 +46,7 @@ impl<const D: usize> System<D> {
         }
         mesh.check_size()?;
         let coefficients = coefficients(mesh, model)?;
-        // At exactly 1/4 the matching gives rounding error in place of zero.
+        // At a Poisson's ratio of 1/4 kappa is a rounding error in place of zero.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         if let Some(continuum) = &mesh.continuum {
             let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
@@ -63,7 +62,7 @@ impl<const D: usize> System<D> {
         let stiffness = connection_stiffness(mesh, &coefficients);
         let paths = path::find(mesh, &stiffness);
         let mut effects = effects(mesh, contracting, &coefficients, &stiffness, &paths);
-        // At exactly 1/4 the coefficient of the area term is rounding error of either sign.
+        // At a Poisson's ratio of 1/4 kappa is a rounding error of either sign.
         if !mesh.cells.is_empty() && additions.incompressible && coefficients.kappa > rounding {
             effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
         }
@@ -71,8 +70,8 @@ impl<const D: usize> System<D> {
         Self::assemble(mesh, TissueModel::MassSpring, coefficients, effects, additions, paths, contracting)
     }
 
-    /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that
-    /// [`System::new`] cannot describe: uneven stiffness, other laws. `coefficients` are only carried along.
+    /// A system of any effects on the nodes of `mesh`, without straight paths, for bodies that [`System::new`] cannot describe: uneven
+    /// stiffness, other laws. `coefficients` do not change the effects.
     #[inline(never)]
     pub fn from_effects(
         mesh: &Mesh<D>,
@@ -94,7 +93,7 @@ impl<const D: usize> System<D> {
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
         let mut rest = mesh.nodes.clone();
-        // Parts that the mesh draws bent are straight at rest.
+        // Parts outside the tissue that are bent in the mesh are straight at rest.
         paths.iter().filter(|p| p.is_bent()).for_each(|p| p.place(&mut rest));
         let all = mesh.cells.iter().chain(mesh.hexahedra.iter().map(|corners| &corners[..]));
         let cells = all.map(|cell| (cell.to_vec(), cell_measure(&rest, cell))).collect();
@@ -143,14 +142,14 @@ impl<const D: usize> System<D> {
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
             contracting: contracting.to_vec(),
             cells,
-            number: MADE.fetch_add(1, Ordering::Relaxed),
+            number: SYSTEM_COUNT.fetch_add(1, Ordering::Relaxed),
             elements: OnceLock::new(),
             at_rest: OnceLock::new(),
         })
     }
 }
 
-/// The effects of a continuum: the tissue, the attachment to bones, and the muscles that contract.
+/// The effects of a continuum: tissue, attachment to bones and contracting muscles.
 fn continuum_effects<const D: usize>(
     mesh: &Mesh<D>,
     continuum: &Continuum<D>,
@@ -172,8 +171,7 @@ fn continuum_effects<const D: usize>(
         effects.push(Box::new(Attachment::new(&continuum.ties, stiffness, &mesh.nodes)));
     }
     let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
-    // The barrier against collapsing strands is scaled by the force that the tissue bears over the width of
-    // a muscle.
+    // The barrier of strands is scaled by the shear modulus times the width (in space: its square) of a muscle.
     let bar = mu * settings.bundle_width_m.max(LEAST_WIDTH_M).powi(D as i32 - 1);
     for &muscle in contracting {
         let bundle = &continuum.bundles[muscle];
@@ -192,7 +190,7 @@ fn cliques(stencils: &[usize]) -> impl Iterator<Item = &[usize]> {
     })
 }
 
-/// A node of a part of the body that is joined to no held node, if there is one.
+/// A node of a part of the body that is not joined to a held node, if there is one.
 fn loose_node(stencils: &[usize], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
     let nodes = is_unknown.len();
     let mut leader: Vec<usize> = (0..nodes).collect();
@@ -217,8 +215,7 @@ fn loose_node(stencils: &[usize], is_unknown: &[bool], held: &[usize]) -> Option
     (0..nodes).find(|&i| is_unknown[i] && !safe[find(&mut leader, i)])
 }
 
-/// The tissue and the contracting muscles, in this order. `stiffness` has the spring constant of every
-/// connection, N/m.
+/// The effects of the tissue and of the contracting muscles, in this order. `stiffness` has the spring constant of every connection, N/m.
 pub(super) fn effects<const D: usize>(
     mesh: &Mesh<D>,
     contracting: &[usize],
@@ -226,8 +223,7 @@ pub(super) fn effects<const D: usize>(
     stiffness: &[f64],
     paths: &[StraightPath],
 ) -> Vec<Box<dyn Effect<D>>> {
-    // Every connection, or straight path in place of several, goes to the contracting muscle that runs along
-    // it, else to the tissue.
+    // Every connection, or straight path in place of several, belongs to the contracting muscle along it, or else to the tissue.
     let mut in_path = vec![false; mesh.nodes.len()];
     paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
     let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
@@ -250,8 +246,7 @@ pub(super) fn effects<const D: usize>(
         let (mut springs, mut series) = (Vec::new(), Vec::new());
         for step in chain.windows(2) {
             let key = pair(step[0], step[1]);
-            // A connection that two muscles share keeps one parallel spring; each has its own contractile
-            // branch.
+            // A connection of two muscles has one parallel spring and a contractile branch for each.
             let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
                 (Some((k, l0)), _) => (k, k * parallel, l0),
                 (None, Some(&(k, l0))) => (k, 0.0, l0),

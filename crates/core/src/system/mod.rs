@@ -1,8 +1,5 @@
-//! A body ready to be solved: effects, unknowns and the sparsity pattern. They are made once and then only
-//! read.
-//!
-//! A system is immutable and may be shared between threads. A solve writes into a
-//! [`crate::statics::Workspace`], of which each thread has its own.
+//! A body prepared for solves: effects, unknowns and the sparsity pattern. A system is immutable and may be shared between threads; a
+//! solve writes to a [`crate::statics::Workspace`], of which each thread has its own.
 
 mod additions;
 mod build;
@@ -33,7 +30,7 @@ use elements::{AtRest, Elements};
 pub enum SystemError {
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
-    /// A cell to which coefficients are matched has no area (m²) or volume (m³).
+    /// A cell whose coefficients are to be matched has no area (m²) or volume (m³).
     #[error("the cell to match has measure {0}; it must be positive")]
     Degenerate(f64),
     #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
@@ -42,9 +39,9 @@ pub enum SystemError {
         "node {node} (and all that is joined to it) is joined to no bone, so it could move freely: fix at least one of its nodes"
     )]
     Loose { node: usize },
-    #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
+    #[error("node {node} is to be displaced with a bone, but no bone holds it; fix it in the mesh")]
     NotOnBone { node: usize },
-    /// A negative coefficient of incompressibility: the energy has no minimum.
+    /// A negative coefficient of incompressibility, with which the energy has no minimum.
     #[error(
         "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
          energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
@@ -55,19 +52,19 @@ pub enum SystemError {
     #[error("the body is faulty: {0}")]
     Space(#[from] BodyError),
     #[error(
-        "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa make no solid: C10 and K must be positive, C20 not negative"
+        "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa do not define a solid: C10 and K must be positive, C20 not negative"
     )]
     Law { c10: f64, c20: f64, bulk: f64 },
-    /// There is no such motion: what is wrong, and what to do.
+    /// A motion that is impossible, with what to do.
     #[error("{0}")]
     Motion(String),
 }
 
-/// Which nodes are unknowns, how they are coupled, and the pattern that follows from both.
+/// The unknowns, the sets of nodes that are coupled, and the pattern that follows from both.
 #[derive(Debug)]
 pub struct Layout {
     is_unknown: Vec<bool>,
-    /// The number of nodes of every stencil, then these nodes.
+    /// For every stencil the number of its nodes, then these nodes.
     stencils: Vec<usize>,
     pattern: Pattern,
 }
@@ -77,10 +74,10 @@ pub struct System<const D: usize> {
     tissue: TissueModel,
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
-    /// Bone nodes that are displaced from rest, and their new positions, m.
+    /// Displaced nodes of bones and their positions, m.
     carried: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
-    /// Shared by bodies that differ in the places of their nodes alone.
+    /// Shared by bodies that differ only in the positions of their nodes.
     layout: Arc<Layout>,
     paths: Vec<StraightPath>,
     continuum: Option<Arc<Continuum<D>>>,
@@ -103,12 +100,12 @@ impl<const D: usize> System<D> {
         &self.coefficients
     }
 
-    /// Positions at rest, m, bones included.
+    /// Positions of all nodes at rest, m.
     pub fn rest(&self) -> &[SVector<f64, D>] {
         &self.rest
     }
 
-    /// Bone nodes that are carried away from where they are at rest, and where to, m.
+    /// Displaced nodes of bones and their positions, m.
     pub fn carried(&self) -> &[(usize, SVector<f64, D>)] {
         &self.carried
     }
@@ -122,7 +119,7 @@ impl<const D: usize> System<D> {
             .collect()
     }
 
-    /// For [`Additions::layout`] of a body that differs in the places of its nodes alone.
+    /// The layout, for [`Additions::layout`] of a body that differs only in the positions of its nodes.
     pub fn layout(&self) -> Arc<Layout> {
         Arc::clone(&self.layout)
     }
@@ -131,7 +128,7 @@ impl<const D: usize> System<D> {
         &self.effects
     }
 
-    /// A number that tells this system from all others.
+    /// A number that no other system of the program has.
     pub(crate) fn number(&self) -> u64 {
         self.number
     }
@@ -145,7 +142,7 @@ impl<const D: usize> System<D> {
         self.elements.get_or_init(make).as_ref()
     }
 
-    /// The linear response of the body at rest to its muscles; computed at the first call.
+    /// The linear response of the body at rest to its muscles, which `make` computes at the first call.
     pub(crate) fn at_rest(&self, make: impl FnOnce() -> Option<AtRest>) -> Option<&AtRest> {
         self.at_rest.get_or_init(make).as_ref()
     }
@@ -154,12 +151,11 @@ impl<const D: usize> System<D> {
         &self.layout.pattern
     }
 
-    /// Straight elements in place of chains outside the tissue.
     pub fn paths(&self) -> &[StraightPath] {
         &self.paths
     }
 
-    /// Numbers of the muscles that can pull.
+    /// Numbers of the muscles that can contract.
     pub fn contracting(&self) -> &[usize] {
         &self.contracting
     }
@@ -168,7 +164,6 @@ impl<const D: usize> System<D> {
         self.muscle_ends.len()
     }
 
-    /// End nodes of muscle number `muscle`.
     pub fn muscle_ends(&self, muscle: usize) -> [usize; 2] {
         self.muscle_ends[muscle]
     }
@@ -177,13 +172,13 @@ impl<const D: usize> System<D> {
         self.effects.iter().map(|e| e.energy(at)).sum()
     }
 
-    /// Force on every node, N; on bone nodes minus the reaction of the bone.
+    /// Force on every node, N; on nodes of bones minus the reaction.
     pub fn force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         force.fill(SVector::zeros());
         self.effects.iter().for_each(|e| e.add_force(at, force));
     }
 
-    /// Length of muscle `muscle`: the straight distance between its ends, m.
+    /// The straight distance between the ends of muscle `muscle`, m.
     pub fn length(&self, positions: &[SVector<f64, D>], muscle: usize) -> f64 {
         let [a, b] = self.muscle_ends[muscle];
         (positions[b] - positions[a]).norm()
@@ -199,14 +194,13 @@ impl<const D: usize> System<D> {
         extremes(self.cells.iter().map(|(cell, rest)| cell_measure(positions, cell) / rest))
     }
 
-    /// Smallest and largest ratio of the tissue's area, in space its volume, to that at rest. In a continuum it is that of the tissue in
-    /// the middle of the parts of each element: the cells there have straight sides, while the elements bend. Otherwise it is that of the
-    /// cells.
+    /// Smallest and largest ratio of the tissue's area, in space its volume, to that at rest: in a continuum in the middle of the parts of
+    /// each element, because the cells have straight sides and the elements do not, otherwise of the cells.
     pub fn tissue_ratios(&self, positions: &[SVector<f64, D>]) -> (f64, f64) {
         if self.tissue() != TissueModel::Continuum {
             return self.cell_ratios(positions);
         }
-        // The determinant of FᵀF = I + 2E, as the measure of the simplex of its columns.
+        // The ratio is the root of the determinant of FᵀF = I + 2E, which is the measure of the simplex of its columns times `unit`.
         let unit = if D == 2 { 2.0 } else { 6.0 };
         extremes(self.stresses(positions).into_iter().map(|s| {
             let mut corners = [SVector::zeros(); simplex::MAX_CORNERS];
@@ -218,18 +212,16 @@ impl<const D: usize> System<D> {
         }))
     }
 
-    /// Nodes of all cells, one cell after another.
     pub(crate) fn cell_nodes(&self) -> impl Iterator<Item = usize> + '_ {
         self.cells.iter().flat_map(|(cell, _)| cell.iter().copied())
     }
 
-    /// Area, m², or volume, m³, of all cells together.
+    /// Area, m², or volume, m³, of all cells.
     pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().map(|(cell, _)| cell_measure(positions, cell)).sum()
     }
 
-    /// Strain and stress of every cell at the given positions, m; empty unless the body is a
-    /// continuum. Stress in its muscles is not included.
+    /// Strain and stress of every cell at these positions, m, without the stress in muscles; empty unless the body is a continuum.
     pub fn stresses(&self, positions: &[SVector<f64, D>]) -> Vec<Stress<D>> {
         let at = Configuration { positions, tensions: &[] };
         self.effects.iter().flat_map(|e| e.stresses(at)).collect()
@@ -240,13 +232,12 @@ impl<const D: usize> System<D> {
         self.effects.iter().map(|e| e.barrier_active(at)).sum()
     }
 
-    /// Whether an effect keeps every cell from turning over; springs alone do not.
+    /// Whether an effect prevents inverted cells; springs alone do not.
     pub fn keeps_cells_upright(&self) -> bool {
         self.cells.is_empty() || self.effects.iter().any(|e| e.keeps_cells_upright())
     }
 
-    /// Places the nodes that are not unknowns: inner nodes of straight paths go between the ends of their
-    /// path, and nodes that follow a continuum go with it.
+    /// Places inner nodes of straight paths between the ends of their path, and nodes that follow a continuum.
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
         self.continuum.iter().for_each(|c| c.place_followers(positions));
@@ -268,7 +259,7 @@ impl<const D: usize> System<D> {
     }
 }
 
-/// The smallest and the largest ratio; 1 and 1 of none.
+/// The smallest and the largest ratio; 1 and 1 without ratios.
 fn extremes(ratios: impl Iterator<Item = f64>) -> (f64, f64) {
     ratios.map(|r| (r, r)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((1.0, 1.0))
 }

@@ -1,4 +1,4 @@
-//! Choices that make a mesh into a model, the coefficients that follow from them, and how much springs in space lock.
+//! The model of a body's tissue, its coefficients, and how much springs in space lock.
 
 use nalgebra::Vector3;
 
@@ -8,7 +8,7 @@ use crate::effect::Configuration;
 use crate::geometry::simplex;
 use crate::material::{Coefficients, Constants};
 
-/// Choices that make a mesh into a model.
+/// Choices by which a mesh becomes a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
     pub constants: Constants,
@@ -17,7 +17,7 @@ pub struct Model {
 /// The model of the tissue, which follows from the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueModel {
-    /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
+    /// Springs on the connections and a term that keeps each cell's measure, as in the thesis.
     MassSpring,
     /// Quadratic elements, muscles of finite width and bones that hold patches ([`crate::body::continuum`]).
     Continuum,
@@ -48,8 +48,7 @@ impl Default for Model {
     }
 }
 
-/// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its
-/// side, as in thesis 4.1.1.
+/// Coefficients of a mesh, matched on a regular cell whose side is the mean length of its connections, as in thesis 4.1.1.
 pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, SystemError> {
     let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
     let side = total / mesh.connections.len().max(1) as f64;
@@ -59,29 +58,28 @@ pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coe
     Coefficients::new::<D>(&model.constants, side, measure, in_tissue)
 }
 
-/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness). In the plane every connection has
-/// k once, as in the thesis. In space, where a connection belongs to several tetrahedra, it has k for each of them.
+/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness): k in the plane, as in the thesis; in space k for
+/// each of the tetrahedra to which the connection belongs.
 pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coefficients) -> Vec<f64> {
     let k = coefficients.tissue_stiffness;
     if D == 2 {
         return vec![k; mesh.connections.len()];
     }
     let cells_of = mesh.cells.edges();
-    // Outside the tissue a connection belongs to no cell and keeps the k of one.
+    // A connection outside the tissue belongs to no cell and has k once.
     mesh.connections.iter().map(|c| k * cells_of.get(c).copied().unwrap_or(1) as f64).collect()
 }
 
-/// Above this Poisson's ratio it is told how much springs lock.
-pub const TOLD_ABOVE: f64 = 0.45;
-/// Radius of the bent cube, in its sides: a small strain.
+/// Poisson's ratio above which locking of springs is computed.
+const LOCKS_ABOVE: f64 = 0.45;
+/// Radius of the bent cube over its side, for which the strain is small.
 const RADIUS: f64 = 1e3;
 
-/// Which part of its deflection a cube of springs on the edges of six tetrahedra keeps when it is bent: the
-/// exact energy of pure bending, `E/2 ∫ (z/R)²`, over that of the springs at the same displacements of the
-/// corners. `None` where Poisson's ratio is at most [`TOLD_ABOVE`].
+/// The part of its deflection that a cube of springs on the edges of six tetrahedra keeps in bending: the exact energy of pure bending,
+/// `E/2 ∫ (z/R)²`, over that of the springs at the same displacements of the corners. `None` up to a Poisson's ratio of `LOCKS_ABOVE`.
 pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError> {
     let nu = model.constants.poisson_ratio;
-    if nu <= TOLD_ABOVE {
+    if nu <= LOCKS_ABOVE {
         return Ok(None);
     }
     let mesh = solid::block([side; 3], [1; 3]);

@@ -1,17 +1,13 @@
-//! Muscle parts that run outside the tissue (styloglossus to the styloid process, hyoglossus to the hyoid
-//! bone).
+//! Muscle parts outside the tissue (styloglossus to the styloid process, hyoglossus to the hyoid bone).
 //!
-//! In the mesh such a part is a chain of connections with no cell beside it. Unloaded, a chain has no
-//! lateral stiffness (the stiffness matrix is singular), and pushed it folds: the "unnatural bending" of
-//! thesis 4.4.2. In the body a sheath keeps the part straight. So the chain is condensed into one
-//! straight two-point element: springs in series with `1/k = sum 1/k_i`, a rest length that is the straight
-//! distance between its ends at rest, and the muscle's tension unchanged. For a straight chain this is exact,
-//! and the inner nodes are placed afterwards where the chain's own equilibrium has them. A chain that is bent
-//! at rest is taken as straight, so the body stays at rest without tension.
+//! In the mesh such a part is a chain of connections without cells. A chain without load has no lateral stiffness (the stiffness matrix is
+//! singular), and it folds in compression: the "unnatural bending" of thesis 4.4.2. In the body a sheath keeps the part straight. So the
+//! chain is condensed to one straight element: springs in series with `1/k = sum 1/k_i`, the straight distance between its ends at rest as
+//! rest length, and the muscle's tension. For a straight chain this is exact, and the inner nodes are then placed at the chain's
+//! equilibrium. A chain that is bent at rest is made straight, so that the body stays at rest without tension.
 //!
-//! In motion the dampers and the contractile elements are condensed in the same way (`1/b = sum 1/b_i`,
-//! likewise k2 and b_cc). The coefficients have the same proportions in every link, so this is exact too,
-//! except that the mass of the inner nodes is left out.
+//! In motion dampers and contractile elements are condensed in the same way (`1/b = sum 1/b_i`, likewise k2 and b_cc). The coefficients
+//! have the same proportions in every link, so that this is exact too, except that the inner nodes have no mass.
 
 use std::collections::BTreeMap;
 
@@ -20,18 +16,17 @@ use nalgebra::SVector;
 use crate::body::Mesh;
 use crate::geometry::topology;
 
-/// A chain longer than the straight distance between its ends by more than this part is bent; below it is
-/// rounding.
-const BENT: f64 = 1e-12;
+/// A chain is bent if it is longer than the distance between its ends by more than this part, which is rounding.
+const BENT_TOLERANCE: f64 = 1e-12;
 
-/// A chain between two nodes that are on bone or in the tissue, condensed.
+/// A condensed chain between two nodes that are on bone or in the tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightPath {
     /// All nodes from end to end.
     nodes: Vec<usize>,
-    /// At each node, the rest length up to there, m.
+    /// Rest length from the first end to each node, m.
     rest_up_to: Vec<f64>,
-    /// At each node, the compliance up to there, m/N.
+    /// Compliance from the first end to each node, m/N.
     compliance_up_to: Vec<f64>,
     is_bent: bool,
 }
@@ -49,18 +44,15 @@ impl StraightPath {
         self.is_bent
     }
 
-    /// Spring constant of the series, N/m.
     pub fn stiffness(&self) -> f64 {
         1.0 / self.compliance_up_to[self.nodes.len() - 1]
     }
 
-    /// Rest length of the series, m.
     pub fn rest_length(&self) -> f64 {
         self.rest_up_to[self.nodes.len() - 1]
     }
 
-    /// Puts the inner nodes on the straight line between the ends, each where the tension is the same on
-    /// both of its sides.
+    /// Places the inner nodes on the straight line between the ends, where the tension is the same on both sides of each.
     pub fn place<const D: usize>(&self, positions: &mut [SVector<f64, D>]) {
         let [a, b] = self.ends();
         let (start, way) = (positions[a], positions[b] - positions[a]);
@@ -94,10 +86,8 @@ impl StraightPath {
     }
 }
 
-/// All paths outside the tissue: maximal runs of muscle-chain nodes that are in no cell, not fixed and
-/// joined to nothing else.
-///
-/// `stiffness` gives the spring constant of every connection, N/m.
+/// All paths outside the tissue: longest chains of muscle nodes that are in no cell, not fixed and joined to two nodes only. `stiffness`
+/// has the spring constant of every connection, N/m.
 pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPath> {
     let in_tissue = mesh.in_tissue();
     let mut degree = vec![0; mesh.nodes.len()];
@@ -124,7 +114,7 @@ pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPa
                 path.compliance_up_to.push(compliance);
             }
             let straight = mesh.distance(path.ends());
-            path.is_bent = rest > (1.0 + BENT) * straight;
+            path.is_bent = rest > (1.0 + BENT_TOLERANCE) * straight;
             if path.is_bent {
                 path.rest_up_to.iter_mut().for_each(|up_to| *up_to *= straight / rest);
             }

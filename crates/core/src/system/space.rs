@@ -1,4 +1,4 @@
-//! Systems of bodies in space: hexahedra, and muscles as stress along fibres or as lines from node to node.
+//! Systems of bodies in space: hexahedra, and muscles as stress along fibres or as lines between nodes.
 
 use serde::Deserialize;
 
@@ -9,28 +9,26 @@ use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
 use crate::material::{Coefficients, Constants, MooneyRivlin};
 
-use super::{Additions, System, SystemError, TissueModel};
+use super::{Additions, Model, System, SystemError, TissueModel, coefficients};
 
 /// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MusclesAs {
-    /// Stress along the fibres at the points of every element that a muscle runs through, and lines outside
-    /// the tissue. Its answers hold when the mesh is refined.
+    /// Stress along the fibres at the points of every element of a muscle's region, and lines outside the tissue. It converges as the mesh
+    /// is refined.
     #[default]
     Stress,
-    /// Forces along the segments of its fibres from node to node, as ArtiSynth has them; refined meshes do
-    /// not bear them.
+    /// Forces along the segments of fibres between nodes, as in ArtiSynth, which do not converge as the mesh is refined.
     Lines,
 }
 
-/// Choices that make a body in space into a system.
+/// Choices by which a body in space becomes a system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceModel {
     pub law: MooneyRivlin,
     pub muscles: MusclesAs,
-    /// Additional stiffness of a muscle's tissue at full activation, as a multiple of its passive stiffness;
-    /// 0 for none. ArtiSynth: 9.
+    /// Additional stiffness of a muscle's tissue at full activation over its passive stiffness. ArtiSynth has 9.
     pub stiffening: f64,
 }
 
@@ -46,30 +44,27 @@ impl Default for SpaceModel {
     }
 }
 
-/// Length below which a strand is held open, counted in its own full force: a barrier that acts below a tenth
-/// of the length at rest.
-const BAR: f64 = 0.1;
-/// Stiffness of the springs that hold nodes in the plane that halves a body, N/m: the forces there move them
-/// by less than 1e-8 m.
-const MIRROR: f64 = 1e7;
-/// Time in which a muscle follows its activation, s.
+/// Tension that scales the barrier of strands, as an activation.
+const BARRIER_ACTIVATION: f64 = 0.1;
+/// Stiffness of the springs that hold nodes in the symmetry plane, N/m; the forces there move them by less than 1e-8 m.
+const SYMMETRY_STIFFNESS: f64 = 1e7;
+/// Time constant with which a muscle follows its activation, s.
 const CONTRACTION_TIME_S: f64 = 0.015;
 
 impl System<3> {
-    /// The system of a body in space in which every muscle can contract; its tensions are activations from 0
-    /// to 1.
+    /// The system of a body in space in which every muscle can contract. Its tensions are activations from 0 to 1.
     pub fn in_space(body: &Body<3>, model: &SpaceModel) -> Result<Self, SystemError> {
         Self::in_space_with(body, model, Additions::default())
     }
 
-    /// The same of one half of a symmetric body, held in the plane that halves it.
+    /// The system of one half of a symmetric body, which is held in the symmetry plane.
     pub fn of_half(half: &Half, model: &SpaceModel) -> Result<Self, SystemError> {
-        let mirror = SymmetryPlane::new(1, MIRROR, &half.plane, &half.body.mesh.nodes);
+        let mirror = SymmetryPlane::new(1, SYMMETRY_STIFFNESS, &half.plane, &half.body.mesh.nodes);
         let effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(mirror)];
         Self::in_space_with(&half.body, model, Additions { effects, ..Additions::default() })
     }
 
-    /// The same, with what a scene adds.
+    /// [`Self::in_space`] with a scene's additions.
     pub fn in_space_with(
         body: &Body<3>,
         model: &SpaceModel,
@@ -78,7 +73,7 @@ impl System<3> {
         body.check()?;
         body.mesh.check_size()?;
         let (law, mesh) = (model.law, &body.mesh);
-        // The elements of a checked body are upright.
+        // Elements of a checked body are not inverted.
         let tissue = law.is_sound().then(|| Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes)).flatten();
         let MooneyRivlin { c10, c20, bulk } = law;
         let mut tissue = tissue.ok_or(SystemError::Law { c10, c20, bulk })?;
@@ -96,17 +91,23 @@ impl System<3> {
                 MusclesAs::Lines => lines(&muscle.segments.iter().collect::<Vec<_>>()),
                 MusclesAs::Stress => stresses(body, number, muscle),
             };
-            effects.push(Box::new(Fibres::new(number, &strands, &mesh.nodes, CONTRACTION_TIME_S, BAR)));
+            effects.push(Box::new(Fibres::new(
+                number,
+                &strands,
+                &mesh.nodes,
+                CONTRACTION_TIME_S,
+                BARRIER_ACTIVATION,
+            )));
         }
         effects.append(&mut additions.effects);
         let contracting: Vec<usize> = (0..body.muscles.len()).collect();
-        let coefficients = carried_along(body, law)?;
+        let coefficients = spring_coefficients(body, law)?;
         let tissue = TissueModel::Hexahedra;
         Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), &contracting)
     }
 }
 
-/// Segments that pull from node to node.
+/// Strands along segments from node to node.
 fn lines(segments: &[&crate::body::space::Segment]) -> Vec<Strand> {
     segments
         .iter()
@@ -114,7 +115,7 @@ fn lines(segments: &[&crate::body::space::Segment]) -> Vec<Strand> {
         .collect()
 }
 
-/// Stress along the fibres at the points of a muscle's elements, and its lines outside the tissue.
+/// Strands along the fibres at the points of a muscle's elements, and along its segments outside the tissue.
 fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
     let outside: Vec<_> = muscle.segments.iter().filter(|s| s.outside).collect();
     let mut strands = lines(&outside);
@@ -135,15 +136,10 @@ fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
     strands
 }
 
-/// Coefficients of springs equivalent to the tissue; only motions use them, for the mass of a node.
-fn carried_along(body: &Body<3>, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
-    let mesh = &body.mesh;
+/// Coefficients of springs equivalent to the tissue, of which motions use the mass of a node.
+fn spring_coefficients(body: &Body<3>, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
     let poisson_ratio = law.poisson_ratio();
     let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
     let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
-    let total: f64 = mesh.connections.iter().map(|&c| mesh.distance(c)).sum();
-    let side = total / mesh.connections.len().max(1) as f64;
-    let nodes = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
-    let volume = body.mesh.hexahedron_volumes().sum();
-    Coefficients::new::<3>(&constants, side, volume, nodes)
+    coefficients(&body.mesh, &Model { constants })
 }

@@ -201,7 +201,7 @@ pub fn alarms<const D: usize>(
 pub fn of_equilibrium(solution: &Solution, from_rest: FromRest) -> Vec<Alarm> {
     let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
     let ends_at = match from_rest {
-        FromRest::Fell { load } => Some(load),
+        FromRest::Jumped { load } => Some(load),
         _ => None,
     };
     if from_rest != FromRest::Branch && solution.status == statics::SolveStatus::Converged {

@@ -104,7 +104,7 @@ impl FrameSolver<'_> {
         }
         self.workspace.start_from_rest(self.system);
         let how = leads_from_rest(self.system, &mut self.workspace, &whole, &self.settings, positions);
-        matches!(how, Some(FromRest::Branch | FromRest::Fell { .. }))
+        matches!(how, Some(FromRest::Branch | FromRest::Jumped { .. }))
     }
 
     /// How the equilibrium of a frame can be reached from rest; `None` where no way was found.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::Section;
 use crate::TractError;
 
-/// A point, m.
+/// A point of the midsagittal plane, m.
 pub type ProfilePoint = [f64; 2];
 
 pub(super) fn cross(a: ProfilePoint, b: ProfilePoint) -> f64 {
@@ -19,21 +19,21 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// Largest coordinate of a tract, mm: lines begin at every step of the outer wall, so a far point would need memory without end.
+/// Largest coordinate of a tract, mm. It limits memory, since lines begin at every step of the outer wall.
 const FARTHEST_MM: f64 = 1e3;
 
 /// Largest coefficient and exponent of an area. Those of Heinz and Stevens (1964) are at most 4 and 1.5.
 const MOST_ALPHA: f64 = 20.0;
 const MOST_BETA: f64 = 3.0;
-/// Lips that are nearer to each other make a consonant, mm.
+/// Smallest opening of the lips in a vowel, mm; lips that are nearer make a consonant.
 const LEAST_OPENING_MM: f64 = 1.0;
 
-/// The walls around a tongue. Lengths in mm, as in the file.
+/// The walls around a tongue, as in a tract file: lengths in mm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tract {
     pub name: String,
-    /// The outer wall in pieces from the glottis to the edge of the upper teeth.
+    /// The pieces of the outer wall, from the glottis to the edge of the upper teeth.
     pub wall: Vec<Wall>,
     /// The front wall of the larynx.
     pub larynx: Larynx,
@@ -51,24 +51,23 @@ pub struct Tract {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// Its name in messages.
+    /// Name in messages.
     pub name: String,
-    /// The part that carries it; without one it is fixed to the skull.
+    /// The part that carries the piece; without one it is fixed to the skull.
     #[serde(default)]
     pub moves_with: Option<Carrier>,
-    /// Coefficient of the area at its first and last point, for distances in cm and areas in cm^2.
+    /// Coefficient of the area at the first and the last point, for distances in cm and areas in cm^2.
     pub alpha: [f64; 2],
-    /// Exponent of the area at its first and last point.
+    /// Exponent of the area at the first and the last point.
     pub beta: [f64; 2],
-    /// Half of the width of the airway at the first and the last point, mm; cross-sections of a tongue in space need it.
+    /// Half width of the airway at the first and the last point, mm, which cross-sections of a tongue in space need.
     #[serde(default)]
     pub half_width_mm: Option<[f64; 2]>,
-    /// How much nearer to the tongue the wall lies at that distance from the middle than in the middle, mm: the cross-section of the wall
-    /// is a parabola.
+    /// Distance by which the wall, a parabola in cross-section, is nearer to the tongue at the half width than in the middle, mm; at the
+    /// first and the last point.
     #[serde(default)]
     pub arch_mm: Option<[f64; 2]>,
-    /// Points of the wall, each with a point towards which sections there are directed:
-    /// `[x, y, toward x, toward y]`, mm.
+    /// Points of the wall, each with a point towards which the line across the airway runs: `[x, y, toward x, toward y]`, mm.
     pub points_mm: Vec<[f64; 4]>,
 }
 
@@ -86,7 +85,7 @@ pub enum Carrier {
 pub struct Larynx {
     /// Points from the glottis to the root of the tongue, mm.
     pub front_mm: Vec<[f64; 2]>,
-    /// Ratio of the larynx's motion to the hyoid's.
+    /// Displacement of the larynx over that of the hyoid.
     pub follows_hyoid: f64,
 }
 
@@ -94,13 +93,13 @@ pub struct Larynx {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tongue {
-    /// The wall begins at the place of the surface at rest nearest to this point, mm.
+    /// The wall begins at the place of the surface at rest that is nearest to this point, mm.
     pub root_mm: [f64; 2],
-    /// It ends at the place nearest to this point, mm.
+    /// The wall ends at the place of the surface at rest that is nearest to this point, mm.
     pub tip_mm: [f64; 2],
 }
 
-/// The lower teeth and the floor before them.
+/// The lower teeth and the floor of the mouth before them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Teeth {
@@ -110,8 +109,7 @@ pub struct Teeth {
     pub floor_mm: Vec<[f64; 2]>,
 }
 
-/// The lips: an ellipse whose height is the opening and whose width is
-/// `width_mm + 1.5 (opening - protrusion)` (Mermelstein 1973).
+/// The lips: an ellipse whose height is the opening and whose width is `width_mm + 1.5 (opening - protrusion)` (Mermelstein 1973).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lips {
@@ -124,7 +122,7 @@ pub struct Lips {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
-    /// Largest distance of neighbouring lines at the outer wall, mm.
+    /// Largest distance between neighbouring lines at the outer wall, mm.
     pub step_mm: f64,
 }
 
@@ -132,9 +130,9 @@ pub struct Grid {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Articulation {
-    /// Angle by which the jaw is opened, degrees.
+    /// Opening angle of the jaw, degrees.
     pub jaw_deg: f64,
-    /// Shift of the hyoid, mm.
+    /// Displacement of the hyoid, mm.
     pub hyoid_mm: [f64; 2],
     /// Height of the opening between the lips, mm.
     pub lip_opening_mm: f64,
@@ -149,7 +147,7 @@ impl Default for Articulation {
 }
 
 impl Tract {
-    /// Checks the numbers of the file.
+    /// Checks all numbers of the file.
     pub fn check(&self) -> Result<(), TractError> {
         let positive = |key: &str, x: f64| {
             if x.is_finite() && x > 0.0 {
@@ -200,9 +198,9 @@ impl Tract {
         positive("grid.step_mm", self.grid.step_mm)?;
         positive("lips.length_mm", self.lips.length_mm)?;
         positive("lips.width_mm", self.lips.width_mm)?;
-        let fewest = 0.5;
-        if self.grid.step_mm < fewest {
-            return bad(format!("grid.step_mm is {}; at least {fewest} is fine enough", self.grid.step_mm));
+        let least = 0.5;
+        if self.grid.step_mm < least {
+            return bad(format!("grid.step_mm is {}; it must be at least {least}", self.grid.step_mm));
         }
         let lists = [("larynx.front_mm", &self.larynx.front_mm), ("jaw.floor_mm", &self.jaw.floor_mm)];
         for (key, list) in lists {
@@ -244,8 +242,8 @@ impl Tract {
         self
     }
 
-    /// The tract with the points of its wall on a traced palate (points from front to back, mm) where a line to the wall crosses the
-    /// trace not farther than `reach_mm` from the wall.
+    /// Moves each point of the outer wall along its line to where that line crosses a traced palate (points in order, mm), if the crossing
+    /// is less than `reach_mm` from the point.
     #[must_use]
     pub fn under(mut self, palate: &[[f64; 2]], reach_mm: f64) -> Self {
         for row in self.wall.iter_mut().flat_map(|w| &mut w.points_mm) {
@@ -271,7 +269,6 @@ impl Tract {
         self.lip_sections(posture).map(|_| ())
     }
 
-    /// The two sections between the lips.
     pub(super) fn lip_sections(&self, posture: &Articulation) -> Result<[Section; 2], TractError> {
         let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
@@ -284,7 +281,7 @@ impl Tract {
         }
         if !length.is_finite() || length <= 0.0 {
             return Err(TractError::Bad(format!(
-                "a lip protrusion of {protrusion} mm leaves the lips no length; they are {} mm",
+                "a lip protrusion of {protrusion} mm gives the lips no length; without protrusion they are {} mm long",
                 self.lips.length_mm
             )));
         }

@@ -1,41 +1,39 @@
-//! The walls in one posture, and the lines across the airway between them.
+//! The walls in a posture, and the lines across the airway between them.
 
 use super::tract::{Articulation, Carrier, ProfilePoint, Tract, cross, minus};
 use crate::TractError;
 
-/// Largest distance at which a line finds the opposite wall, m.
+/// Largest length of a line across the airway, m.
 const REACH_M: f64 = 0.08;
-/// Distance behind the outer wall up to which a line finds an inner wall that has passed through it, m.
+/// Distance behind the outer wall within which an inner wall that has passed through it is found, m.
 const BEYOND_M: f64 = 0.01;
 
 /// A line across the airway.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Across {
-    /// Where it begins at the outer wall, m.
+    /// Its beginning at the outer wall, m.
     pub outer: ProfilePoint,
-    /// Where it meets the inner wall, m.
+    /// Its end at the inner wall, m.
     pub inner: ProfilePoint,
-    /// Direction from the outer wall, of length one.
+    /// Unit vector from the outer to the inner wall.
     pub(super) direction: ProfilePoint,
-    /// Derivatives of its length by the two points of the inner wall between which it ends: number of the
-    /// point of the tongue, and derivative.
+    /// The two points of the inner wall between which the line ends, if they are points of the tongue: number, and derivative of the
+    /// line's length by the point's position.
     pub(super) ends: [Option<(usize, ProfilePoint)>; 2],
 }
 
 impl Across {
-    /// Distance across, m.
     pub(super) fn length(&self) -> f64 {
         let way = minus(self.inner, self.outer);
         way[0].hypot(way[1])
     }
 
-    /// Midpoint, m.
     pub fn middle(&self) -> ProfilePoint {
         [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
     }
 }
 
-/// Whether both ends of each line are on the same side of the other, the side to which the airway runs.
+/// Whether neither line crosses the other: both ends of each lie on the side of the other to which the airway runs.
 pub(super) fn are_apart(first: &Across, second: &Across) -> bool {
     let sign = cross(minus(second.inner, first.outer), minus(second.outer, first.inner)).signum();
     let side = |line: &Across, p: ProfilePoint| sign * cross(line.direction, minus(p, line.outer));
@@ -45,12 +43,12 @@ pub(super) fn are_apart(first: &Across, second: &Across) -> bool {
         && side(second, first.outer) < 0.0
 }
 
-/// A place of the outer wall at which a line begins.
+/// The place of the outer wall at which a line begins.
 struct WallStart {
     wall: usize,
     at: ProfilePoint,
     toward: ProfilePoint,
-    /// alpha and beta, half of the width and the arch of the wall, m; the last two are not a number where the tract does not give them.
+    /// alpha, beta, half width, m, and arch, m; the last two are NaN where the tract does not give them.
     coefficients: [f64; 4],
 }
 
@@ -58,8 +56,7 @@ struct WallStart {
 pub(super) struct Walls<'a> {
     tract: &'a Tract,
     starts: Vec<WallStart>,
-    /// Points of the inner wall in order, m, each with its number among the points of the tongue, if it is
-    /// one.
+    /// Points of the inner wall in order, m, each with its number among the points of the tongue, if it is one of them.
     inner: Vec<(ProfilePoint, Option<usize>)>,
 }
 
@@ -94,8 +91,9 @@ impl<'a> Walls<'a> {
         Ok(Self { tract, starts: starts(tract, larynx), inner })
     }
 
-    /// The lines across, from the glottis to the edge of the upper teeth. Where an airway is so wide that lines meet, the directions of all
-    /// are averaged over more and more neighbours until the lines are apart.
+    /// The lines across, from the glottis to the edge of the upper teeth. If lines cross, as in a very wide airway, every direction is
+    /// averaged over its neighbours, over one more on each side until no lines cross. If they always cross, the lines have the given
+    /// directions.
     pub(super) fn across(&self) -> Result<Vec<Across>, TractError> {
         let ways: Vec<ProfilePoint> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
         let given = self.lines(&ways)?;
@@ -113,7 +111,6 @@ impl<'a> Walls<'a> {
         Ok(apart.unwrap_or(given))
     }
 
-    /// The lines from the outer wall in these directions.
     fn lines(&self, ways: &[ProfilePoint]) -> Result<Vec<Across>, TractError> {
         self.starts.iter().zip(ways).map(|(start, way)| self.line(start, *way)).collect()
     }
@@ -134,7 +131,7 @@ impl<'a> Walls<'a> {
         [self.starts[i].coefficients[0], self.starts[i].coefficients[1]]
     }
 
-    /// Half of the width of the wall at which line `i` begins, and its arch, m.
+    /// Half width and arch of the wall at line `i`, m.
     ///
     /// # Errors
     /// [`TractError::Bad`] if the tract does not give them.
@@ -155,11 +152,14 @@ impl<'a> Walls<'a> {
         let name = self.tract.wall.get(start.wall).map_or("wall", |w| &w.name);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
-            return Err(TractError::Bad(format!("a point of wall `{}` has itself as its direction", name)));
+            return Err(TractError::Bad(format!(
+                "a point of wall `{}` has no direction: the point towards which its line runs is the same",
+                name
+            )));
         }
         let u = [way[0] / norm, way[1] / norm];
         let mut found: Option<(f64, Across)> = None;
-        // The deepest crossing behind the outer wall, within `BEYOND_M`.
+        // The deepest crossing behind the outer wall within `BEYOND_M`, m.
         let mut beyond: Option<f64> = None;
         for pair in self.inner.windows(2) {
             let ((p, p_number), (q, q_number)) = (pair[0], pair[1]);
@@ -182,7 +182,7 @@ impl<'a> Walls<'a> {
             if found.as_ref().is_some_and(|(nearest, _)| *nearest <= along) {
                 continue;
             }
-            // A motion of the wall moves the crossing by its component along the wall's normal.
+            // A displacement of the inner wall moves the crossing by its component along the wall's normal.
             let normal = [-side[1], side[0]];
             let slope = normal[0] * u[0] + normal[1] * u[1];
             let rate = |share: f64| [share * normal[0] / slope, share * normal[1] / slope];
@@ -201,8 +201,8 @@ impl<'a> Walls<'a> {
 /// A row of a wall at rest, its shift, the number of its wall, and its coefficients.
 type WallRow = ([f64; 4], ProfilePoint, usize, [f64; 4]);
 
-/// Places along the outer wall, at distances of at most the grid's step. Their number is the same in every
-/// posture, so that areas are continuous when the larynx moves.
+/// Places along the outer wall, at distances of at most the grid's step. Their number does not depend on the posture, so that areas are
+/// continuous in the displacement of the larynx.
 fn starts(tract: &Tract, larynx: ProfilePoint) -> Vec<WallStart> {
     let mut rows: Vec<WallRow> = Vec::new();
     for (number, wall) in tract.wall.iter().enumerate() {
@@ -218,7 +218,7 @@ fn starts(tract: &Tract, larynx: ProfilePoint) -> Vec<WallStart> {
     }
     let mut out: Vec<WallStart> = Vec::new();
     let mut place = |a: &WallRow, b: &WallRow, part: f64| {
-        // At a wall's own point the next wall, which may lack a coefficient, has no part.
+        // `mix` returns `x` unchanged at `part` 0, because NaN in `y`, the next wall's coefficient, would make the sum NaN.
         let mix = |x: f64, y: f64| if part == 0.0 { x } else { x + (y - x) * part };
         let at = |i: usize| mix(a.0[i] + a.1[i % 2], b.0[i] + b.1[i % 2]);
         let coefficients = [0, 1, 2, 3].map(|i| mix(a.3[i], b.3[i]));

@@ -10,41 +10,39 @@ use crate::geometry::quadratic::{self, gauss_legendre};
 use crate::geometry::simplex;
 use crate::geometry::simplex::MAX_CORNERS;
 
-/// Number of pieces of a surface edge, and of Gauss points on each piece: the edge of a patch can lie within
-/// a surface edge.
+/// Number of pieces of a surface edge, and of Gauss points on each piece. Pieces are needed because a patch may end within a surface edge.
 const PIECES: usize = 8;
 const POINTS: usize = 6;
 
 /// How the bones of a mesh hold its continuum.
-pub(super) struct Held {
+pub(super) struct Attachments {
     /// For every fixed node of the given mesh, the nodes that replace it.
-    pub stand_ins: Vec<(usize, Vec<usize>)>,
+    pub replacements: Vec<(usize, Vec<usize>)>,
     pub ties: Vec<Tie>,
 }
 
-/// A part of the surface: an element and the corner that is opposite to it.
+/// A face on the surface: its element and the element's corner that is not on it.
 struct Face {
     element: usize,
     opposite: usize,
     corners: Vec<usize>,
 }
 
-/// Adds the bones of `base` to the nodes of `mesh`, whose elements these are; `number` gives the new numbers
-/// of the nodes of `base`.
+/// Adds the bones of `base` to the nodes of `mesh`, which has these elements; `number` has the new numbers of the nodes of `base`.
 pub(super) fn bones<const D: usize>(
     base: &Mesh<D>,
     mesh: &mut Mesh<D>,
     elements: &[Vec<usize>],
     number: &[Option<usize>],
     settings: &ContinuumSettings,
-) -> Held {
+) -> Attachments {
     let faces = surface::<D>(elements);
     let fixed: BTreeSet<usize> = base.fixed.iter().filter_map(|&n| number[n]).collect();
     let mut held: BTreeSet<usize> = BTreeSet::new();
     for face in faces.iter().filter(|face| face.corners.iter().all(|n| fixed.contains(n))) {
         held.extend(on_face::<D>(face.opposite).map(|i| elements[face.element][i]));
     }
-    // Bones within the tissue hold their node; so do all bones if patches have no extent.
+    // Bones within the tissue, and all bones if patches have no extent, hold their node.
     let surface_nodes: BTreeSet<usize> = faces.iter().flat_map(|f| f.corners.iter().copied()).collect();
     let is_centre =
         |n: &usize| !held.contains(n) && surface_nodes.contains(n) && settings.patch_radius_m > 0.0;
@@ -60,7 +58,7 @@ pub(super) fn bones<const D: usize>(
     }
     let Patches { copies, ties, .. } = patches;
     mesh.fixed = held.iter().copied().chain(copies.values().copied()).collect();
-    let mut stand_ins = Vec::new();
+    let mut replacements = Vec::new();
     for &bone in &base.fixed {
         let nodes = match number[bone] {
             Some(n) if centres.contains(&n) => {
@@ -75,13 +73,13 @@ pub(super) fn bones<const D: usize>(
                 vec![mesh.nodes.len() - 1]
             }
         };
-        stand_ins.push((bone, nodes));
+        replacements.push((bone, nodes));
     }
     mesh.fixed.sort_unstable();
-    Held { stand_ins, ties }
+    Attachments { replacements, ties }
 }
 
-/// The nodes of an element that are on the face opposite to a corner, by their place in it.
+/// The places in an element's list of the nodes on the face opposite to a corner.
 fn on_face<const D: usize>(opposite: usize) -> impl Iterator<Item = usize> {
     let corners = (0..=D).filter(move |&i| i != opposite);
     let middles = quadratic::edges::<D>().iter().enumerate();
@@ -120,7 +118,7 @@ impl<const D: usize> Patches<'_, D> {
         })
     }
 
-    /// Ties a face to the centres within reach, each place to the nearest centre.
+    /// Ties a face to the centres within the radius, each place to the nearest centre.
     fn tie(&mut self, face: &Face, element: &[usize], centres: &[usize], radius: f64) {
         let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
         let on_face: Vec<usize> = on_face::<D>(face.opposite).collect();
@@ -134,7 +132,7 @@ impl<const D: usize> Patches<'_, D> {
             let nearest = centres.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b)));
             let Some(centre) = nearest.filter(|c| away(c) < radius) else { continue };
             let profile = (1.0 - (away(&centre) / radius).powi(2)).powi(2);
-            // The gap there: the tissue's displacement less the bone's.
+            // The displacement of the tissue minus that of the bone at the place.
             let shapes = quadratic::values::<D>(&at);
             let tissue = on_face.iter().map(|&i| shapes[i]);
             let bone = (0..=D).filter(|&i| i != face.opposite).map(|i| -at[i]);
@@ -154,7 +152,7 @@ impl<const D: usize> Patches<'_, D> {
     }
 }
 
-/// Length of an edge, m, or area of a triangle, m²: the face of a [`Tie`] between nodes at these positions, m.
+/// Length of an edge, m, or area of a triangle, m²: the face of a [`Tie`] with nodes at these positions, m.
 pub(super) fn face_size<const D: usize>(tie: &[usize], positions: &[SVector<f64, D>]) -> f64 {
     let corners: Vec<SVector<f64, D>> = tie[..D].iter().map(|&n| positions[n]).collect();
     size(&corners)
@@ -169,7 +167,7 @@ fn size<const D: usize>(corners: &[SVector<f64, D>]) -> f64 {
     0.5 * (a.norm_squared() * b.norm_squared() - a.dot(&b).powi(2)).max(0.0).sqrt()
 }
 
-/// Barycentric coordinates of places on a face and their shares of it.
+/// Barycentric coordinates of integration points on a face, and their shares of it.
 fn face_points<const D: usize>(opposite: usize) -> Vec<([f64; MAX_CORNERS], f64)> {
     let corners: Vec<usize> = (0..=D).filter(|&i| i != opposite).collect();
     let mut points = Vec::new();
@@ -188,7 +186,7 @@ fn face_points<const D: usize>(opposite: usize) -> Vec<([f64; MAX_CORNERS], f64)
         }
         return points;
     }
-    // A triangle cut into PIECES² like it, upright and turned over, three points each.
+    // The triangle is divided into PIECES² similar ones, half of them reversed, with three points each.
     for i in 0..PIECES {
         for j in 0..PIECES - i {
             for turned in [false, true] {

@@ -1,4 +1,4 @@
-//! Muscles as bundles: fibres over a width along a line, cut at the elements.
+//! Muscles as bundles: fibres over a width along a line, cut at the boundaries of the elements.
 
 use nalgebra::SVector;
 
@@ -7,46 +7,43 @@ use super::{ContinuumSettings, Follower, Strand};
 use crate::body::{BodyError, Mesh, MuscleChain};
 use crate::geometry::quadratic::gauss_legendre;
 
-/// Points of each piece of a fibre.
+/// Number of points of each piece of a fibre.
 const POINTS: usize = 2;
-/// In space: fibres around each ring of the cross-section.
+/// Number of fibres on each ring of the cross-section in space.
 const AROUND: usize = 6;
 
-/// The course of a muscle.
 pub(super) struct MuscleCourse<const D: usize> {
     name: String,
     points: Vec<SVector<f64, D>>,
-    /// At each end the node of the bone there, if there is one.
+    /// The node of the bone at each end, if there is one.
     bones: [Option<usize>; 2],
-    /// For each end, whether the muscle is outside the tissue there.
+    /// Whether each end is outside the tissue.
     outside: [bool; 2],
-    /// For each end, whether the muscle fades out there, because the end is in the tissue, neither on a bone
-    /// nor on the surface.
+    /// Whether the tension fades out at each end, because it is in the tissue and neither on a bone nor on the surface.
     fades: [bool; 2],
-    /// Whether all of it is outside.
+    /// Whether the whole muscle is outside the tissue.
     apart: bool,
 }
 
 impl<const D: usize> MuscleCourse<D> {
-    /// The course of a chain of `base` through `points`; `stand_ins` are the nodes of its bones in the
-    /// continuum.
+    /// The course of a chain of `base` through `points`, m; `replacements` has the nodes of its bones in the continuum.
     pub fn new(
         base: &Mesh<D>,
         chain: &MuscleChain,
         points: Vec<SVector<f64, D>>,
-        stand_ins: &[(usize, Vec<usize>)],
+        replacements: &[(usize, Vec<usize>)],
     ) -> Result<Self, BodyError> {
         let in_tissue = base.in_tissue();
         let inside: Vec<usize> = (0..chain.nodes.len()).filter(|&i| in_tissue[chain.nodes[i]]).collect();
         let bones = chain.ends().map(|end| {
-            let found = stand_ins.iter().find(|(bone, _)| *bone == end);
+            let found = replacements.iter().find(|(bone, _)| *bone == end);
             found.and_then(|(_, nodes)| nodes.first().copied())
         });
         let outside = chain.ends().map(|end| !in_tissue[end]);
         let surface = base.surface_nodes();
         let fades = [0, 1].map(|i| bones[i].is_none() && surface.binary_search(&chain.ends()[i]).is_err());
         if (0..2).any(|i| outside[i] && bones[i].is_none()) {
-            return Err(dangling(&chain.name));
+            return Err(unattached(&chain.name));
         }
         let leaves =
             "leaves the tissue between its ends; only a part from a bone to the tissue may be outside";
@@ -63,7 +60,6 @@ impl<const D: usize> MuscleCourse<D> {
         self.points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
     }
 
-    /// The strands that pull when the muscle contracts.
     pub fn strands(
         &self,
         locator: &Locator<'_, D>,
@@ -74,7 +70,7 @@ impl<const D: usize> MuscleCourse<D> {
             let (bone, inner) = if self.outside[0] { (0, 1) } else { (1, 0) };
             let at = if inner == 0 { self.points[0] } else { self.points[self.points.len() - 1] };
             let mean =
-                locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| dangling(&self.name))?;
+                locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| unattached(&self.name))?;
             return self.bone_to(bone, mean, 1.0).map(|strand| vec![strand]);
         }
         let mut strands = Vec::new();
@@ -84,23 +80,23 @@ impl<const D: usize> MuscleCourse<D> {
             for bone in (0..2).filter(|&i| self.outside[i]) {
                 // A fibre that misses the tissue has no entry.
                 let Some(entry) = ends.map(|ends| ends[bone]) else { continue };
-                let mean = locator.mean(&entry, 0.0).ok_or_else(|| dangling(&self.name))?;
+                let mean = locator.mean(&entry, 0.0).ok_or_else(|| unattached(&self.name))?;
                 strands.push(self.bone_to(bone, mean, share)?);
             }
         }
         Ok(strands)
     }
 
-    /// The straight part from the bone at an end to a mean of nodes.
+    /// The straight strand from the bone at an end to a weighted mean of nodes.
     fn bone_to(&self, end: usize, mean: Vec<(usize, f64)>, weight: f64) -> Result<Strand, BodyError> {
-        let bone = self.bones[end].ok_or_else(|| dangling(&self.name))?;
+        let bone = self.bones[end].ok_or_else(|| unattached(&self.name))?;
         let (mut nodes_of, mut coefficients): (Vec<usize>, Vec<f64>) = mean.into_iter().unzip();
         nodes_of.push(bone);
         coefficients.push(-1.0);
         Ok(Strand { nodes: nodes_of, coefficients, weight })
     }
 
-    /// The line shifted sideways by `offset`, in half widths, and half as far at a bone.
+    /// The line displaced laterally by `offset` half widths, and by half of that at a bone.
     fn fibre(&self, offset: &[f64; 2], width: f64) -> Vec<SVector<f64, D>> {
         let (length, last) = (self.length(), self.points.len() - 1);
         let mut way = 0.0;
@@ -119,7 +115,7 @@ impl<const D: usize> MuscleCourse<D> {
         fibre
     }
 
-    /// The part of the whole width at a part of the length.
+    /// The width at a part of the length, over the whole width.
     fn wide(&self, part: f64) -> f64 {
         match [self.bones[0].is_some(), self.bones[1].is_some()] {
             [false, false] => 1.0,
@@ -129,8 +125,7 @@ impl<const D: usize> MuscleCourse<D> {
         }
     }
 
-    /// The part of the tension that acts at a distance along the line, m: ends in the tissue fade out over a
-    /// width.
+    /// The part of the tension that acts at a distance along the line, m; it fades out over one width to an end in the tissue.
     fn ramp(&self, way: f64, length: f64, width: f64) -> f64 {
         let fade = |distance: f64| {
             let t = if width > 0.0 { (distance / width).clamp(0.0, 1.0) } else { 1.0 };
@@ -139,7 +134,7 @@ impl<const D: usize> MuscleCourse<D> {
         (if self.fades[0] { fade(way) } else { 1.0 }) * (if self.fades[1] { fade(length - way) } else { 1.0 })
     }
 
-    /// Adds the points of a fibre; returns where it enters the tissue and where it leaves it.
+    /// Adds the strands of a fibre. Returns where it enters the tissue and where it leaves it.
     fn embed(
         &self,
         fibre: &[SVector<f64, D>],
@@ -173,8 +168,7 @@ impl<const D: usize> MuscleCourse<D> {
         ends
     }
 
-    /// The nodes of the muscle in the continuum: its bones, and points that follow the tissue about
-    /// `spacing` apart, m.
+    /// The nodes of the muscle in the continuum: its bones, and points that follow the tissue, about `spacing`, m, apart.
     pub fn chain(
         &self,
         locator: &Locator<'_, D>,
@@ -198,7 +192,7 @@ impl<const D: usize> MuscleCourse<D> {
             None => {
                 let at = self.points[i * last];
                 let mean =
-                    locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| dangling(&self.name))?;
+                    locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| unattached(&self.name))?;
                 Ok(follow(at, mean))
             }
         };
@@ -220,13 +214,13 @@ impl<const D: usize> MuscleCourse<D> {
     }
 }
 
-fn dangling(muscle: &str) -> BodyError {
-    let problem = "ends outside the tissue and on no bone, so it has nothing to pull at; fix its end";
+fn unattached(muscle: &str) -> BodyError {
+    let problem = "ends outside the tissue and on no bone, so it has no attachment there; fix its end";
     BodyError(format!("muscle {muscle} {problem}"))
 }
 
-/// Where the fibres are in the cross-section, in half widths, and which share of the tension each has:
-/// Gauss's points with the weights `(1 - t²)²`, in space on rings.
+/// Offsets of the fibres in the cross-section, in half widths, and their shares of the tension: Gauss points with the weights `(1 - t²)²`,
+/// in space on rings.
 fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)> {
     let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
     let mut fibres: Vec<([f64; 2], f64)> = Vec::new();
@@ -246,13 +240,12 @@ fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)>
     fibres
 }
 
-/// Weight of a fibre at this part of the way from the middle of a muscle to its edge.
+/// Weight of a fibre at this part of the distance from the middle of a muscle to its edge.
 fn fibre_weight(t: f64) -> f64 {
     (1.0 - t * t).powi(2)
 }
 
-/// Unit vectors across a direction: in the plane to its left, in space two, as near as can be to those
-/// before.
+/// Unit vectors across a direction: in the plane the one to its left, in space two that are as near as possible to those before.
 fn across<const D: usize>(
     along: &SVector<f64, D>,
     before: Option<&[SVector<f64, D>; 2]>,

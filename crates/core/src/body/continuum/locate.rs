@@ -1,21 +1,19 @@
-//! Which element a point lies in, which parts of a line lie in which elements, and means over the
-//! surroundings of a point.
+//! The elements of points and of parts of lines, and means over the surroundings of a point.
 
 use nalgebra::SVector;
 
 use crate::geometry::quadratic::{self, gauss_legendre};
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 
-/// Lines as far outside as this, in barycentric coordinates, still count as inside, and so do points four
-/// times as far.
+/// Lines outside an element by at most this barycentric coordinate count as inside, and points by at most four times as much.
 const SLACK: f64 = 1e-9;
-/// Parts of a line that are relatively shorter than this are dropped.
+/// Parts of a line below this part of its length are ignored.
 const SHORTEST: f64 = 1e-9;
-/// Points of a mean over a disc: number of rings, and of points on each.
+/// Number of rings of a mean over a disc, and of points on each.
 const RINGS: usize = 12;
 const AROUND: usize = 48;
 
-/// The elements, with the data for finding the element of a point.
+/// The elements, with their corners and bounding boxes.
 pub(super) struct Locator<'a, const D: usize> {
     elements: &'a [Vec<usize>],
     corners: Vec<Corners<D>>,
@@ -39,7 +37,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         &self.elements[element]
     }
 
-    /// Gradients of the shape functions of an element at a point along a direction.
+    /// Derivatives of the shape functions of an element along a direction at a point, 1/m.
     pub fn slopes(&self, element: usize, at: &SVector<f64, D>, along: &SVector<f64, D>) -> Vec<f64> {
         let x = &self.corners[element];
         let measure = simplex::measure(x);
@@ -65,7 +63,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         best.map(|(e, at, _)| (e, at))
     }
 
-    /// Elements whose box comes nearer to a point than `reach`, m.
+    /// Elements whose bounding box is nearer to a point than `reach`, m, along every axis.
     fn near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
         Vec::from_iter((0..self.boxes.len()).filter(|&e| {
             let [low, high] = &self.boxes[e];
@@ -73,8 +71,8 @@ impl<'a, const D: usize> Locator<'a, D> {
         }))
     }
 
-    /// The mean over the tissue within `radius`, m, of a point, weighted with `(1 - d²/radius²)²`, as
-    /// weights of nodes; with no radius the point itself. `None` where there is no tissue.
+    /// The mean over the tissue within `radius`, m, of a point, with weights `(1 - d²/radius²)²`, as weights of nodes; without a radius
+    /// the point itself. `None` without tissue there.
     pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
         let among = self.near(centre, radius);
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
@@ -89,8 +87,8 @@ impl<'a, const D: usize> Locator<'a, D> {
             .then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
     }
 
-    /// The parts of a straight line that lie in the tissue, in order: the element of each and where it
-    /// begins and ends, as fractions of the way. No part of the line is in two.
+    /// The parts of a straight line that lie in the tissue, in order and without overlap: the element of each, and its beginning and end
+    /// as fractions of the line.
     pub fn cut(&self, a: &SVector<f64, D>, b: &SVector<f64, D>) -> Vec<(usize, [f64; 2])> {
         let (low, high) = (a.inf(b), a.sup(b));
         let meets = |[l, h]: &[SVector<f64, D>; 2]| (0..D).all(|d| high[d] >= l[d] && low[d] <= h[d]);
@@ -100,7 +98,7 @@ impl<'a, const D: usize> Locator<'a, D> {
             .collect();
         parts.sort_by(|(e, p), (f, q)| p[0].total_cmp(&q[0]).then(q[1].total_cmp(&p[1])).then(e.cmp(f)));
         let mut reached = 0.0;
-        // A line along an edge is in the elements on both of its sides: the first has it.
+        // A line along an edge is in the elements on both sides; the first one gets it.
         let parts = parts.into_iter().filter_map(|(e, [from, to]): (usize, [f64; 2])| {
             let from = f64::max(from, reached);
             reached = f64::max(reached, to);
@@ -110,13 +108,13 @@ impl<'a, const D: usize> Locator<'a, D> {
     }
 }
 
-/// Points of the unit disc or ball and weights of `(1 - r²)²` over it; without rings its centre.
+/// Points of the unit disc or ball with their weights for `(1 - r²)²`; without rings the centre.
 fn ball<const D: usize>(rings: usize) -> Vec<(SVector<f64, D>, f64)> {
     if rings == 0 {
         return vec![(SVector::zeros(), 1.0)];
     }
     let mut points = Vec::new();
-    // Half steps, so that no point lies on a line of symmetry.
+    // Half steps of the angle avoid points on lines of symmetry.
     for (x, w) in gauss_legendre(rings) {
         let r = 0.5 * (1.0 + x);
         let bump = w * (1.0 - r * r).powi(2) * r.powi(D as i32 - 1);
@@ -154,7 +152,7 @@ mod tests {
         let across = locator.cut(&SVector::from([0.0, 0.75]), &SVector::from([2.0, 0.25]));
         assert_eq!(across.iter().map(|p| p.0).collect::<Vec<_>>(), [1, 0]);
         assert!((across[0].1[1] - across[1].1[0]).abs() < 1e-8 && (across[1].1[1] - 0.5).abs() < 1e-8);
-        // A direction that floating-point numbers cannot represent exactly.
+        // Floating-point numbers cannot represent this direction exactly.
         let turned: Vec<_> = nodes.iter().map(|p| nalgebra::Rotation2::new(0.3) * p / 3.0).collect();
         let locator = Locator::new(&turned, &elements);
         for part in [0.1, 0.37, 0.6] {

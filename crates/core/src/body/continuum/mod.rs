@@ -1,11 +1,9 @@
-//! A body whose answers do not depend on its mesh: quadratic elements, muscles of finite width, bones that
-//! hold patches.
+//! A body whose answers converge as its mesh is refined: quadratic elements, muscles of finite width, bones that hold patches.
 //!
-//! Where muscles are lines and bones are points, forces act on places without extent, and the displacement
-//! under a point load in a plane grows with the logarithm of one over the mesh spacing: tensions that are
-//! fitted on such a body belong to its mesh. Here each muscle is a bundle of fibres over a width, cut at the
-//! edges of the elements that it passes, and each bone holds a patch of the surface by springs. Widths,
-//! patches and their stiffness are chosen, not measured ([`ContinuumSettings`]).
+//! The displacement under a point load in a plane grows with the logarithm of one over the mesh spacing, so that tensions that are fitted
+//! with lines as muscles and points as bones depend on the mesh. Here each muscle is a bundle of fibres over a width, cut at the
+//! boundaries of the elements, and each bone holds a patch of the surface by springs. Widths, patches and their stiffness are chosen, not
+//! measured ([`ContinuumSettings`]).
 
 mod attach;
 mod bundle;
@@ -25,18 +23,16 @@ use locate::Locator;
 
 const MOST_FIBRES: usize = 256;
 
-/// Settings without data: the widths of muscles and the attachment to bones. They are chosen, not measured,
-/// and never tuned on data for validation. Their effect on the answers is in `results/continuum`.
+/// Widths of muscles and attachment to bones. They are chosen, not measured, and never tuned on data for validation. `results/continuum`
+/// has their effect on the answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContinuumSettings {
-    /// Width of a muscle, m; half of it at a bone. 0: one line, for bodies whose muscles are given fibre by
-    /// fibre.
+    /// Width of a muscle, m; half of it at a bone. With 0 it is a line, for bodies whose muscles are given fibre by fibre.
     pub bundle_width_m: f64,
-    /// Fibres across the width, on meshes of a third of the width and coarser; finer ones get more, as many
-    /// as keep to that.
+    /// Number of fibres over the width on meshes with a spacing of a third of the width or more; on finer ones at least three for each
+    /// spacing.
     pub fibres: usize,
-    /// Radius of the patch around a point of bone, m. 0: the bone holds its node alone, which does not
-    /// converge.
+    /// Radius of the patch around a point of bone, m. With 0 the bone holds its node alone, which does not converge.
     pub patch_radius_m: f64,
     /// Stiffness of the patch: `k` in `κ = k μ/r (1 - d²/r²)²` at the distance `d` from the point.
     pub patch_stiffness: f64,
@@ -49,7 +45,6 @@ impl Default for ContinuumSettings {
 }
 
 impl std::fmt::Display for ContinuumSettings {
-    /// A sentence for readers, with the origin of the numbers.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
@@ -78,19 +73,17 @@ fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), BodyError> 
     }
 }
 
-/// The data that make a [`Mesh`] a continuum. The cells of the mesh are then the linear parts of the
-/// elements.
+/// The data that make a [`Mesh`] a continuum, whose cells are then the linear parts of the elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Continuum<const D: usize> {
     pub settings: ContinuumSettings,
     /// Nodes of the elements, one after another ([`Continuum::elements`]).
     elements: Vec<usize>,
-    /// Nodes that are not unknowns but follow the tissue: ends and points of muscles, in ascending order of
-    /// nodes.
+    /// Nodes that follow the tissue, ends and points of muscles, in ascending order.
     pub followers: Vec<Follower<D>>,
-    /// For every muscle of the mesh, the strands that pull when it contracts.
+    /// The strands of every muscle of the mesh.
     pub bundles: Vec<Vec<Strand>>,
-    /// How the bones hold the tissue, for `μ/r · k = 1` N/m³.
+    /// The attachment to bones, for `μ/r · k = 1` N/m³.
     pub ties: Vec<Tie>,
 }
 
@@ -100,8 +93,7 @@ impl<const D: usize> Continuum<D> {
         self.elements.chunks_exact(quadratic::nodes::<D>())
     }
 
-    /// For every cell the direction, at these positions, of the fibres in its element: of several muscles
-    /// those of the first.
+    /// For every cell the direction of the fibres in its element at these positions, of the first of several muscles.
     pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
         let mut along: BTreeMap<&[usize], (usize, SVector<f64, D>)> = BTreeMap::new();
         for (muscle, strands) in self.bundles.iter().enumerate() {
@@ -126,14 +118,14 @@ impl<const D: usize> Continuum<D> {
         }
     }
 
-    /// As [`Continuum::place_followers`], for velocities or other motions of the nodes.
+    /// Computes velocities or other motions of the followers from those of the nodes.
     pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
         for f in &self.followers {
             motion[f.node] = f.mean(motion);
         }
     }
 
-    /// Moves the forces on nodes that follow the tissue to the nodes that they follow.
+    /// Moves the forces on followers to the nodes that they follow.
     pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
         for f in &self.followers {
             let own = std::mem::replace(&mut load[f.node], SVector::zeros());
@@ -141,9 +133,8 @@ impl<const D: usize> Continuum<D> {
         }
     }
 
-    /// The same continuum at rest elsewhere: muscles and patches go with the tissue. `nodes` are the new
-    /// positions of all nodes at rest, m, of which those in the middle of edges are put there; `before` are
-    /// the old ones.
+    /// The continuum with another shape at rest, in which muscles and patches move with the tissue. `nodes` has the new positions of all
+    /// nodes at rest, m, and gets those of the middles of edges; `before` has the old ones.
     pub fn moved(&self, before: &[SVector<f64, D>], nodes: &mut [SVector<f64, D>]) -> Self {
         for element in self.elements() {
             for (&[i, j], &middle) in quadratic::edges::<D>().iter().zip(&element[D + 1..]) {
@@ -152,27 +143,26 @@ impl<const D: usize> Continuum<D> {
         }
         let mut moved = self.clone();
         for tie in &mut moved.ties {
-            // The stiffness of the attachment at a place stays the same, while the surface becomes longer or
-            // shorter.
+            // The stiffness of the attachment per area of the surface stays the same.
             let longer = attach::face_size(&tie.nodes, nodes) / attach::face_size(&tie.nodes, before);
             tie.form.iter_mut().for_each(|c| *c *= longer);
         }
         for f in &mut moved.followers {
             f.offset = nodes[f.node] - f.mean(nodes);
         }
-        // The vector of a strand and its weight change inversely with its length at rest, so that it pulls
-        // as before.
+        // Strands need no change: coefficients inversely and weights directly proportional to the length at rest would give the same
+        // energy.
         moved
     }
 }
 
-/// A node that is at rest where it is, and moves by the mean displacement of others.
+/// A node that moves by the mean displacement of others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Follower<const D: usize> {
     pub node: usize,
     /// The nodes that it follows, with weights whose sum is 1.
     pub weights: Vec<(usize, f64)>,
-    /// Its position less the mean at rest, m.
+    /// Its position minus the mean at rest, m.
     pub offset: SVector<f64, D>,
 }
 
@@ -186,9 +176,9 @@ impl<const D: usize> Follower<D> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strand {
     pub nodes: Vec<usize>,
-    /// The coefficient of each: 1/m for a point of a fibre in the tissue, 1 for a part outside it.
+    /// The coefficient of each node: 1/m for a point of a fibre in the tissue, 1 for a part outside it.
     pub coefficients: Vec<f64>,
-    /// Weight of its lengthening: m for a point of a fibre, 1 for a part outside.
+    /// Weight of the lengthening: m for a point of a fibre, 1 for a part outside the tissue.
     pub weight: f64,
 }
 
@@ -196,29 +186,28 @@ pub struct Strand {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tie {
     pub nodes: Vec<usize>,
-    /// Row by row, symmetric; m (in space m²), for a stiffness in N/m³.
+    /// The symmetric matrix, row by row; m (in space m²), for a stiffness in N/m³.
     pub form: Vec<f64>,
 }
 
-/// A mesh that was made a continuum, and the nodes of its bones.
+/// The mesh of a continuum, and the nodes of its bones.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Laid<const D: usize> {
-    /// The mesh: corners of the elements first, then the middles of edges, bones, and points of muscles.
+pub struct ContinuumMesh<const D: usize> {
+    /// The mesh, whose nodes are the corners of the elements, then the middles of edges, bones, and points of muscles.
     pub mesh: Mesh<D>,
-    /// For every fixed node of the given mesh, the nodes that replace it, the one at its own place first.
+    /// For every fixed node of the given mesh the nodes that replace it, that with its position first.
     pub bones: Vec<(usize, Vec<usize>)>,
 }
 
-/// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along
-/// every muscle, and a patch around every bone that is a point of the surface. Bones that hold whole edges
-/// (in space: faces) of the surface are unchanged. `lines` are the courses of muscles, m, if they are known
-/// better than by the chains of the mesh.
+/// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along every muscle, and a patch around
+/// every bone that is a point of the surface. Bones that hold whole edges (in space: faces) of the surface are unchanged. `lines` has the
+/// courses of muscles, m, if the chains of the mesh do not give them.
 #[inline(never)]
-pub fn lay<const D: usize>(
+pub fn from_mesh<const D: usize>(
     base: &Mesh<D>,
     lines: Option<&[Vec<SVector<f64, D>>]>,
     settings: &ContinuumSettings,
-) -> Result<Laid<D>, BodyError> {
+) -> Result<ContinuumMesh<D>, BodyError> {
     settings.check()?;
     if base.continuum.is_some() {
         return Err(BodyError("the mesh is a continuum already".to_owned()));
@@ -236,7 +225,7 @@ pub fn lay<const D: usize>(
     let locator = Locator::new(&mesh.nodes, &elements);
     let edges = base.cells.edges();
     let spacing = edges.keys().map(|&edge| base.distance(edge)).sum::<f64>() / edges.len().max(1) as f64;
-    // If elements were smaller than the gaps between fibres, each fibre would be a load without width.
+    // With elements smaller than the gaps between fibres, each fibre would be a load without width.
     let many = (3.0 * settings.bundle_width_m / spacing).ceil() as usize;
     let settings = &ContinuumSettings { fibres: settings.fibres.max(many.min(MOST_FIBRES)), ..*settings };
     let (mut followers, mut bundles, mut muscles) = (Vec::new(), Vec::new(), Vec::new());
@@ -245,7 +234,7 @@ pub fn lay<const D: usize>(
             Some(points) => points.clone(),
             None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
         };
-        let line = MuscleCourse::new(base, chain, course, &held.stand_ins)?;
+        let line = MuscleCourse::new(base, chain, course, &held.replacements)?;
         bundles.push(line.strands(&locator, settings)?);
         let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
         muscles.push(MuscleChain { name: chain.name.clone(), nodes });
@@ -255,11 +244,11 @@ pub fn lay<const D: usize>(
     let elements = elements.concat();
     let continuum = Continuum { settings: *settings, elements, followers, bundles, ties: held.ties };
     mesh.continuum = Some(continuum.into());
-    Ok(Laid { mesh, bones: held.stand_ins })
+    Ok(ContinuumMesh { mesh, bones: held.replacements })
 }
 
-/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts
-/// of the elements, the elements, and the new number of every node that is in the tissue.
+/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts of the elements, the
+/// elements, and the new number of every node in the tissue.
 fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usize>>, Vec<Option<usize>>) {
     let mut nodes = Vec::new();
     let number: Vec<Option<usize>> =

@@ -1,4 +1,4 @@
-//! The built-in tongue in space: the midsagittal outline with a width, cut into hexahedra.
+//! The built-in tongue in space: the midsagittal outline with a width, divided into hexahedra.
 
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -11,8 +11,8 @@ use crate::observe::{Line, LineEnd};
 /// Widths, bones and muscles, as text.
 const REFERENCE: &str = include_str!("../../../../../targets/tongue_in_space.toml");
 const FILE: &str = "targets/tongue_in_space.toml (embedded)";
-/// Parts are compared with this much room.
-const ROOM: f64 = 1e-9;
+/// Tolerance of comparisons of the coordinates u, v and t.
+const TOLERANCE: f64 = 1e-9;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,7 +46,7 @@ struct GivenMuscle {
     outside: Option<Outside>,
 }
 
-/// Where fibres run: along u, v or t, or in a fan.
+/// The course of fibres: along u, v or t, or in a fan.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum FibreDirection {
@@ -62,7 +62,7 @@ struct Outside {
     to: BoxRegion,
 }
 
-/// A box in parts of length, height and half width.
+/// A box in the coordinates u (length), v (height) and t (half width), each from 0 to 1.
 #[derive(Deserialize, Clone, Copy)]
 #[serde(deny_unknown_fields)]
 struct BoxRegion {
@@ -72,30 +72,28 @@ struct BoxRegion {
 }
 
 impl BoxRegion {
-    /// Whether a place [u, v, t] lies in it, on either side.
+    /// Whether a place [u, v, t] is in the box, on either side.
     fn holds(&self, [u, v, t]: [f64; 3]) -> bool {
         within(u, self.u) && within(v, self.v) && within(t.abs(), self.t)
     }
 }
 
 fn within(x: f64, [low, high]: [f64; 2]) -> bool {
-    (low - ROOM..=high + ROOM).contains(&x)
+    (low - TOLERANCE..=high + TOLERANCE).contains(&x)
 }
 
-/// The grid: nodes and elements with their places in parts.
 struct NodeGrid {
-    /// Along u, v, and t on both sides.
+    /// Number of elements along u, v, and t on both sides.
     counts: [usize; 3],
     mesh: Mesh<3>,
-    /// [u, v, t] of each node.
+    /// Coordinates [u, v, t] of each node.
     at: Vec<[f64; 3]>,
-    /// The same of the middle of each element.
+    /// Coordinates of the middle of each element.
     middles: Vec<[f64; 3]>,
 }
 
 impl Body<3> {
-    /// The built-in tongue: `fine` times as many elements along each direction as in its file
-    /// (`targets/tongue_in_space.toml`), which has 672 of them.
+    /// The built-in tongue with `fine` times as many elements in each direction as in `targets/tongue_in_space.toml`, which has 672.
     pub fn tongue_in_space(fine: usize) -> Result<Self, BodyError> {
         let wrong = |problem: String| BodyError::file(FILE, problem);
         let file: SpaceFile = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
@@ -113,7 +111,7 @@ impl Body<3> {
             let sides = if given.middle { vec![Side::Middle] } else { vec![Side::Left, Side::Right] };
             for side in sides {
                 let sign = if side == Side::Left { -1.0 } else { 1.0 };
-                let own = |t: f64| side == Side::Middle || t * sign > -ROOM;
+                let own = |t: f64| side == Side::Middle || t * sign > -TOLERANCE;
                 let nearest = given.fibre.map(|[u, v, t]| {
                     let steps = [
                         u * counts[0] as f64,
@@ -186,11 +184,11 @@ impl Body<3> {
     }
 }
 
-/// A point whose triangle is farther away than about this part of its size does not move with the tissue.
-const BESIDE: f64 = -0.5;
+/// Least barycentric coordinate, in its triangle of the midsagittal plane, of a point that moves with the tissue.
+const LEAST_COORDINATE: f64 = -0.5;
 
 impl Body<3> {
-    /// The line between two places of the midsagittal plane, m: each moves with the tissue around it, or is on bone outside of it.
+    /// The line between two places of the midsagittal plane, m: each moves with the tissue near it, or is on bone outside of it.
     fn line(&self, ends: [Point; 2]) -> Line<3> {
         let section = self.midsagittal_mesh();
         Line {
@@ -200,7 +198,7 @@ impl Body<3> {
                     (shares[..3].iter().copied().fold(f64::INFINITY, f64::min), cell.to_vec(), shares)
                 });
                 let nearest = nearest.max_by(|a, b| a.0.total_cmp(&b.0));
-                match nearest.filter(|(least, ..)| *least > BESIDE) {
+                match nearest.filter(|(least, ..)| *least > LEAST_COORDINATE) {
                     Some((_, nodes, shares)) => {
                         LineEnd { weights: nodes.into_iter().zip(shares).collect(), fixed: Vector3::zeros() }
                     }
@@ -211,7 +209,7 @@ impl Body<3> {
     }
 }
 
-/// The node at a place of the grid, counted in steps.
+/// The node at a place of the grid, in steps along u, v and t.
 fn number([nu, nv, _]: [usize; 3], [i, j, k]: [usize; 3]) -> usize {
     (k * (nv + 1) + j) * (nu + 1) + i
 }
@@ -252,7 +250,7 @@ impl NodeGrid {
 /// The midsagittal section between its four corners.
 struct MidsagittalSection<'a> {
     outline: &'a ClosedSpline,
-    /// Ways along the outline, m, from the first corner over the others to the first again.
+    /// Distances along the outline, m, of the four corners and, after a whole turn, of the first one again.
     ways: [f64; 5],
     middle: Point,
 }
@@ -264,7 +262,7 @@ impl<'a> MidsagittalSection<'a> {
         let first = way(file.corners_mm[0]);
         let mut ways = [first; 5];
         for (i, corner) in file.corners_mm.into_iter().enumerate().skip(1) {
-            // Whichever way the outline runs, the corners follow each other.
+            // The distances are those in the direction of the outline first.
             ways[i] = first + (way(corner) - first).rem_euclid(whole);
         }
         ways[4] = first + whole;
@@ -277,13 +275,13 @@ impl<'a> MidsagittalSection<'a> {
         Self { outline, ways, middle }
     }
 
-    /// A point of the outline, from corner `side` (0) to the next (1).
+    /// The point of the outline at `part` between corner `side` and the next one, m.
     fn on(&self, side: usize, part: f64) -> Point {
         let [from, to] = [self.ways[side], self.ways[side + 1]];
         self.outline.point((from + part * (to - from)).rem_euclid(self.outline.perimeter()))
     }
 
-    /// Between the four sides (Gordon and Hall 1973, transfinite interpolation).
+    /// The point at u, v between the four sides (transfinite interpolation, Gordon and Hall 1973), m.
     fn point(&self, u: f64, v: f64) -> Point {
         let [floor, top] = [self.on(3, 1.0 - u), self.on(1, u)];
         let [front, back] = [self.on(0, v), self.on(2, 1.0 - v)];
@@ -292,7 +290,6 @@ impl<'a> MidsagittalSection<'a> {
         floor * (1.0 - v) + top * v + front * (1.0 - u) + back * u - corners
     }
 
-    /// The place in space, m.
     fn place(&self, file: &SpaceFile, [u, v, t]: [f64; 3]) -> Vector3<f64> {
         let [floor, top] =
             [&file.half_width_floor_mm, &file.half_width_top_mm].map(|profile| 1e-3 * between(profile, u));
@@ -308,14 +305,14 @@ fn between(table: &[[f64; 2]], x: f64) -> f64 {
 }
 
 impl FibreDirection {
-    /// Whether an element with this middle lies within the fan.
+    /// Whether an element with this middle is in the sector of the fan.
     fn passes(&self, middle: &Vector3<f64>) -> bool {
         let Self::Fan { from_mm: [x, z], sector: [low, high] } = self else { return true };
         let angle = (middle.z - 1e-3 * z).atan2(middle.x - 1e-3 * x).to_degrees();
         (*low..*high).contains(&angle)
     }
 
-    /// Unit directions at the points of Gauss of an element with these corners, m.
+    /// Unit directions at the Gauss points of an element with these corners, m.
     fn directions(&self, x: &hexahedron::PerCorner<Vector3<f64>>) -> Directions {
         hexahedron::points().map(|at| match self {
             Self::Along(axis) => {
@@ -328,7 +325,7 @@ impl FibreDirection {
             }
             Self::Fan { from_mm: [fx, fz], .. } => {
                 let place: Vector3<f64> = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
-                // In the plane of the fibre: it keeps its distance from the middle.
+                // Fibres of a fan keep their distance from the midsagittal plane.
                 Vector3::new(place.x - 1e-3 * fx, 0.0, place.z - 1e-3 * fz).try_normalize(0.0)
             }
         })

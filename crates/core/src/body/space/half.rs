@@ -1,4 +1,4 @@
-//! One half of a body that is the same on both sides.
+//! The left half of a symmetric body.
 
 use std::collections::BTreeMap;
 
@@ -7,33 +7,32 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Directions, Side};
 use crate::body::Body;
 
-/// Nodes of the two sides are each other's image to this part of the body's size: meshes that were made by
-/// hand are not so to the last digit (ArtiSynth's to 4 µm, its styloid processes to 90 µm).
-const SAME: f64 = 1e-3;
-/// A muscle that ends at a node whose image is farther off than this part is not the same on both sides.
-const EVEN: f64 = 1e-4;
+/// Nodes are mirror images to this part of the body's size. Meshes that were made by hand are not exactly symmetric (ArtiSynth's to 4 µm,
+/// its styloid processes to 90 µm).
+const IMAGE_TOLERANCE: f64 = 1e-3;
+/// A muscle is asymmetric if it has a node whose image is farther off than this part of the body's size.
+const SYMMETRIC_TOLERANCE: f64 = 1e-4;
 
-/// Directions of fibres are the same if the products of their coordinates differ by less than this: by about 15 degrees.
-const ALIKE: f64 = 0.35;
+/// Largest difference of the mean products of coordinates of fibres whose directions are the same, about 15 degrees.
+const DIRECTION_TOLERANCE: f64 = 0.35;
 
-/// The left half of a symmetric body, and how the whole follows from it.
+/// The left half of a symmetric body, with the data that give the whole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Half {
     /// The half: nodes with y not above zero, left muscles, and the left parts of middle ones.
     pub body: Body<3>,
-    /// Its nodes on the plane y = 0.
+    /// Nodes of the half on the plane y = 0.
     pub plane: Vec<usize>,
-    /// For each node of the whole its place at rest, m, and the node of the half that it is, or is the image
-    /// of.
+    /// For each node of the whole its position at rest, m, the corresponding node of the half, and whether the node is the image of that.
     of_node: Vec<(Vector3<f64>, usize, bool)>,
     /// Number in the whole of each node of the half.
     pub nodes: Vec<usize>,
     /// For each muscle of the half the number of that muscle in the whole.
     pub muscles: Vec<usize>,
-    /// For each muscle of the whole the muscle of the half that stands for it.
-    stands_for: Vec<usize>,
-    /// Which muscles of the whole are not quite the same on both sides.
-    uneven: Vec<bool>,
+    /// For each muscle of the whole the corresponding muscle of the half.
+    half_muscle: Vec<usize>,
+    /// For each muscle of the whole whether it is asymmetric.
+    asymmetric: Vec<bool>,
 }
 
 impl Half {
@@ -45,7 +44,7 @@ impl Half {
         }))
     }
 
-    /// The node of the half that a node of the whole is, or is the image of, and the place there that belongs to a place of the node, m.
+    /// The node of the half that corresponds to a node of the whole, and the place that corresponds to `place`, m.
     pub fn place_on_half(&self, node: usize, place: &Vector3<f64>) -> Option<(usize, Vector3<f64>)> {
         let &(rest, of_half, is_image) = self.of_node.get(node)?;
         let by = place - rest;
@@ -53,32 +52,30 @@ impl Half {
         Some((of_half, self.body.mesh.nodes[of_half] + by))
     }
 
-    /// Activations of the muscles of the half, if those of the whole are the same on both sides and so are
-    /// the muscles that are active.
+    /// Activations of the muscles of the half, if those of the whole are symmetric and no asymmetric muscle is active.
     pub fn activations(&self, whole: &[f64]) -> Option<Vec<f64>> {
-        if self.uneven.iter().zip(whole).any(|(uneven, a)| *uneven && *a != 0.0) {
+        if self.asymmetric.iter().zip(whole).any(|(asymmetric, a)| *asymmetric && *a != 0.0) {
             return None;
         }
-        let same = self.stands_for.iter().zip(whole).all(|(&m, a)| whole[self.muscles[m]] == *a);
+        let same = self.half_muscle.iter().zip(whole).all(|(&m, a)| whole[self.muscles[m]] == *a);
         same.then(|| self.muscles.iter().map(|&m| whole[m]).collect())
     }
 }
 
 impl Body<3> {
-    /// The left half, if the body is the same on both sides: nodes, elements, bones, and muscles with their
-    /// strengths. `None` where they differ.
+    /// The left half of a body whose nodes, elements, bones and muscles, with their strengths, are symmetric; `None` for other bodies.
     pub fn half(&self) -> Option<Half> {
-        // The tissue of the sides may differ.
+        // The tissue may differ between the sides.
         if !self.factors.is_empty() {
             return None;
         }
         let nodes = &self.mesh.nodes;
         let size = self.mesh.extent();
-        let image = images(nodes, SAME * size)?;
+        let image = images(nodes, IMAGE_TOLERANCE * size)?;
         let is_on_plane = |n: usize| image[n] == n;
         let off = |n: usize| (nodes[image[n]] - Vector3::new(nodes[n].x, -nodes[n].y, nodes[n].z)).norm();
-        let is_uneven = |s: &super::Segment| s.nodes.iter().any(|&n| off(n) > EVEN * size);
-        let uneven = self.muscles.iter().map(|m| m.segments.iter().any(is_uneven)).collect();
+        let is_asymmetric = |s: &super::Segment| s.nodes.iter().any(|&n| off(n) > SYMMETRIC_TOLERANCE * size);
+        let asymmetric = self.muscles.iter().map(|m| m.segments.iter().any(is_asymmetric)).collect();
         let mut number = vec![None; nodes.len()];
         let mut body = Body { what: format!("the left half of {}", self.what), ..Body::default() };
         let mut plane = Vec::new();
@@ -98,8 +95,7 @@ impl Body<3> {
             .collect::<Option<Vec<_>>>()?;
         let kept_nodes = (0..nodes.len()).filter(|&n| number[n].is_some()).collect();
         body.tip_node = self.tip_node.and_then(|n| number[n]);
-        // Elements: those with a corner off the plane on the left; every other must be the image of one of
-        // them.
+        // The elements of the half are those without a node on the right; every other one must be the image of one of them.
         let mut element_number = vec![None; self.mesh.hexahedra.len()];
         for (e, corners) in self.mesh.hexahedra.iter().enumerate() {
             if let Some(all) = corners.iter().map(|&n| number[n]).collect::<Option<Vec<_>>>() {
@@ -117,7 +113,7 @@ impl Body<3> {
         {
             return None;
         }
-        // Whether a muscle is the image of another, or of itself: the elements of its region and their directions.
+        // Whether a muscle is the image of another one, or of itself, by the elements of its region and their directions.
         let mirrors = |muscle: usize, other: usize| {
             let (own, region) = (&self.muscles[muscle].region, &self.muscles[other].region);
             own.len() == region.len()
@@ -134,14 +130,14 @@ impl Body<3> {
         for bone in &mut body.bones {
             bone.nodes = bone.nodes.iter().filter_map(|&n| number[n]).collect();
         }
-        let (mut muscles, mut stands_for) = (Vec::new(), Vec::new());
+        let (mut muscles, mut half_muscle) = (Vec::new(), Vec::new());
         for (m, muscle) in self.muscles.iter().enumerate() {
             let other = match muscle.side {
                 Side::Left | Side::Middle => {
                     if muscle.side == Side::Middle && !mirrors(m, m) {
                         return None;
                     }
-                    stands_for.push(muscles.len());
+                    half_muscle.push(muscles.len());
                     muscles.push(m);
                     continue;
                 }
@@ -155,11 +151,11 @@ impl Body<3> {
             if !as_many || !near(left.stress_pa, right.stress_pa) || !mirrors(m, other) {
                 return None;
             }
-            stands_for.push(muscles.iter().position(|&l| l == other)?);
+            half_muscle.push(muscles.iter().position(|&l| l == other)?);
         }
         for &m in &muscles {
             let mut muscle = self.muscles[m].clone();
-            // Near the plane they follow from fibres of the other side too.
+            // Directions near the plane depend on fibres of the other side too.
             let in_half = muscle.region.iter().filter(|&&e| element_number[e].is_some());
             muscle.directions = in_half.map(|&e| self.directions(m, e)).collect();
             muscle.region = muscle.region.iter().filter_map(|&e| element_number[e]).collect();
@@ -168,15 +164,14 @@ impl Body<3> {
                 .iter()
                 .filter_map(|s| {
                     let [a, b] = [number[s.nodes[0]]?, number[s.nodes[1]]?];
-                    // Of a fibre on the plane one half belongs to each side; of a pair of muscles each has
-                    // its own.
+                    // One half of a middle muscle's fibre on the plane belongs to each side; each muscle of a pair has its own fibre.
                     let shared = s.nodes.iter().all(|&n| is_on_plane(n)) && muscle.side == Side::Middle;
                     let force_n = if shared { 0.5 * s.force_n } else { s.force_n };
                     Some(super::Segment { nodes: [a, b], force_n, ..*s })
                 })
                 .collect();
             let chain = self.mesh.muscles[m].clone();
-            // A fibre of the other side is measured by its image.
+            // The image measures a fibre of the other side.
             let nodes: Vec<usize> =
                 chain.nodes.iter().filter_map(|&n| number[n].or(number[image[n]])).collect();
             body.mesh.muscles.push(super::super::MuscleChain { nodes, ..chain });
@@ -189,16 +184,16 @@ impl Body<3> {
             }
         }
         body.mesh.connect();
-        Some(Half { body, plane, of_node, nodes: kept_nodes, muscles, stands_for, uneven })
+        Some(Half { body, plane, of_node, nodes: kept_nodes, muscles, half_muscle, asymmetric })
     }
 }
 
 /// Whether the mean direction of fibres is the image of another, up to its sign; elements without fibres are alike.
 fn are_alike(own: &Directions, other: &Directions) -> bool {
-    (mean_product(own, -1.0) - mean_product(other, 1.0)).norm() < ALIKE
+    (mean_product(own, -1.0) - mean_product(other, 1.0)).norm() < DIRECTION_TOLERANCE
 }
 
-/// Fibres have no sign, so the means are of the products of their coordinates.
+/// The mean of the products of coordinates of directions, since the sign of a fibre has no meaning; `y` multiplies the second coordinate.
 fn mean_product(all: &Directions, y: f64) -> Matrix3<f64> {
     let mirrored = all.iter().flatten().map(|d| Vector3::new(d.x, y * d.y, d.z));
     mirrored.map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
@@ -210,7 +205,7 @@ fn sorted(nodes: impl Iterator<Item = usize>) -> Vec<usize> {
     nodes
 }
 
-/// For each node the node that is its image; itself on the plane. `None` where one has no image.
+/// For each node its image, which is the node itself on the plane; `None` if a node has no image.
 fn images(nodes: &[Vector3<f64>], near: f64) -> Option<Vec<usize>> {
     let mut by_x: Vec<usize> = (0..nodes.len()).collect();
     by_x.sort_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x));

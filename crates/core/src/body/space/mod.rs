@@ -1,7 +1,7 @@
 //! A tongue in space: hexahedra, and muscles as regions with the directions of their fibres.
 //!
-//! A muscle is activated from 0 to 1. A body has its strength at 1 in two forms: the force of each segment of
-//! its fibres, N, for node-to-node lines, and the stress along the fibres of its region, Pa.
+//! Activations are from 0 to 1. A body has the strength of a muscle at 1 in two forms: the force of each segment of its fibres, N, for
+//! lines between nodes, and the stress along the fibres of its region, Pa.
 
 mod built_in;
 mod half;
@@ -19,14 +19,14 @@ use crate::statistics::distinct;
 pub use half::Half;
 pub use surgery::{Filling, Operated, Region};
 
-/// On which side of the midsagittal plane a muscle lies.
+/// The side of the midsagittal plane on which a muscle lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Of the speaker; y below zero.
+    /// The speaker's left, y below zero.
     Left,
-    /// Of the speaker; y above zero.
+    /// The speaker's right, y above zero.
     Right,
-    /// In the middle, once.
+    /// A single muscle in the middle.
     Middle,
 }
 
@@ -34,42 +34,41 @@ pub enum Side {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
     pub nodes: [usize; 2],
-    /// Its force as a line when its muscle is fully active, N.
+    /// Force of the segment as a line at full activation, N.
     pub force_n: f64,
-    /// Whether it lies outside the tissue, on its way to a bone.
+    /// Whether it is outside the tissue, between the tissue and a bone.
     pub outside: bool,
 }
 
-/// A muscle of a body of hexahedra: both a bundle of fibres and a region.
+/// A muscle of a body of hexahedra, with its fibres and its region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Muscle {
-    /// Its name, with its side, such as `GGP_L`.
+    /// Name with its side, such as `GGP_L`.
     pub name: String,
-    /// The name of both sides, such as `GGP`.
+    /// Name of both sides, such as `GGP`.
     pub group: String,
     pub side: Side,
     /// Its fibres, cut at the nodes.
     pub segments: Vec<Segment>,
     /// Numbers of the elements that it runs through, ascending.
     pub region: Vec<usize>,
-    /// Stress along its fibres in its region when it is fully active, Pa.
+    /// Stress along the fibres of its region at full activation, Pa.
     pub stress_pa: f64,
-    /// Unit directions of its fibres at the points of Gauss of each element of its region, where they are
-    /// given; empty where they follow from its segments.
+    /// Unit directions of its fibres at the Gauss points of each element of its region; empty if they follow from its segments.
     pub directions: Vec<Directions>,
 }
 
-/// Directions at the points of Gauss of an element; none far from every fibre.
+/// Directions at the Gauss points of an element; `None` far from every fibre.
 pub type Directions = [Option<Vector3<f64>>; hexahedron::POINTS];
 
 impl<const D: usize> Body<D> {
-    /// Whether its muscles have regions and are activated from 0 to 1, instead of chains that pull with tensions.
+    /// Whether its muscles have regions and activations from 0 to 1, instead of chains and tensions.
     pub fn is_activated(&self) -> bool {
         !self.mesh.hexahedra.is_empty()
     }
 
-    /// Half of the straight fibre of a muscle through the middle of an element, in local coordinates: it ends at the nearest face. `None`
-    /// where the muscle has no direction.
+    /// Half of the straight fibre of a muscle through the middle of an element, in local coordinates; it ends at the nearest face. `None`
+    /// if the muscle has no direction there.
     pub fn local_fibre(&self, muscle: usize, element: usize) -> Option<Vector3<f64>> {
         let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
         let mean = mean_axis(self.directions(muscle, element).into_iter().flatten());
@@ -77,8 +76,7 @@ impl<const D: usize> Body<D> {
         (local.amax() > 0.0).then(|| local / local.amax())
     }
 
-    /// Unit directions of the fibres of a muscle at the points of Gauss of an element; `None` far from every
-    /// fibre.
+    /// Unit directions of the fibres of a muscle at the Gauss points of an element; `None` far from every fibre.
     pub fn directions(&self, muscle: usize, element: usize) -> Directions {
         let given = &self.muscles[muscle];
         let place = given.region.binary_search(&element).ok();
@@ -92,7 +90,7 @@ impl<const D: usize> Body<D> {
         })
     }
 
-    /// The node at the tip: the foremost of the midsagittal plane, unless another is named.
+    /// The node at the tip: [`Body::tip_node`], or else the foremost of the midsagittal plane.
     pub fn tip(&self) -> Option<usize> {
         self.tip_node.or_else(|| self.foremost())
     }
@@ -108,7 +106,7 @@ impl<const D: usize> Body<D> {
         distinct(self.muscles.iter().map(|m| m.group.clone()))
     }
 
-    /// The active muscles with their activations, both sides by their common name where they are as active.
+    /// The active muscles with their activations; both sides by their common name if their activations are equal.
     pub fn active(&self, activations: &[f64]) -> Vec<(String, f64)> {
         let all = self.muscles.iter().zip(activations).filter(|(_, a)| **a > 0.0);
         distinct(all.map(|(m, a)| {
@@ -118,8 +116,7 @@ impl<const D: usize> Body<D> {
         }))
     }
 
-    /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
-    /// Case does not count.
+    /// The numbers of the muscles with a name, that of one side or of both, without regard to case.
     pub fn both_sides(&self, name: &str) -> Result<Vec<usize>, BodyError> {
         let with = |is: &dyn Fn(&Muscle) -> bool| -> Vec<usize> {
             self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
@@ -136,7 +133,7 @@ impl<const D: usize> Body<D> {
         Ok(found)
     }
 
-    /// Activations of all muscles from those given by name; every other is 0.
+    /// Activations of all muscles from those given by name; all others are 0.
     pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BodyError> {
         let mut all = vec![None; self.muscles.len()];
         for (name, value) in given {
@@ -155,7 +152,7 @@ impl<const D: usize> Body<D> {
         Ok(all.into_iter().map(|a| a.unwrap_or(0.0)).collect())
     }
 
-    /// The smallest and the largest ratio of volume to that at rest at the points of Gauss of all elements.
+    /// The smallest and the largest ratio of volume to that at rest at the Gauss points of all elements.
     pub fn volume_ratios(&self, positions: &[SVector<f64, D>]) -> [f64; 2] {
         let ratios = self.mesh.hexahedra.iter().flat_map(|corners| {
             hexahedron::points().map(|at| {
@@ -207,7 +204,7 @@ impl Body<3> {
         if fixed.is_empty() { Err(BodyError(free.to_owned())) } else { Ok(()) }
     }
 
-    /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker; without lines.
+    /// The body in the axes of scenes: x backwards, y upwards, z to the left of the speaker; without lines.
     pub fn in_scene(mut self) -> Self {
         self.lines.clear();
         let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();
@@ -230,7 +227,7 @@ impl Body<3> {
         keyed.collect::<BTreeMap<_, _>>().into_values().collect()
     }
 
-    /// Those faces as a mesh of triangles in the plane (x to the back, y upwards), with the numbers of nodes of this body.
+    /// The faces of [`Self::midsagittal`] as triangles in the plane (x backwards, y upwards), with the numbers of nodes of this body.
     pub fn midsagittal_mesh(&self) -> Mesh<2> {
         let nodes: Vec<Vector2<f64>> = self.mesh.nodes.iter().map(|p| Vector2::new(p.x, p.z)).collect();
         let mut mesh = Mesh { nodes, ..Mesh::default() };
@@ -261,17 +258,17 @@ impl Body<3> {
     }
 }
 
-/// The sum of directions of fibres, whose signs say nothing: each is turned to the side of the sum of those before it.
+/// The sum of directions of fibres, whose signs have no meaning: each gets the sign for which it adds to the sum of those before it.
 pub fn mean_axis(directions: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
     directions.fold(Vector3::zeros(), |sum, d| if d.dot(&sum) < 0.0 { sum - d } else { sum + d })
 }
 
-/// Nearer to the middle of a segment than this part of its length a place takes no more from it than there.
-const NEAREST: f64 = 0.05;
+/// Smallest distance from the middle of a segment, over its length, in the weight of the segment.
+const LEAST_DISTANCE: f64 = 0.05;
 
-/// The direction at a place: the eigenvector of the largest eigenvalue of `sum L d dᵀ / r⁴` over the segments
-/// in the tissue, each with its length `L`, its direction `d` and the distance `r` of its middle from the
-/// place. `None` where no segment has one.
+/// The direction at a place: the eigenvector of the largest eigenvalue of `sum L d dᵀ / r⁴` over the segments in the tissue, each with its
+/// length `L`, its direction `d` and the distance `r` of its middle from the place. `None` without such segments, or if a segment has no
+/// length.
 pub fn direction_at<const D: usize>(
     nodes: &[SVector<f64, D>],
     segments: &[Segment],
@@ -284,7 +281,7 @@ pub fn direction_at<const D: usize>(
         let way = b - a;
         let length = way.norm();
         let d = way.try_normalize(0.0)?;
-        let r = (place - (a + b) * 0.5).norm().max(NEAREST * length);
+        let r = (place - (a + b) * 0.5).norm().max(LEAST_DISTANCE * length);
         let weight = length / r.powi(4);
         sum += d * d.transpose() * weight;
         mean += d * weight;

@@ -1,5 +1,4 @@
-//! What surgery leaves of a body in space: elements that are gone, scarred, or replaced by tissue without
-//! muscle.
+//! Surgery on a body in space: elements that are removed, scarred, or replaced by tissue without muscle.
 
 use std::collections::BTreeSet;
 
@@ -9,37 +8,36 @@ use super::Side;
 use crate::body::{Body, BodyError};
 use crate::geometry::hexahedron;
 
-/// Where something is done: elements by the place of their middle.
+/// Elements by the place of their middle, or by a muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Region {
     /// Between two opposite corners, m.
     Box([Vector3<f64>; 2]),
-    /// Around a point, m, as far as a radius, m.
+    /// Within a radius, m, of a point, m.
     Ball(Vector3<f64>, f64),
-    /// Through which muscles of this name run.
+    /// The regions of muscles of this name.
     Muscle(String),
 }
 
-/// What is left where something was done. The choice decides to which side the tongue deviates.
+/// The tissue in operated elements. The choice decides to which side the tongue deviates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Filling {
-    /// Nothing: the elements are gone, and what remains moves freely.
+    /// No tissue: the elements are removed, and what remains moves freely.
     Removed,
-    /// Scar: so many times as stiff as tongue, without muscle.
+    /// Scar: tissue without muscle, stiffer than the tongue by this factor.
     Scar(f64),
-    /// A flap: as stiff as tongue, without muscle.
+    /// A flap: tissue without muscle, as stiff as the tongue.
     Flap,
-    /// The tongue's own tissue whose nerve is cut: its muscles are silent there. Mechanically the same as
-    /// a flap.
+    /// The tongue's tissue with its nerve cut, so that muscles are inactive there. Its mechanics are those of a flap.
     Silent,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operated {
     pub body: Body<3>,
-    /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
+    /// The former numbers of the body's muscles, without those that lost all of their tissue.
     pub muscles: Vec<usize>,
-    /// Numbers in the body before of its operated elements.
+    /// The former numbers of the operated elements.
     pub elements: BTreeSet<usize>,
     pub volume_m3: f64,
 }
@@ -88,9 +86,8 @@ impl Body<3> {
         if found.is_empty() { Err(BodyError(none.to_owned())) } else { Ok(found) }
     }
 
-    /// The body after these elements were operated. Muscles end where they were cut: the rest of a region
-    /// pulls with the stress that it had. Nodes keep their numbers; those without tissue stay where they
-    /// are.
+    /// The body after an operation on these elements. Muscles lose their parts in them, and the rest of a region pulls with its former
+    /// stress. Nodes keep their numbers; those without tissue do not move.
     pub fn operated(&self, elements: &BTreeSet<usize>, filling: Filling) -> Result<Operated, BodyError> {
         let mut body = self.clone();
         let is_cut = |e: usize| elements.contains(&e);
@@ -99,7 +96,7 @@ impl Body<3> {
             let all = self.mesh.hexahedra.iter().enumerate();
             all.filter(|(e, _)| is_cut(*e) == cut).flat_map(|(_, corners)| corners.iter().copied()).collect()
         };
-        // Nodes that only operated elements have.
+        // Nodes of operated elements only.
         let lost: BTreeSet<usize> = nodes_of(true).difference(&nodes_of(false)).copied().collect();
         let mut number: Vec<Option<usize>> = (0..self.mesh.hexahedra.len()).map(Some).collect();
         let count = self.mesh.hexahedra.len();
@@ -147,7 +144,7 @@ impl Body<3> {
             muscle.region = whole.region.iter().filter(left).filter_map(|&e| number[e]).collect();
             if !whole.directions.is_empty() || !elements.is_disjoint(&whole.region.iter().copied().collect())
             {
-                // Directions stay those of the whole muscle.
+                // The directions stay those of the whole muscle.
                 muscle.directions =
                     whole.region.iter().filter(left).map(|&e| self.directions(m, e)).collect();
             }

@@ -1,5 +1,5 @@
-//! The anatomy of a tongue, from which a mesh is made: its outline, its muscle lines, and the points that
-//! are on bone. It is read from TOML in millimetres and held in metres.
+//! The anatomy of a tongue, from which a mesh is made: its outline, its muscle lines, and its points on bone. It is read from TOML in
+//! millimetres and held in metres.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -32,24 +32,24 @@ pub struct MuscleLine {
     pub name: String,
     /// First and second end, m.
     pub ends: [Point; 2],
-    /// The part that runs outside the tissue, if any.
+    /// The part outside the tissue, if there is one.
     pub outside: Option<OutsidePart>,
 }
 
 /// The part of a muscle line from an end outside the tissue to where the line enters it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutsidePart {
-    /// Which end is outside: 0 the first, 1 the second.
+    /// The end outside the tissue: 0 for the first, 1 for the second.
     pub end: usize,
     /// Where the line enters the tissue, on the outline, m.
     pub entry: Point,
 }
 
-/// A bone as points. Nodes at these points are held.
+/// A bone as points, at which nodes are held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnatomyBone {
     pub name: String,
-    /// Its points, m: ends of muscles or points of the outline.
+    /// Ends of muscles or points of the outline, m.
     pub points: Vec<Point>,
 }
 
@@ -64,7 +64,7 @@ struct AnatomyFile {
     bones: BTreeMap<String, Vec<GivenPoint>>,
 }
 
-/// A problem and the bytes of the text it is about.
+/// A value, or a problem with its range of bytes in the text.
 type ParsedText<T> = Result<T, (Range<usize>, String)>;
 
 impl Anatomy {
@@ -73,8 +73,7 @@ impl Anatomy {
         Self::from_toml(REFERENCE, "targets/anatomy.toml (embedded)")
     }
 
-    /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is its name in
-    /// messages, usually the path.
+    /// Reads an anatomy in the format of `targets/anatomy.toml`, in millimetres. `origin` is its name in messages, usually the path.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, BodyError> {
         let parsed = toml::from_str::<AnatomyFile>(text).map_err(|e| {
             let hint = "an anatomy has `outline`, `[muscles]` with the two ends of a straight line each, and `[bones]`; points are [x, y]";
@@ -89,7 +88,7 @@ impl Anatomy {
     fn checked(file: &AnatomyFile) -> ParsedText<Self> {
         let outline = outline(&file.outline)?;
         let bones = bones(&file.bones)?;
-        // In the order in which they stand in the file.
+        // Muscles have the order of the file.
         let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
         given.sort_by_key(|(_, line)| line.span().start);
         if given.is_empty() {
@@ -103,7 +102,7 @@ impl Anatomy {
         }
         for (name, given) in &file.bones {
             for spanned in given {
-                holds_something(name, metres(spanned)?, &outline, &muscles)
+                check_bone_point(name, metres(spanned)?, &outline, &muscles)
                     .map_err(|p| (spanned.span(), p))?;
             }
         }
@@ -152,7 +151,7 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> ParsedText<ClosedSpline> {
     let crossed = "the outline crosses itself; list its points in order once around the tongue";
     let crossed = || (given.span(), crossed.to_owned());
     let curve = ClosedSpline::through(points).ok_or_else(crossed)?;
-    // A coarser polygon than the curve's own: the test compares every edge with every other.
+    // A coarser polygon is enough, since the test compares every edge with every other.
     let coarse: Vec<Point> = curve.polygon().iter().step_by(4).copied().collect();
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
 }
@@ -164,7 +163,7 @@ fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> ParsedText<Vec<AnatomyBon
     bones.collect()
 }
 
-/// Finds which part of a line is in the tissue.
+/// A muscle line with its part outside the tissue.
 fn muscle_line(
     name: &str,
     given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,
@@ -183,8 +182,7 @@ fn muscle_line(
     }
     let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
     let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
-    // An end on the outline may lie slightly on either side of it: a crossing there is that end, not another
-    // one.
+    // An end on the outline may be slightly to either side of it; a crossing near it is that end.
     let margin = on_outline.map(|on| if on { 2.0 * ON_OUTLINE_M / length } else { 0.0 });
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin[0]..=1.0 - margin[1]).contains(t));
@@ -219,7 +217,7 @@ fn muscle_line(
     Ok(line(Some(OutsidePart { end, entry })))
 }
 
-fn holds_something(
+fn check_bone_point(
     bone: &str,
     point: Point,
     outline: &ClosedSpline,

@@ -1,14 +1,13 @@
-//! The nodes that the anatomy requires: ends of muscles, crossings, bones, and the places where muscles
-//! enter the tissue.
+//! The nodes that the anatomy requires: ends of muscles, crossings of muscles, bones, and the places where muscles enter the tissue.
 
 use super::anatomy::{Anatomy, MuscleLine, ON_OUTLINE_M, SAME_POINT_M};
 use crate::geometry::plane::{self, Point};
 
-/// Crossings nearer than this to another anchor of either line become that anchor, in mesh spacings.
-const MERGE: f64 = 0.4;
-/// Crossings nearer than this to another anchor move this far away from it, in mesh spacings: connections
-/// much shorter than the others would be much stiffer than the tissue around them.
-const APART: f64 = 0.5;
+/// Crossings that are nearer than this to another anchor of either line become that anchor, in mesh spacings.
+const MERGE_DISTANCE: f64 = 0.4;
+/// Other crossings keep this distance from an anchor, in mesh spacings, because much shorter connections would be much stiffer than the
+/// tissue around them.
+const LEAST_DISTANCE: f64 = 0.5;
 
 /// Points that must be nodes.
 pub(crate) struct Anchors {
@@ -18,12 +17,11 @@ pub(crate) struct Anchors {
     pub on_outline: Vec<(f64, usize)>,
     /// The anchors of every muscle from its first end to its second.
     pub stations: Vec<Vec<usize>>,
-    /// Anchors on bone.
     pub fixed: Vec<usize>,
 }
 
 impl Anchors {
-    /// Finds the anchors for spacing `h`, m.
+    /// The anchors for a mesh spacing `h`, m.
     pub fn find(anatomy: &Anatomy, h: f64) -> Self {
         let lines = anatomy.muscles();
         let mut anchors = Self {
@@ -59,7 +57,7 @@ impl Anchors {
         anchors
     }
 
-    /// The anchor within `reach` of `point`; a new one if there is none.
+    /// The anchor within `reach` of `point`, m; a new one if there is none.
     fn at(&mut self, point: Point, reach: f64) -> usize {
         let near = self.points.iter().position(|p| (p - point).norm() < reach);
         near.unwrap_or_else(|| {
@@ -75,13 +73,13 @@ impl Anchors {
         }
     }
 
-    /// The node of the outline where a muscle from outside enters the tissue: an existing one if it is near.
+    /// Adds the anchor at which a muscle from outside enters the tissue: one on the outline if it is near.
     fn enter(&mut self, anatomy: &Anatomy, line: &MuscleLine, muscle: usize, h: f64) {
         let Some(outside) = line.outside else { return };
         let away = |(_, anchor): &(f64, usize)| (self.points[*anchor] - outside.entry).norm();
         let nearest = self.on_outline.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         match nearest {
-            Some(found) if away(found) < APART * h => {
+            Some(found) if away(found) < LEAST_DISTANCE * h => {
                 let anchor = found.1;
                 self.station(line, muscle, anchor);
             }
@@ -94,7 +92,7 @@ impl Anchors {
         }
     }
 
-    /// A shared node where two lines cross or touch.
+    /// Adds the common anchor of two lines that cross or touch.
     fn cross(&mut self, lines: &[MuscleLine], a: usize, b: usize, h: f64) {
         let (first, second) = (&lines[a], &lines[b]);
         if self.stations[a].iter().any(|s| self.stations[b].contains(s)) {
@@ -109,10 +107,10 @@ impl Anchors {
         let stations = [a, b].map(|m| &self.stations[m]).into_iter().flatten();
         let nearest = stations.min_by(|x, y| away(x).total_cmp(&away(y))).copied();
         let anchor = match nearest.map(|near| (near, away(&near))) {
-            Some((near, distance)) if distance < MERGE * h => near,
-            Some((near, distance)) if distance < APART * h => {
+            Some((near, distance)) if distance < MERGE_DISTANCE * h => near,
+            Some((near, distance)) if distance < LEAST_DISTANCE * h => {
                 let from = self.points[near];
-                self.points.push(from + (place - from) * (APART * h / distance));
+                self.points.push(from + (place - from) * (LEAST_DISTANCE * h / distance));
                 self.points.len() - 1
             }
             _ => {

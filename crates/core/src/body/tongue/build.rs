@@ -11,23 +11,22 @@ use crate::limits::PLANE_NODES;
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
 
-/// The finest and the coarsest spacing as parts of the square root of the tissue's area: 0.2 and 15 mm for
-/// the reference. A coarser mesh has no room for the muscles; one of more than 80 000 nodes has no use.
+/// The finest and the coarsest spacing over the square root of the tissue's area: 0.20 and 15 mm for the reference. [`PLANE_NODES`]
+/// refuses meshes of less than 0.22 mm too; meshes that are coarser than this have no room for the muscles.
 const FINEST: f64 = 1.0 / 248.0;
 const COARSEST: f64 = 1.0 / 3.3;
 
 /// Meshes an anatomy with connections about `h` long, m.
 ///
-/// Nodes of the outline come first, then those of muscles in the tissue, then free ones, then those of
-/// muscles outside it. The number of triangles is that of equilateral ones of side `h` on the same area, so
-/// the number of nodes follows from Euler's formula; for the reference at 5.5 mm these are the published 188
-/// and 111.
+/// Nodes of the outline come first, then those of muscles in the tissue, then free ones, then those of muscles outside it. The number of
+/// triangles is that of equilateral ones of side `h` on the same area, and the number of nodes follows by Euler's formula; for the
+/// reference at 5.5 mm they are the published 188 and 111.
 ///
 /// # Example
 /// ```
 /// use tongue_core::body::{self, Anatomy, Quality};
 ///
-/// let mesh = body::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads one of your own
+/// let mesh = body::build(&Anatomy::reference()?, 5.5e-3)?; // Anatomy::from_toml reads other anatomies
 /// let quality = Quality::of(&mesh);
 /// assert_eq!((quality.nodes, quality.cells), (123, 188)); // as in the thesis
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -43,10 +42,10 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
              {least_mm:.2} to {most_mm:.1} mm (is it in millimetres?)"
         )));
     }
-    let mut frame = OutlineFrame::lay(anatomy, h);
+    let mut frame = OutlineFrame::new(anatomy, h);
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
     let equilateral = 0.75_f64.sqrt() / 2.0 * h * h;
-    // A triangulation of V nodes, B of them around it, has T = 2 V - 2 - B triangles.
+    // A triangulation of V nodes, B of them on the outline, has 2 V - 2 - B triangles.
     let triangles = plane::polygon_area(&outline) / equilateral;
     let wanted = ((triangles + 2.0 + frame.boundary as f64) / 2.0).round() as usize;
     PLANE_NODES.check(wanted as f64).map_err(|e| BodyError(e.to_string()))?;
@@ -71,8 +70,7 @@ fn assemble(anatomy: &Anatomy, frame: &OutlineFrame, triangles: &[[usize; 3]]) -
         }));
 
     let mut cells = Cells::new();
-    // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the
-    // triangulator.
+    // Triangles begin with their lowest node and are sorted, so that their order does not depend on the triangulator.
     let mut triangles: Vec<[usize; 3]> = triangles.to_vec();
     for triangle in &mut triangles {
         let lowest = (0..3).min_by_key(|i| triangle[*i]).unwrap_or(0);

@@ -7,8 +7,7 @@ use super::anchors::Anchors;
 use crate::geometry::plane::{self, Point};
 use crate::geometry::{ClosedSpline, topology};
 
-/// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5
-/// mm.
+/// Length of an outline connection in mesh spacings: the published mesh has 32 of them on 182.3 mm at 5.5 mm.
 const OUTLINE_SPACING: f64 = 1.036;
 
 /// How a node may move while the mesh is smoothed.
@@ -22,17 +21,15 @@ pub(crate) enum Freedom {
 
 /// A node before the mesh is assembled.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Draft {
-    /// Position, m.
+pub(crate) struct DraftNode {
     pub at: Point,
     pub freedom: Freedom,
 }
 
 /// Outline and muscles as nodes and the connections that the triangles must keep.
 pub(crate) struct OutlineFrame {
-    /// Nodes of the tissue: those of the outline first, in order.
-    pub nodes: Vec<Draft>,
-    /// Number of nodes of the outline.
+    /// Nodes of the tissue, those of the outline first, in order.
+    pub nodes: Vec<DraftNode>,
     pub boundary: usize,
     /// Connections of outline and muscles within the tissue, each once.
     pub segments: Vec<[usize; 2]>,
@@ -40,11 +37,10 @@ pub(crate) struct OutlineFrame {
     pub chains: Vec<Vec<Site>>,
     /// Nodes of muscles outside the tissue, m.
     pub outside: Vec<Point>,
-    /// Nodes on bone.
     pub fixed: Vec<Site>,
 }
 
-/// A node of the tissue or one outside it, by its number among its like.
+/// A node by its number among those of the tissue, or among those outside it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Site {
     Tissue(usize),
@@ -52,8 +48,8 @@ pub(crate) enum Site {
 }
 
 impl OutlineFrame {
-    /// Makes the lines of an anatomy at spacing `h`, m.
-    pub fn lay(anatomy: &Anatomy, h: f64) -> Self {
+    /// The lines of an anatomy at a mesh spacing `h`, m.
+    pub fn new(anatomy: &Anatomy, h: f64) -> Self {
         let anchors = Anchors::find(anatomy, h);
         let mut frame = Self {
             nodes: Vec::new(),
@@ -64,10 +60,10 @@ impl OutlineFrame {
             fixed: Vec::new(),
         };
         let mut sites: BTreeMap<usize, Site> = BTreeMap::new();
-        frame.lay_outline(anatomy.outline(), &anchors, h, &mut sites);
+        frame.add_outline(anatomy.outline(), &anchors, h, &mut sites);
         let mut pieces = BTreeMap::new();
         for muscle in 0..anatomy.muscles().len() {
-            frame.lay_muscle(anatomy, &anchors, muscle, h, &mut sites, &mut pieces);
+            frame.add_muscle(anatomy, &anchors, muscle, h, &mut sites, &mut pieces);
         }
         frame.fixed = anchors.fixed.iter().filter_map(|a| sites.get(a).copied()).collect();
         frame.segments.iter_mut().for_each(|s| s.sort_unstable());
@@ -76,10 +72,9 @@ impl OutlineFrame {
         frame
     }
 
-    /// Cuts the outline between its anchors, then moves the nodes between them outwards so that the polygon
-    /// encloses the area of the curve. The area enters the stiffness, and a polygon with its corners on the
-    /// curve would lose up to 2 % of it.
-    fn lay_outline(
+    /// Cuts the outline between its anchors, then moves the nodes between them outwards until the polygon has the area of the curve, on
+    /// which the stiffness depends. A polygon with its corners on the curve has up to 2 % less.
+    fn add_outline(
         &mut self,
         curve: &ClosedSpline,
         anchors: &Anchors,
@@ -107,20 +102,20 @@ impl OutlineFrame {
                     _ => curve.point(from + length * part as f64 / parts as f64),
                 };
                 let held = part == 0 && anchor.is_some();
-                self.nodes.push(Draft { at, freedom: if held { Freedom::None } else { Freedom::Plane } });
+                self.nodes.push(DraftNode { at, freedom: if held { Freedom::None } else { Freedom::Plane } });
             }
         }
         self.boundary = self.nodes.len();
         let polygon: Vec<Point> = self.nodes.iter().map(|n| n.at).collect();
         let moves: Vec<bool> = self.nodes.iter().map(|n| n.freedom == Freedom::Plane).collect();
         for (node, at) in self.nodes.iter_mut().zip(with_area(&polygon, &moves, curve.area())) {
-            *node = Draft { at, freedom: Freedom::None };
+            *node = DraftNode { at, freedom: Freedom::None };
         }
         self.segments.extend((0..self.boundary).map(|i| [i, (i + 1) % self.boundary]));
     }
 
-    /// Cuts a muscle between its anchors. Two muscles on one stretch share its nodes.
-    fn lay_muscle(
+    /// Cuts a muscle between its anchors. Muscles on the same part of a line share its nodes.
+    fn add_muscle(
         &mut self,
         anatomy: &Anatomy,
         anchors: &Anchors,
@@ -160,16 +155,16 @@ impl OutlineFrame {
             self.outside.push(at);
             Site::Outside(self.outside.len() - 1)
         } else {
-            self.nodes.push(Draft { at, freedom });
+            self.nodes.push(DraftNode { at, freedom });
             Site::Tissue(self.nodes.len() - 1)
         }
     }
 
-    /// The nodes of one straight stretch, ends included.
+    /// Cuts a straight part of a line; returns its nodes with both ends.
     fn cut(&mut self, site: [Site; 2], ends: [Point; 2], outside: bool, h: f64) -> Vec<Site> {
         let along = ends[1] - ends[0];
         let parts = along.norm() / h;
-        // Outside the tissue connections are h or longer: the published count of 12 nodes allows no more.
+        // Outside the tissue connections are not shorter than h, as in the published mesh, which has 12 nodes there.
         let parts = (if outside { parts.floor() } else { parts.round() }).max(1.0);
         let mut piece = vec![site[0]];
         for part in 1..parts as usize {
@@ -188,7 +183,7 @@ impl OutlineFrame {
     }
 }
 
-/// Shares `wanted` parts among spans so that the longest part is as short as can be; at least one each.
+/// Distributes `wanted` parts over spans, at least one to each, so that the longest part is as short as possible.
 fn share(wanted: usize, lengths: &[f64]) -> Vec<usize> {
     let total: f64 = lengths.iter().sum();
     let mut parts: Vec<usize> =
@@ -201,8 +196,7 @@ fn share(wanted: usize, lengths: &[f64]) -> Vec<usize> {
     parts
 }
 
-/// Moves the corners that may move outwards, all by the same distance, until the polygon has the area
-/// wanted.
+/// Moves the corners that may move outwards by the same distance, so that the polygon has the given area, m².
 fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
     let n = polygon.len();
     let outwards: Vec<Point> = Vec::from_iter((0..n).map(|i| {
@@ -211,8 +205,7 @@ fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
         if moves[i] && normal.norm() > 0.0 { normal.normalize() } else { Point::zeros() }
     }));
     let moved = |by: f64| polygon.iter().zip(&outwards).map(|(p, o)| p + o * by).collect::<Vec<_>>();
-    // The area is a quadratic in the distance: a + b d + c d². Its smaller root, in the form that does not
-    // cancel.
+    // The area is a quadratic function of the distance, a + b d + c d²; the smaller root is in the form without cancellation.
     let step = area.abs().sqrt() * 1e-2;
     let [below, here, above] = [-step, 0.0, step].map(|by| plane::polygon_area(&moved(by)));
     let (a, b, c) =

@@ -1,5 +1,4 @@
-//! The mesher of tongues: from an outline, muscle lines and bones ([`Anatomy`]) to nodes, connections and
-//! triangles.
+//! The mesher of tongues: from an outline, muscle lines and bones ([`Anatomy`]) to nodes, connections and triangles.
 
 mod anatomy;
 mod anchors;
@@ -15,10 +14,10 @@ use crate::geometry::Point;
 pub use anatomy::{Anatomy, AnatomyBone, MuscleLine, OutsidePart, REFERENCE};
 pub use build::{DEFAULT_SPACING_M, build};
 
-/// A bone's point and a node nearer to each other than this are one, m.
+/// Distance below which a point of a bone and a node are one, m.
 const SAME_POINT_M: f64 = 1e-5;
 
-/// The bones of a mesh that was built from an anatomy: the fixed nodes at the points of each.
+/// The bones of a mesh from an anatomy: the fixed nodes at the points of each.
 pub(super) fn bones(anatomy: &Anatomy, mesh: &Mesh<2>) -> Vec<Bone> {
     let bones = anatomy.bones().iter().map(|bone| {
         let at = |n: &usize| bone.points.iter().any(|p| (mesh.nodes[*n] - *p).norm() < SAME_POINT_M);

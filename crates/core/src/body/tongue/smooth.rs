@@ -1,34 +1,31 @@
-//! Places the nodes between the lines of a mesh and smooths it: nodes move, then everything is triangulated again.
+//! Places the free nodes of a mesh and smooths it in rounds of moving nodes and triangulating again.
 //!
-//! New nodes form a hexagonal lattice; more go, one at a time, into the largest hole. Every free node moves to the mean of the
-//! circumcentres around it, weighted by area, which minimises the error of linear interpolation (optimal Delaunay
-//! triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that are left are improved one node at a time.
+//! Free nodes form a hexagonal lattice; the missing ones are placed in the largest holes. In the first rounds every free node moves to the
+//! mean of the circumcentres around it, weighted by area, which minimises the error of linear interpolation (optimal Delaunay
+//! triangulation; Chen and Xu 2004, Chen 2004). In the last rounds the worst remaining triangles are improved one node at a time.
 
 use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::frame::{Draft, Freedom, OutlineFrame};
+use super::frame::{DraftNode, Freedom, OutlineFrame};
 use crate::body::BodyError;
 use crate::geometry::plane::{self, Point};
 
-/// Rounds of the first and of the second kind.
+/// Numbers of rounds by circumcentres and by single nodes.
 const EVEN_ROUNDS: usize = 15;
 const POLISH_ROUNDS: usize = 6;
-/// Sweeps of a polish between two triangulations.
 const SWEEPS: usize = 3;
-/// The sine of the smallest angle, and the shortest connection in mesh spacings, that count as one unit of
-/// score.
+/// The sine of an angle, and the length of a connection in mesh spacings, with a score of 1.
 const SINE_UNIT: f64 = 0.5;
 const LENGTH_UNIT: f64 = 0.6;
-/// Nodes whose triangles all score this much are left alone.
-const GOOD: f64 = 0.9;
-/// First step of the search, and its smallest, in mesh spacings.
+/// Nodes whose triangles all have this score do not move.
+const GOOD_SCORE: f64 = 0.9;
+/// First and smallest step of the search, in mesh spacings.
 const FIRST_STEP: f64 = 0.1;
 const LAST_STEP: f64 = 0.01;
 
-/// Moves the nodes that may move and returns the triangles.
 pub(crate) fn smooth(
-    nodes: &mut [Draft],
+    nodes: &mut [DraftNode],
     segments: &[[usize; 2]],
     h: f64,
 ) -> Result<Vec<[usize; 3]>, BodyError> {
@@ -79,14 +76,13 @@ fn even(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]
     };
     let limit = 0.3 * h;
     let there = here + step * (limit / step.norm()).min(1.0);
-    // Only moves that keep every triangle around the node upright; a NaN step is refused here as well.
+    // The node moves only if no triangle around it is inverted; a step of NaN is rejected too.
     if patch_score(points, there, patch, h) >= patch_score(points, here, patch, h).min(0.5) {
         points[node] = there;
     }
 }
 
-/// The score of the worst triangle around a node if the node were at `at`: 1 is fair, 0 or less is turned
-/// over.
+/// The score of the worst triangle around a node that is moved to `at`: 1 is fair, 0 or less is inverted.
 fn patch_score(points: &[Point], at: Point, patch: &[[usize; 2]], h: f64) -> f64 {
     let scores = patch.iter().map(|[b, c]| {
         let (b, c) = (points[*b], points[*c]);
@@ -109,7 +105,7 @@ fn polish(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 
     };
     let mut score = patch_score(points, points[node], patch, h);
     let mut step = FIRST_STEP * h;
-    while score < GOOD && step > LAST_STEP * h {
+    while score < GOOD_SCORE && step > LAST_STEP * h {
         let here = points[node];
         let steps = directions.iter().flat_map(|d| [d * step, d * -step]);
         let scored = steps.map(|s| (here + s, patch_score(points, here + s, patch, h)));
@@ -123,15 +119,15 @@ fn polish(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 
     }
 }
 
-/// Lattice nodes keep this far from outline and muscles, in mesh spacings.
-const CLEAR: f64 = 0.55;
-/// First lattice spacing in mesh spacings, and the factor to widen it by while it gives too many nodes.
-const START: f64 = 0.98;
-const WIDEN: f64 = 1.01;
-/// The share of the missing nodes that one round of hole filling places.
-const ROUND: usize = 4;
+/// Smallest distance of lattice nodes from outline and muscles, in mesh spacings.
+const LINE_DISTANCE: f64 = 0.55;
+/// First lattice spacing in mesh spacings, and the factor by which it grows while the lattice has too many nodes.
+const FIRST_LATTICE: f64 = 0.98;
+const LATTICE_GROWTH: f64 = 1.01;
+/// One round of filling holes places one part in this many of the missing nodes.
+const HOLE_ROUNDS: usize = 4;
 
-/// Adds `wanted` free nodes to a frame at spacing `h`, m.
+/// Adds `wanted` free nodes to a frame at a mesh spacing `h`, m.
 pub(crate) fn fill(frame: &mut OutlineFrame, wanted: usize, h: f64) -> Result<(), BodyError> {
     let lines: Vec<[Point; 2]> =
         frame.segments.iter().map(|[a, b]| [frame.nodes[*a].at, frame.nodes[*b].at]).collect();
@@ -141,35 +137,37 @@ pub(crate) fn fill(frame: &mut OutlineFrame, wanted: usize, h: f64) -> Result<()
             && lines.iter().all(|[a, b]| plane::squared_distance_to_line(*p, *a, *b) > (by * h).powi(2))
     };
 
-    let mut spacing = START * h;
+    let mut spacing = FIRST_LATTICE * h;
     let lattice = loop {
-        let nodes: Vec<Point> = hexagons(&outline, spacing).filter(|p| clear(p, CLEAR)).collect();
+        let nodes: Vec<Point> = hexagons(&outline, spacing).filter(|p| clear(p, LINE_DISTANCE)).collect();
         if nodes.len() <= wanted {
             break nodes;
         }
-        spacing *= WIDEN;
+        spacing *= LATTICE_GROWTH;
     };
     let placed = lattice.len();
-    frame.nodes.extend(lattice.into_iter().map(|at| Draft { at, freedom: Freedom::Plane }));
+    frame.nodes.extend(lattice.into_iter().map(|at| DraftNode { at, freedom: Freedom::Plane }));
 
     let mut missing = wanted - placed;
     while missing > 0 {
         let mut holes = holes(&frame.nodes, &frame.segments)?;
         holes.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let (before, round) = (frame.nodes.len(), missing.div_ceil(ROUND));
+        let (before, round) = (frame.nodes.len(), missing.div_ceil(HOLE_ROUNDS));
         for (centre, radius) in &holes {
             if frame.nodes.len() == before + round {
                 break;
             }
-            // A circle can reach over a line that its triangle may not cross, to nodes on the other side; and
-            // nodes of this round, the last in the list, have filled their neighbours' holes.
+            // The circle may contain nodes beyond a line that its triangle does not cross, or nodes of this round, which are the last in
+            // the list.
             let filled = frame.nodes.iter().rev().any(|n| (n.at - centre).norm() < 0.99 * radius);
-            if !filled && clear(centre, CLEAR / 2.0) {
-                frame.nodes.push(Draft { at: *centre, freedom: Freedom::Plane });
+            if !filled && clear(centre, LINE_DISTANCE / 2.0) {
+                frame.nodes.push(DraftNode { at: *centre, freedom: Freedom::Plane });
             }
         }
         if frame.nodes.len() == before {
-            return Err(BodyError(format!("{missing} nodes find no room at this spacing; try a finer one")));
+            return Err(BodyError(format!(
+                "there is no room for {missing} nodes at this spacing; try a finer one"
+            )));
         }
         missing -= frame.nodes.len() - before;
     }
@@ -188,8 +186,8 @@ fn hexagons(outline: &[Point], spacing: f64) -> impl Iterator<Item = Point> {
     })
 }
 
-/// Centre and radius of the circle through the corners of every triangle, m.
-fn holes(nodes: &[Draft], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, BodyError> {
+/// Circumcentre and circumradius of every triangle, m.
+fn holes(nodes: &[DraftNode], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, BodyError> {
     let points: Vec<Point> = nodes.iter().map(|n| n.at).collect();
     let triangles = triangulate(&points, segments)?;
     let circles = triangles.iter().map(|t| {
@@ -200,12 +198,11 @@ fn holes(nodes: &[Draft], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, 
     Ok(circles.filter(|(centre, _)| centre.iter().all(|c| c.is_finite())).collect())
 }
 
-/// The triangles inside a closed outline, counter-clockwise; every node is used and every segment is an edge.
-///
-/// `segments` are the edges to keep, those of the outline among them.
+/// The triangles inside a closed outline, counter-clockwise, with every node as a corner and every segment as an edge. The segments
+/// contain the outline.
 pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, BodyError> {
     let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
-    // Conflicts are found below, together with segments that were split because a node lies on them.
+    // The checks below find conflicts, and segments that were split because a node lies on them.
     let cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
         ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |_| {})
             .map_err(|_| BodyError("a node's position is not finite".to_owned()))?;
@@ -216,11 +213,11 @@ pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Ve
     let kept = |[a, b]: &[usize; 2]| cdt.exists_constraint(Handle::from_index(*a), Handle::from_index(*b));
     if let Some([a, b]) = segments.iter().find(|segment| !kept(segment)) {
         let [x, y]: [f64; 2] = ((nodes[*a] + nodes[*b]) / 2.0 * 1e3).into();
-        let said = "mm two lines of outline and muscles collide at this spacing; try a finer one";
+        let said = "mm a connection of the outline or of a muscle meets another one at this spacing; try a finer one";
         return Err(BodyError(format!("near [{x:.1}, {y:.1}] {said}")));
     }
 
-    // Triangles that can be reached from outside over edges that are not segments are outside the outline.
+    // Triangles that are reached from outside over edges that are no segments are outside the outline.
     let mut outside = vec![false; cdt.num_all_faces()];
     let mut front = Vec::from_iter(
         cdt.convex_hull().filter(|e| !e.is_constraint_edge()).filter_map(|e| e.rev().face().as_inner()),

@@ -1,17 +1,16 @@
-//! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each
-//! function, however many of these there are.
+//! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each function, whatever the number of
+//! parameters.
 
 use nalgebra::SVector;
 
-use super::scalar_fallback::adjoint_alone;
+use super::scalar_fallback::adjoint_scalar;
 use super::{Adjoint, LANES, LaneEquilibrium, LaneGroup, Lanes};
 use crate::parallel;
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::mass_spring::Neighbour;
 use crate::system::System;
 
-/// Derivatives by the positions of all nodes of the length of muscle `muscle`, dimensionless; added,
-/// `weight` times.
+/// Adds `weight` times the derivatives of a muscle's length by the positions of all nodes.
 pub fn length_gradient<const D: usize>(
     system: &System<D>,
     positions: &[SVector<f64, D>],
@@ -27,12 +26,12 @@ pub fn length_gradient<const D: usize>(
 }
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// How a function of the shape answers in each of the last equilibria; `gradients` are its derivatives
-    /// by the positions of all nodes there, one for each equilibrium. `None` where the equilibrium is not a
-    /// stable one, and where the barrier acts in another body than the group's.
+    /// The derivatives of a function of the shape in each of the last equilibria, from `gradients`, its derivatives by the positions of
+    /// all nodes: one for each equilibrium. `None` for an equilibrium that is not stable, and if the barrier acts in a body other than the
+    /// group's.
     ///
     /// # Panics
-    /// If there are fewer gradients than equilibria, or one has not as many entries as there are nodes.
+    /// If there are fewer gradients than equilibria, or a gradient has not as many entries as there are nodes.
     #[inline(never)]
     pub fn adjoint(&mut self, gradients: &[Vec<SVector<f64, D>>]) -> Vec<Option<Adjoint<D>>> {
         let stable = self.factorise();
@@ -59,18 +58,18 @@ impl<const D: usize> LaneGroup<'_, D> {
         let answers = self.answers.iter().zip(&self.tensions).enumerate();
         let (system, tensions) = (self.system, &self.tensions);
         let alone = |lane: usize, shape: &LaneEquilibrium<D>, tensions: &Option<Vec<f64>>| {
-            adjoint_alone(system, &shape.positions, tensions.as_ref()?, &gradients[lane])
+            adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane])
         };
         if self.work.is_none() {
-            return parallel::map_mut(&mut self.kept[..tensions.len()], |lane, kept| {
-                tensions[lane].as_ref().and_then(|_| kept.adjoint(system, &gradients[lane]))
+            return parallel::map_mut(&mut self.fallbacks[..tensions.len()], |lane, fallback| {
+                tensions[lane].as_ref().and_then(|_| fallback.adjoint(system, &gradients[lane]))
             });
         }
         answers.map(|(lane, (shape, t))| of_lane(lane).or_else(|| alone(lane, shape, t))).collect()
     }
 
-    /// How the lengths of all muscles answer in each of the last equilibria: one [`Adjoint`] a muscle of the
-    /// mesh, in metres.
+    /// The derivatives of the lengths of all muscles in each of the last equilibria: one [`Adjoint`] for each muscle of the mesh, in
+    /// metres.
     pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
@@ -102,7 +101,7 @@ impl<const D: usize> LaneGroup<'_, D> {
             }
             stable = work.factorise_exactly(elements);
             for (lane, shape) in self.answers.iter().enumerate() {
-                // Lanes do not have the barrier, and they do not have the stiffness of other bodies.
+                // Lanes have no barrier and no stiffness of other bodies.
                 stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);
             }
         }
@@ -114,25 +113,24 @@ impl<const D: usize> LaneGroup<'_, D> {
 /// A unit of a small change of a load or of the body.
 #[derive(Debug, Clone, Copy)]
 pub enum UnitChange<'a, const D: usize> {
-    /// More tension in the muscle of this number, 1 N (2D: per metre of thickness).
+    /// The tension in the muscle of this number, by 1 N (2D: per metre of thickness).
     Tension(usize),
-    /// A bone with these nodes displaced along an axis, by 1 m.
+    /// The displacement of a bone with these nodes along an axis, by 1 m.
     Bone(&'a [usize], usize),
-    /// Another shape at rest.
     Rest(&'a Reshaped<D>),
 }
 
-/// A direction in which the shape of a body at rest may change.
+/// A direction in which the shape of a body at rest changes.
 #[derive(Debug)]
 pub struct Reshaped<const D: usize> {
-    /// Motion of all nodes at rest for a unit of the change, m.
+    /// Motion of all nodes at rest per unit of the change, m.
     motion: Vec<SVector<f64, D>>,
     neighbour: Neighbour,
 }
 
 impl<const D: usize> Lanes<'_, D> {
-    /// The direction in which all nodes at rest move by `motion` for a unit; `changed` is the body after so small a `part` of the unit that
-    /// its forces differ linearly. `None` for bodies that lanes cannot take.
+    /// The direction in which all nodes at rest move by `motion` per unit. `changed` is the body after `part` of a unit, small enough that
+    /// its forces change linearly. `None` for bodies that lanes cannot solve.
     #[inline(never)]
     pub fn reshaped(
         &self,
@@ -149,9 +147,8 @@ impl<const D: usize> Lanes<'_, D> {
 }
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// The motion of all nodes in each of the last equilibria for a unit of a change, m. `None` where the
-    /// equilibrium is not a stable one, where the barrier acts, and for bodies that lanes cannot take; a
-    /// [`Response`](crate::statics::Response) has it there.
+    /// The motion of all nodes in each of the last equilibria per unit of a change, m. `None` for an equilibrium that is not stable, where
+    /// the barrier acts, and for bodies that lanes cannot solve; there a [`Response`](crate::statics::Response) has the motion.
     #[inline(never)]
     pub fn motions(&mut self, change: UnitChange<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
         let stable = self.factorise();

@@ -1,22 +1,19 @@
-//! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every
-//! thread.
+//! Many equilibria at once: four in the lanes of the processor's vector registers, groups of four on every thread.
 //!
-//! [`Lanes`] does for any number of loads what [`solve`](super::solve) does for one: draws of a posterior,
-//! candidates of a search, frames of a recording. Each load has its own tensions, displaced bones, start and,
-//! if it wants one, its own body of the same edges and triangles; each solution has its own status,
-//! iterations and line search. With AVX2 (detected at run time) an equilibrium from a neighbour takes less
-//! than half of its time alone; `cargo bench many` measures it.
+//! [`Lanes`] does for any number of loads what [`solve`](super::solve) does for one: draws of a posterior, candidates of a search, frames
+//! of a recording. Each load has its own tensions, displaced bones and start, and may have its own body with the same edges and triangles;
+//! each solution has its own status, iterations and line search. With AVX2 (detected at run time) an equilibrium from a neighbour takes
+//! less than half of the time of a single solve (`cargo bench many`).
 //!
 //! # Differences from single solves
-//! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same. Bits differ,
-//!   since sums have another order and a lane gets a new factor when another lane of its group needs it.
-//! - The bits are the same for any number of threads, since groups depend on the number of a load only, and on
-//!   every processor, since no operations are fused. They depend on the other loads of the group.
-//! - Lanes solve the plain case: springs, muscles, straight paths and incompressible triangles in the plane. A
-//!   lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
-//!   stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
-//!   other bodies (in space, a continuum, with contact or weight) are solved so too; for these a group
-//!   keeps the factor from one solve to the next. [`LaneEquilibrium::alone`] says so; the status is always that of
+//! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same. The bits differ, since sums have
+//!   another order and a lane gets a new factor when another lane of its group needs it.
+//! - The bits are the same for any number of threads, since the groups depend on the numbers of the loads only, and on every processor,
+//!   since no operations are fused. They depend on the other loads of the group.
+//! - Lanes solve bodies in the plane of springs, muscles, straight paths and incompressible triangles. A load is solved by
+//!   [`solve`](super::solve) from its start instead if the barrier acts, the stiffness stays indefinite, the line search fails, or bones
+//!   cannot be moved to their places. So are all loads of other bodies (in space, a continuum, with contact or weight); for these a group
+//!   keeps the factor from one solve to the next. [`LaneEquilibrium::alone`] marks such loads; the status is always that of
 //!   [`solve`](super::solve).
 //!
 //! # Example
@@ -31,7 +28,7 @@
 //! let system = System::new(&body.mesh, &Model::default(), &[0, 4, 6])?;
 //! let lanes = Lanes::new(&system);
 //!
-//! // A hundred draws around the shape of one load, each from that shape.
+//! // A hundred draws near one load, each starting at the shape of that load.
 //! let tensions = vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 //! let middle = lanes.solve(&[Load::new(tensions)], &SolveSettings::default());
 //! let draw = |i: usize| {
@@ -41,16 +38,16 @@
 //! let lengths = lanes.map(100, &SolveSettings::default(), draw, |_, shape| {
 //!     (shape.solution.status == SolveStatus::Converged).then(|| system.length(&shape.positions, 0))
 //! });
-//! assert!(lengths[99] < lengths[0], "who pulls harder is shorter");
+//! assert!(lengths[99] < lengths[0], "a larger tension shortens the muscle");
 //!
-//! // How the length of every muscle answers to tensions and to bones, exactly.
+//! // Exact derivatives of the length of every muscle by tensions and bones.
 //! let mut group = lanes.group();
 //! group.solve(&[draw(0), draw(99)], &SolveSettings::default());
 //! let rates = group.length_rates();
 //! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
 //! assert!(gga.by_tension[0] < 0.0, "m/N");
 //!
-//! // Derivatives of a misfit by all tensions in four chains side by side, one back-substitution each.
+//! // Derivatives of a misfit by all tensions in four chains, one back-substitution for each.
 //! let measured = 0.9 * system.length(system.rest(), 0);
 //! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &SolveSettings::default()).to_vec();
 //! let gradient = |shape: &LaneEquilibrium<2>| {
@@ -81,43 +78,41 @@ use crate::system::elements::Elements;
 
 pub use crate::sparse::simd::LANES;
 pub use adjoint::{Reshaped, UnitChange, length_gradient};
-use scalar_fallback::{ScalarFallback, solve_alone};
+use scalar_fallback::{ScalarFallback, solve_scalar};
 
-/// Loads that one thread solves one group after another, each group with starts beginning with the factor of
-/// the one before.
+/// Number of loads that one thread solves in a row; if all loads of a group have starts, it begins with the factor of the group before.
 const CHUNK: usize = 32 * LANES;
 
-/// One load to solve for. Bones are moved to their places from those that they have at the start.
+/// A load to solve for. Bones move to their places from those that they have at the start.
 #[derive(Debug, Clone)]
 pub struct Load<'a, const D: usize> {
     /// Tension of every muscle of the mesh, N (2D: per metre of thickness).
     pub tensions: Vec<f64>,
-    /// Nodes of bones, and their displacement from their places in the system, m.
+    /// Nodes of bones, each list with its displacement from the bone's place in the system, m.
     pub bones: Vec<(&'a [usize], SVector<f64, D>)>,
-    /// Where to start: positions of all nodes, m. Rest if `None`.
+    /// Positions of all nodes at which the solve starts, m; rest if `None`.
     pub start: Option<&'a [SVector<f64, D>]>,
-    /// Another body of the same edges and triangles: other nodes at rest, other constants.
+    /// A body with the same edges and triangles but another shape at rest or other constants.
     pub system: Option<&'a System<D>>,
 }
 
 impl<'a, const D: usize> Load<'a, D> {
-    /// Tensions, N, one for each muscle of the mesh, from rest.
+    /// A load with a tension, N, for each muscle of the mesh, that starts from rest.
     pub fn new(tensions: Vec<f64>) -> Self {
         Self { tensions, bones: Vec::new(), start: None, system: None }
     }
 
-    /// Starts from given positions of all nodes, m: those of a solved neighbour.
+    /// Starts at these positions of all nodes, m, such as those of a solved neighbour.
     pub fn starting_at(self, positions: &'a [SVector<f64, D>]) -> Self {
         Self { start: Some(positions), ..self }
     }
 
-    /// Shifts a bone, given by its nodes, m.
     pub fn with_bone(mut self, nodes: &'a [usize], shift: SVector<f64, D>) -> Self {
         self.bones.push((nodes, shift));
         self
     }
 
-    /// Target position of a bone node, m.
+    /// Target position of a bone's node, m.
     fn place(&self, system: &System<D>, node: usize) -> SVector<f64, D> {
         let carried = system.carried().iter().find(|(n, _)| *n == node);
         let held = carried.map_or(system.rest()[node], |(_, at)| *at);
@@ -129,31 +124,29 @@ impl<'a, const D: usize> Load<'a, D> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneEquilibrium<const D: usize> {
     pub solution: Solution,
-    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
-    /// Whether it was left to [`solve`](crate::statics::solve).
+    /// Whether the load was solved by [`solve`](crate::statics::solve).
     pub alone: bool,
 }
 
-/// Derivatives of a function of the shape. Its unit is called u here.
+/// Derivatives of a function of the shape, whose unit is called u here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adjoint<const D: usize> {
-    /// By the force on every node, u/N; for a node of a bone by its position, u/m. The derivative by
-    /// anything else (a rest length, a constant) is the dot product of the former with the force on every
-    /// node that a unit of it causes.
+    /// By the force on every node, u/N; for a bone's node by its position, u/m. The derivative by another parameter (a rest length, a
+    /// constant) is the dot product of the former with the derivative of the forces by the parameter.
     pub by_node: Vec<SVector<f64, D>>,
     /// By the tension of every muscle of the mesh, u/N; zero for muscles that cannot contract.
     pub by_tension: Vec<f64>,
 }
 
 impl<const D: usize> Adjoint<D> {
-    /// By the displacement of a bone with these nodes, u/m.
+    /// By the displacement of the bone with these nodes, u/m.
     pub fn by_bone(&self, nodes: &[usize]) -> SVector<f64, D> {
         nodes.iter().map(|&n| self.by_node[n]).sum()
     }
 }
 
-/// A body of which many equilibria are wanted; shared between threads.
+/// A body whose equilibria are solved in lanes; threads share it.
 #[derive(Debug)]
 pub struct Lanes<'s, const D: usize> {
     system: &'s System<D>,
@@ -161,32 +154,39 @@ pub struct Lanes<'s, const D: usize> {
 }
 
 impl<'s, const D: usize> Lanes<'s, D> {
-    /// Prepares a system for lanes, unless that was done before.
+    /// Prepares a system for lanes, once for each system.
     pub fn new(system: &'s System<D>) -> Self {
         Self { system, elements: system.elements().map(Arc::as_ref) }
     }
 
-    /// Whether lanes can take the system. If not, every load is solved by itself.
+    /// Whether lanes can solve the system; otherwise every load is solved by itself.
     pub fn are_used(&self) -> bool {
         self.elements.is_some()
     }
 
-    /// A group that solves up to [`LANES`] loads at once, repeatedly: one for each thread, for example for
-    /// chains that run side by side.
+    /// A group that repeatedly solves up to [`LANES`] loads at once, such as the chains of one thread.
     #[inline(never)]
     pub fn group(&self) -> LaneGroup<'s, D> {
         let work = self.elements.map(|elements| (elements, SimdNewton::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
-        let is_own = [false; LANES];
-        LaneGroup { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
+        let holds_system = [false; LANES];
+        LaneGroup {
+            system: self.system,
+            work,
+            fallbacks: Vec::new(),
+            answers,
+            tensions,
+            holds_system,
+            factorised: None,
+        }
     }
 
     pub fn solve(&self, loads: &[Load<'_, D>], settings: &SolveSettings) -> Vec<LaneEquilibrium<D>> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
-    /// Solves `count` loads and returns the results of `keep` for every equilibrium, in the order of their
-    /// numbers. The shapes themselves are not kept, because a million of them would fill the memory.
+    /// Solves `count` loads and returns the results of `keep` for every equilibrium, in the order of the loads. The shapes are not kept,
+    /// since those of a million loads would fill the memory.
     pub fn map<'l, R: Send>(
         &self,
         count: usize,
@@ -208,53 +208,54 @@ impl<'s, const D: usize> Lanes<'s, D> {
     }
 }
 
-/// Up to [`LANES`] equilibria, and all that is written to on the way to them. One a thread.
+/// Up to [`LANES`] equilibria and the work space of their solves; each thread has its own.
 #[derive(Debug)]
 pub struct LaneGroup<'a, const D: usize> {
     system: &'a System<D>,
     work: Option<(&'a Elements, SimdNewton<LANES>)>,
-    /// For a body that lanes cannot take: a workspace for each load.
-    kept: Vec<ScalarFallback<D>>,
+    /// A workspace for each load, for a body that lanes cannot solve.
+    fallbacks: Vec<ScalarFallback<D>>,
     answers: Vec<LaneEquilibrium<D>>,
-    /// Tensions of every answer, N; `None` of one in another body.
+    /// Tensions of every answer, N; `None` for one in a body of its own.
     tensions: Vec<Option<Vec<f64>>>,
-    /// Lanes that hold the numbers of `system`.
-    is_own: [bool; LANES],
-    /// Lanes whose factor is that of the exact stiffness at the answer.
+    /// Whether each lane holds the numbers of `system`.
+    holds_system: [bool; LANES],
+    /// Whether each lane has the factor of the exact stiffness at its answer; `None` before that is computed.
     factorised: Option<[bool; LANES]>,
 }
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// Solves the loads, at most [`LANES`]; further ones are ignored. If all have starts, Newton's method
-    /// begins with the factor of the last solve.
+    /// Solves the first [`LANES`] loads. If all have starts, Newton's method begins with the factor of the last solve.
     #[inline(never)]
     pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) -> &[LaneEquilibrium<D>] {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;
         self.solve_in_lanes(loads, settings);
-        let (system, work, kept) = (self.system, &self.work, &mut self.kept);
-        while work.is_none() && kept.len() < loads.len() {
-            kept.push(ScalarFallback::new(system));
+        let (system, work, fallbacks) = (self.system, &self.work, &mut self.fallbacks);
+        while work.is_none() && fallbacks.len() < loads.len() {
+            fallbacks.push(ScalarFallback::new(system));
         }
         let answer = |(lane, load): (usize, &Load<'_, D>)| {
             let body = load.system.unwrap_or(system);
             let solved =
                 work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
-            let Some((elements, work, solution)) = solved else { return solve_alone(body, load, settings) };
+            let Some((elements, work, solution)) = solved else { return solve_scalar(body, load, settings) };
             let mut positions = body.rest().to_vec();
             work.positions(elements, lane, &mut positions);
             body.place_path_nodes(&mut positions);
             if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
-                return solve_alone(body, load, settings);
+                return solve_scalar(body, load, settings);
             }
             LaneEquilibrium { solution, positions, alone: false }
         };
         self.answers = match work {
             Some(_) => loads.iter().enumerate().map(answer).collect(),
-            None => parallel::map_mut(&mut kept[..loads.len()], |lane, kept| match loads[lane].system {
-                Some(body) => solve_alone(body, &loads[lane], settings),
-                None => kept.solve(system, &loads[lane], settings),
-            }),
+            None => {
+                parallel::map_mut(&mut fallbacks[..loads.len()], |lane, fallback| match loads[lane].system {
+                    Some(body) => solve_scalar(body, &loads[lane], settings),
+                    None => fallback.solve(system, &loads[lane], settings),
+                })
+            }
         };
         let tensions = loads.iter().map(|l| l.system.is_none().then(|| l.tensions.clone()));
         self.tensions = tensions.collect();
@@ -266,18 +267,18 @@ impl<const D: usize> LaneGroup<'_, D> {
     }
 
     fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) {
-        let (system, is_own) = (self.system, &mut self.is_own);
+        let (system, holds_system) = (self.system, &mut self.holds_system);
         let Some((elements, work)) = &mut self.work else { return };
         if loads.iter().any(|l| l.start.is_none()) {
-            work.forget_factor();
+            work.discard_factor();
         }
         work.clear();
         let mut set = [false; LANES];
         for (lane, load) in loads.iter().enumerate() {
             let body = load.system.unwrap_or(system);
             let start = load.start.unwrap_or(body.rest());
-            let same = load.system.is_none() && is_own[lane] || work.set_body(elements, lane, body);
-            is_own[lane] = same && load.system.is_none();
+            let same = load.system.is_none() && holds_system[lane] || work.set_body(elements, lane, body);
+            holds_system[lane] = same && load.system.is_none();
             set[lane] = same
                 && start.len() == body.rest().len()
                 && load.tensions.len() == body.muscle_count()
@@ -286,14 +287,14 @@ impl<const D: usize> LaneGroup<'_, D> {
                 work.set_load(elements, lane, &load.tensions, start, |node| load.place(body, node));
                 let plain = load.start.is_none() && load.bones.is_empty() && load.system.is_none();
                 if let Some(at_rest) = plain.then(|| at_rest(system, elements)).flatten() {
-                    work.begin_linearly(lane, at_rest, &load.tensions);
+                    work.start_from_linear_response(lane, at_rest, &load.tensions);
                 }
             }
         }
         let Some(first) = set.iter().position(|s| *s) else { return };
         for lane in (0..LANES).filter(|lane| !set[*lane]) {
             work.copy_lane(first, lane);
-            is_own[lane] = is_own[first];
+            holds_system[lane] = holds_system[first];
         }
         work.solve(elements, settings);
     }

@@ -1,4 +1,4 @@
-//! Fallback for bodies that the SIMD lanes cannot take: each load is solved by itself, with its derivatives.
+//! Solves and derivatives of single loads, for bodies that the SIMD lanes cannot solve.
 
 use nalgebra::SVector;
 
@@ -9,7 +9,7 @@ use crate::system::System;
 
 use super::{Adjoint, LaneEquilibrium, Load};
 
-pub(super) fn solve_alone<const D: usize>(
+pub(super) fn solve_scalar<const D: usize>(
     system: &System<D>,
     load: &Load<'_, D>,
     settings: &SolveSettings,
@@ -38,8 +38,7 @@ fn solve_in<const D: usize>(
     LaneEquilibrium { solution, positions: w.positions().to_vec(), alone: true }
 }
 
-/// Workspace for a body whose loads lanes cannot take. Each solve begins with the factor of the solve
-/// before.
+/// Workspace for a body that lanes cannot solve. Each solve begins with the factor of the solve before.
 #[derive(Debug)]
 pub(super) struct ScalarFallback<const D: usize> {
     w: Workspace<D>,
@@ -77,19 +76,19 @@ impl<const D: usize> ScalarFallback<D> {
         solve_in(system, &mut self.w, &Load { start: Some(&start), ..load.clone() }, settings)
     }
 
-    /// As [`adjoint_alone`], at the last equilibrium.
+    /// [`adjoint_scalar`] at the last equilibrium.
     pub fn adjoint(&mut self, system: &System<D>, gradient: &[SVector<f64, D>]) -> Option<Adjoint<D>> {
         let response = match self.is_factorised {
-            true => Response::again(system, &mut self.w),
+            true => Response::with_existing_factor(system, &mut self.w),
             false => Response::new(system, &mut self.w).ok()?,
         };
         self.is_factorised = true;
-        Some(adjoint_of(system, response, gradient, SHORT))
+        Some(adjoint_of(system, response, gradient, BONE_FORCE_STEP))
     }
 }
 
-/// Derivatives of a function at an equilibrium with these positions and tensions.
-pub(super) fn adjoint_alone<const D: usize>(
+/// Derivatives of a function at an equilibrium with these positions, m, and tensions, N.
+pub(super) fn adjoint_scalar<const D: usize>(
     system: &System<D>,
     positions: &[SVector<f64, D>],
     tensions: &[f64],
@@ -100,9 +99,9 @@ pub(super) fn adjoint_alone<const D: usize>(
     Some(adjoint_of(system, Response::new(system, &mut w).ok()?, gradient, 1e-3))
 }
 
-/// Step of the differences of forces on bones, relative to the size of the body. It is small because fibres
-/// between a bone and the tissue can be short.
-const SHORT: f64 = 1e-4;
+/// Step of the differences of forces on bones, over the size of the body. It is small because fibres between a bone and the tissue can be
+/// short.
+const BONE_FORCE_STEP: f64 = 1e-4;
 
 fn adjoint_of<const D: usize>(
     system: &System<D>,
@@ -122,8 +121,8 @@ fn adjoint_of<const D: usize>(
         system.effects().iter().for_each(|e| e.add_force_per_tension(at, muscle, &mut load));
         by_tension[muscle] = load.iter().zip(motion).map(|(f, u)| f.dot(u)).sum();
     }
-    // For bones, the force that the motion causes there, by differences of fourth order.
-    let longest = motion.iter().map(SVector::amax).fold(0.0, f64::max);
+    // A bone's node gets the force that the motion causes there, by differences of fourth order.
+    let longest = geometry::largest(motion);
     let mut by_node = motion.to_vec();
     let is_held = |n: &usize| system.pattern().unknown(*n).is_none();
     let held: Vec<usize> = (0..by_node.len()).filter(is_held).collect();

@@ -1,6 +1,5 @@
-//! Equilibria of mass-spring bodies in the plane, one or several in lanes: Newton's method on flat lists of
-//! elements, with a line search and a status in each lane. Loads that it cannot solve are left to the solver
-//! for any body.
+//! Equilibria of mass-spring bodies in the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search
+//! and a status in each lane. Loads that it cannot solve are left to the solver for any body.
 
 mod newton;
 mod rates;
@@ -11,7 +10,7 @@ use nalgebra::SVector;
 use crate::geometry::simplex;
 use crate::sparse::flat::{FlatFactor, Lower, MatrixBlock};
 use crate::sparse::simd::{Simd, SimdPair};
-use crate::statics::solution::{FOLLOWED, LEAST_PART, MOST_PARTS};
+use crate::statics::solution::{BONE_STEP_TOLERANCE, MOST_BONE_STEPS, SHORTEST_BONE_STEP};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
@@ -23,7 +22,7 @@ pub(super) use single::{Single, at_rest};
 pub(super) enum Phase {
     Running,
     Converged,
-    /// It is left to the solver for any body.
+    /// The load is left to the solver for any body.
     GivenUp,
 }
 
@@ -38,9 +37,9 @@ struct Lane {
     pull: f64,
     extent: f64,
     safeguarded_in_a_row: usize,
-    /// Whether its last factor was that of the exact stiffness.
+    /// Whether the last factor was that of the exact stiffness.
     exact: bool,
-    /// For a lane that begins with the linear answer, the energy at rest, J.
+    /// Energy at rest, J, of a lane that starts from the linear response.
     energy_at_rest: Option<f64>,
 }
 
@@ -48,13 +47,13 @@ struct Lane {
 pub(crate) struct SimdNewton<const L: usize> {
     arch: pulp::Arch,
     numbers: ElementNumbers<L>,
-    /// Tension of every edge, N.
     tension: Vec<Simd<L>>,
     positions: Vec<SimdPair<L>>,
     trial: Vec<SimdPair<L>>,
     force: Vec<SimdPair<L>>,
     step: Vec<SimdPair<L>>,
-    /// For every triangle, `h` at the last evaluation, and at the end a zero for "no triangle".
+    /// `h` of every triangle at the last evaluation ([`local`](crate::system::elements::local)), then a zero for edges without a second
+    /// triangle.
     h: Vec<Simd<L>>,
     blocks: Vec<MatrixBlock<L>>,
     diagonal: Vec<Lower<L>>,
@@ -102,7 +101,7 @@ impl<const L: usize> SimdNewton<L> {
         elements.fill(system, lane, &mut self.numbers)
     }
 
-    /// Puts tensions, the start and the places of the bones into a lane, which is solved next.
+    /// Puts tensions, the start and the places of the bones into a lane that is to be solved.
     pub fn set_load<const D: usize>(
         &mut self,
         elements: &Elements,
@@ -136,7 +135,7 @@ impl<const L: usize> SimdNewton<L> {
         };
     }
 
-    /// Whether a lane holds a load of the last solve, solved here or not.
+    /// Whether a lane holds a load of the last solve, even one that was given up.
     pub fn is_set(&self, lane: usize) -> bool {
         self.lanes[lane].is_set
     }
@@ -145,7 +144,7 @@ impl<const L: usize> SimdNewton<L> {
         self.lanes.iter_mut().for_each(|l| (l.phase, l.is_set) = (Phase::GivenUp, false));
     }
 
-    /// Has a lane do as another one, so that it holds numbers.
+    /// Copies all numbers of a lane without a load from another one.
     pub fn copy_lane(&mut self, from: usize, to: usize) {
         let n = &mut self.numbers;
         let wides = [&mut n.stiffness, &mut n.rest, &mut n.kappa, &mut n.inverse_area, &mut self.tension];
@@ -156,13 +155,13 @@ impl<const L: usize> SimdNewton<L> {
         self.lanes[to] = Lane { phase: Phase::GivenUp, is_set: false, ..self.lanes[from] };
     }
 
-    /// Has the next solve begin with a factor of its own.
-    pub fn forget_factor(&mut self) {
+    /// Makes the next solve begin with a new factor.
+    pub fn discard_factor(&mut self) {
         self.factor_ready = false;
         self.lanes.iter_mut().for_each(|l| l.exact = false);
     }
 
-    /// Puts the positions of a shape solved elsewhere into a lane.
+    /// Puts the positions of a shape that was solved elsewhere into a lane.
     pub fn set_positions<const D: usize>(
         &mut self,
         elements: &Elements,
@@ -180,7 +179,7 @@ impl<const L: usize> SimdNewton<L> {
         (lane.phase == Phase::Converged).then_some(lane.done)
     }
 
-    /// Positions of a lane, m, into those of all nodes of the mesh; those of the inner nodes of paths stay.
+    /// Writes the positions of a lane, m, to `positions`; the inner nodes of paths keep theirs.
     pub fn positions<const D: usize>(
         &self,
         elements: &Elements,
@@ -192,12 +191,12 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// The work of a lane before it was given up.
-    pub fn spent(&self, lane: usize) -> Solution {
+    /// The counts of work of a lane that was given up.
+    pub fn cost(&self, lane: usize) -> Solution {
         Solution { status: SolveStatus::IterationLimit, ..self.lanes[lane].done }
     }
 
-    /// Forces of a lane on the nodes of the mesh, N; zero on the inner nodes of paths.
+    /// Writes the forces of a lane on all nodes, N; zero on the inner nodes of paths.
     pub fn forces<const D: usize>(&self, elements: &Elements, lane: usize, forces: &mut [SVector<f64, D>]) {
         forces.fill(SVector::zeros());
         for (f, &node) in self.force.iter().zip(&elements.node) {
@@ -207,16 +206,16 @@ impl<const L: usize> SimdNewton<L> {
 
     #[inline(never)]
     pub fn solve(&mut self, elements: &Elements, settings: &SolveSettings) {
-        for part in 1..=MOST_PARTS {
+        for part in 1..=MOST_BONE_STEPS {
             let mut all_there = true;
             for lane in 0..L {
                 if self.lanes[lane].phase == Phase::GivenUp {
                     continue;
                 }
-                let there = self.carry(elements, lane);
+                let there = self.move_bones(elements, lane);
                 self.lanes[lane].tolerance =
-                    if there { settings.tolerance } else { settings.tolerance.max(FOLLOWED) };
-                if !there && part == MOST_PARTS {
+                    if there { settings.tolerance } else { settings.tolerance.max(BONE_STEP_TOLERANCE) };
+                if !there && part == MOST_BONE_STEPS {
                     self.lanes[lane].phase = Phase::GivenUp;
                 }
                 all_there &= there || self.lanes[lane].phase == Phase::GivenUp;
@@ -227,7 +226,7 @@ impl<const L: usize> SimdNewton<L> {
             }
         }
         self.check_stability(elements, settings.certify);
-        // A lane that was given up may hold no factor that the next solve could begin with.
+        // A lane that was given up may have no usable factor.
         self.factor_ready &= self.lanes.iter().all(|l| l.phase == Phase::Converged);
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
             lane.done.status = SolveStatus::Converged;
@@ -236,9 +235,9 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// Moves the bones of a lane to their places, or a part of the way where cells are in it; whether they
-    /// are there.
-    fn carry(&mut self, elements: &Elements, lane: usize) -> bool {
+    /// Moves the bones of a lane to their places, or part of the path if cells would be inverted. Returns whether they are at their
+    /// places.
+    fn move_bones(&mut self, elements: &Elements, lane: usize) -> bool {
         let bones = &self.positions[elements.unknowns..];
         let ways: Vec<_> =
             self.targets.iter().zip(bones).map(|(to, x)| of_lane(to, lane) - of_lane(x, lane)).collect();
@@ -249,7 +248,7 @@ impl<const L: usize> SimdNewton<L> {
             let bone = n.checked_sub(elements.unknowns);
             (of_lane(&self.positions[n], lane), bone.map_or(SVector::zeros(), |b| ways[b]))
         });
-        if limit < LEAST_PART {
+        if limit < SHORTEST_BONE_STEP {
             self.lanes[lane].phase = Phase::GivenUp;
             return false;
         }
@@ -270,8 +269,8 @@ fn of_lane<const L: usize>(x: &SimdPair<L>, lane: usize) -> SVector<f64, 2> {
     SVector::from([x[0].0[lane], x[1].0[lane]])
 }
 
-/// Largest part of a step up to which all cells keep a tenth of their measure, as the solver for one has it;
-/// `at` tells where a node is and how far it is to go.
+/// Largest part of a step for which all cells keep a tenth of their measure, as in the solver for any body; `at` gives the position and
+/// the step of a node, m.
 fn step_limit(elements: &Elements, at: impl Fn(usize) -> (SVector<f64, 2>, SVector<f64, 2>)) -> f64 {
     let mut limit: f64 = 1.0;
     for cell in &elements.cells {

@@ -1,4 +1,4 @@
-//! Newton's method as [`crate::statics`] has it for any body.
+//! Newton's method in lanes; it is the method of [`crate::statics`] for any body.
 
 use pulp::NullaryFnOnce;
 
@@ -6,26 +6,26 @@ use crate::sparse::flat::{Factorise, Solve};
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::Stability;
 use crate::statics::newton::{
-    ENERGY_NOISE, FAST_ENOUGH, NEGLIGIBLE, PATIENCE, ROUNDING, SUFFICIENT_DECREASE,
+    ENERGY_NOISE, MOST_INDEFINITE, NEGLIGIBLE_RESIDUAL, REUSE_REDUCTION, ROUNDING, SUFFICIENT_DECREASE,
 };
 use crate::system::elements::Elements;
 use crate::system::elements::local::{AssembleStiffness, Evaluate, Local};
 
 use super::{Phase, SimdNewton, of_lane, step_limit};
 
-/// A lane that must go a shorter part of a step than this is given up.
+/// A lane whose step must be shortened to less than this part is given up.
 const SHORTEST_STEP: f64 = 1e-4;
-/// Larger and larger shifts of a convex stiffness that is singular.
+/// Largest number of shifts of a singular convex stiffness, each ten times the one before.
 const MOST_SHIFTS: usize = 8;
 
 impl<const L: usize> SimdNewton<L> {
-    /// Goes on in all lanes until each has converged or is given up.
+    /// Iterates in all lanes until each has converged or is given up.
     pub(super) fn newton(&mut self, elements: &Elements, max_iterations: usize) {
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
             lane.phase = Phase::Running;
         }
         let mut here = self.evaluate(elements);
-        if self.take_back(here.energy, here.upright) {
+        if self.reset_to_rest(here.energy, here.upright) {
             here = self.evaluate(elements);
         }
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
@@ -46,14 +46,14 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// Which lanes go on; whether any does.
+    /// Starts an iteration in the lanes that have not ended. Returns whether there is any.
     fn begin_iteration(&mut self, max_iterations: usize) -> bool {
         let mut any = false;
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Running) {
             let (residual, floor) = (lane.residual, lane.done.rounding_force);
             if !(residual.is_finite() && lane.done.energy.is_finite()) {
                 lane.phase = Phase::GivenUp;
-            } else if residual <= lane.tolerance || residual <= floor.min(NEGLIGIBLE * lane.pull) {
+            } else if residual <= lane.tolerance || residual <= floor.min(NEGLIGIBLE_RESIDUAL * lane.pull) {
                 lane.phase = Phase::Converged;
             } else if lane.done.iterations == max_iterations {
                 lane.phase = Phase::GivenUp;
@@ -65,8 +65,8 @@ impl<const L: usize> SimdNewton<L> {
         any
     }
 
-    /// Factorises the exact stiffness in all lanes; in those where it is not positive definite the convex
-    /// one, with a growing multiple of the unit matrix.
+    /// Factorises the exact stiffness in all lanes; where it is not positive definite, the convex one plus a growing multiple of the unit
+    /// matrix.
     fn factorise(&mut self, elements: &Elements) {
         let mut convex = [false; L];
         let largest = self.assemble(elements, convex);
@@ -83,7 +83,7 @@ impl<const L: usize> SimdNewton<L> {
                     lane.safeguarded_in_a_row = if safe[i] { 0 } else { lane.safeguarded_in_a_row + 1 };
                     lane.done.safeguarded += usize::from(!safe[i]);
                 }
-                if !safe[i] && (tries == MOST_SHIFTS || lane.safeguarded_in_a_row > PATIENCE) {
+                if !safe[i] && (tries == MOST_SHIFTS || lane.safeguarded_in_a_row > MOST_INDEFINITE) {
                     lane.phase = Phase::GivenUp;
                 }
                 if !safe[i] && lane.phase == Phase::Running {
@@ -108,7 +108,7 @@ impl<const L: usize> SimdNewton<L> {
         self.factor_ready = true;
     }
 
-    /// Looks at the stability of the equilibria of which the last factor does not tell it, or of all.
+    /// Checks the stability of the equilibria whose last factor was not exact, or of all with `certify`. Unstable ones are given up.
     pub(super) fn check_stability(&mut self, elements: &Elements, certify: bool) {
         let open = self.lanes.each_ref().map(|l| l.phase == Phase::Converged && (certify || !l.exact));
         let stable = if open.contains(&true) { self.factorise_exactly(elements) } else { [true; L] };
@@ -120,13 +120,13 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// Factorises the exact stiffness at the present positions; in which lanes it is positive definite.
+    /// Factorises the exact stiffness at the present positions. Returns the lanes in which it is positive definite.
     pub fn factorise_exactly(&mut self, elements: &Elements) -> [bool; L] {
         self.evaluate(elements);
         self.assemble(elements, [false; L]);
         let safe = self.try_factor(elements);
         self.lanes.iter_mut().zip(safe).for_each(|(lane, safe)| lane.exact = safe);
-        // A lane without a factor would spoil the next solve's first step.
+        // The next solve cannot begin with a factor that is invalid in one lane.
         self.factor_ready = safe == [true; L];
         safe
     }
@@ -139,19 +139,18 @@ impl<const L: usize> SimdNewton<L> {
         self.arch.dispatch(Factorise { symbolic: &elements.factor, pairs, diagonal, factor })
     }
 
-    /// Assembles the stiffness; the largest entries on its diagonal.
+    /// Assembles the stiffness. Returns the largest entry on its diagonal.
     fn assemble(&mut self, elements: &Elements, convex: [bool; L]) -> Simd<L> {
         let Self { numbers, tension, positions: x, h, blocks, diagonal, .. } = self;
         self.arch.dispatch(AssembleStiffness { elements, numbers, tension, x, h, convex, blocks, diagonal })
     }
 
-    /// Energy and forces at the present positions.
     pub(super) fn evaluate(&mut self, elements: &Elements) -> Local<L> {
         let Self { numbers, tension, positions: x, h, force, .. } = self;
         self.arch.dispatch(Evaluate { elements, numbers, tension, x, h, force })
     }
 
-    /// Solves for the step; the slope of the energy along it, J.
+    /// Solves for the step. Returns the slope of the energy along it, J.
     fn find_step(&mut self, elements: &Elements) -> Simd<L> {
         self.step.copy_from_slice(&self.force[..elements.unknowns]);
         let (factor, b) = (&self.factor, &mut self.step);
@@ -160,8 +159,8 @@ impl<const L: usize> SimdNewton<L> {
         along.fold(Simd::ZERO, |slope, (s, f)| slope - (s[0] * f[0] + s[1] * f[1]))
     }
 
-    /// Moves every lane along its step as far as its energy falls. Whether the factor serves once more: each
-    /// lane has moved, and fast.
+    /// Backtracking line search in every lane. Returns whether the factor can be used again, which it can if the residual fell fast in
+    /// every lane.
     fn take_step(&mut self, elements: &Elements, slope: Simd<L>, reused: bool) -> bool {
         let mut part = Simd(self.lanes.map(|l| if l.phase == Phase::Running { 1.0 } else { 0.0 }));
         let mut taken = part.0.map(|p| p == 0.0);
@@ -187,7 +186,8 @@ impl<const L: usize> SimdNewton<L> {
                         (of_lane(&trial[n], i), step)
                     });
                     if part.0[i] == 1.0 {
-                        // Only the barrier can tell.
+                        // A cell or a spring has reached the barrier, although the step limit, which is one of cells only, allows the
+                        // whole step.
                         (part.0[i], taken[i]) = (0.0, true);
                         lane.phase = Phase::GivenUp;
                     }
@@ -216,14 +216,14 @@ impl<const L: usize> SimdNewton<L> {
             if !moved && !reused {
                 lane.phase = Phase::GivenUp;
             } else {
-                reuse &= moved && lane.residual < FAST_ENOUGH * before[i].residual;
+                reuse &= moved && lane.residual < REUSE_REDUCTION * before[i].residual;
             }
         }
         reuse
     }
 }
 
-/// `x = from + part step` of the unknowns, exactly `from` in lanes whose part is zero.
+/// `x = from + part step` of the unknowns; `x` is exactly `from` in lanes whose part is zero.
 struct Advance<'a, const L: usize> {
     x: &'a mut [SimdPair<L>],
     from: &'a [SimdPair<L>],

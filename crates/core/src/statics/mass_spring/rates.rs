@@ -1,26 +1,25 @@
-//! How an equilibrium responds to small changes, and how functions of it depend on all changes, with the
-//! factor of the stiffness at hand.
+//! Response of an equilibrium to small changes, and derivatives of functions of it by all parameters, with the present factor of the
+//! stiffness.
 
 use crate::sparse::flat::Solve;
-use crate::sparse::simd::{LANES, Simd, SimdPair, way};
+use crate::sparse::simd::{LANES, Simd, SimdPair, difference};
 use crate::system::System;
 use crate::system::elements::local::Evaluate;
 use crate::system::elements::{ElementNumbers, Elements};
 
 use super::SimdNewton;
 
-/// A body whose shape at rest has changed by a small part of a unit of a change.
+/// A body whose shape at rest differs by a small part of a unit of a change.
 #[derive(Debug)]
 pub(in crate::statics) struct Neighbour {
-    /// Its numbers, the same in all lanes.
     numbers: ElementNumbers<LANES>,
-    /// Motion of the nodes of bones for a unit, m.
+    /// Motion of the nodes of bones per unit, m.
     bones: Vec<[f64; 2]>,
     part: f64,
 }
 
 impl Neighbour {
-    /// `None` if the edges, triangles or unknowns of the body are others.
+    /// `None` if the body has other edges, triangles or unknowns.
     pub fn new<const D: usize>(
         elements: &Elements,
         changed: &System<D>,
@@ -33,7 +32,7 @@ impl Neighbour {
         same.then_some(Self { numbers, bones, part })
     }
 
-    /// Whether it has as many elements and bone nodes as these.
+    /// Whether its elements and bone nodes are as many as these.
     pub fn is_of(&self, elements: &Elements) -> bool {
         self.numbers.stiffness.len() == elements.edges.len()
             && self.numbers.kappa.len() == elements.cells.len() + 1
@@ -42,17 +41,17 @@ impl Neighbour {
 }
 
 impl<const L: usize> SimdNewton<L> {
-    /// Turns forces on the unknowns, N, into the motion that they cause, m.
+    /// Replaces forces on the unknowns, N, by the motion that they cause, m.
     fn respond(&self, elements: &Elements, forces: &mut [SimdPair<L>]) {
         self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: forces });
     }
 
-    /// Motion of the unknowns for a unit of tension in a muscle, m/N.
+    /// Motion of the unknowns per unit of tension in a muscle, m/N.
     pub fn motion_by_tension(&self, elements: &Elements, muscle: usize) -> Vec<SimdPair<L>> {
         let mut u = vec![[Simd::ZERO; 2]; elements.unknowns];
         for &(edge, _) in elements.pulls.iter().filter(|(_, m)| *m as usize == muscle) {
             let [a, b] = elements.edges[edge as usize].nodes.map(|n| n as usize);
-            let d = way(self.positions[a], self.positions[b]);
+            let d = difference(self.positions[a], self.positions[b]);
             let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
             for axis in 0..2 {
                 let pull = d[axis] * inverse;
@@ -68,7 +67,7 @@ impl<const L: usize> SimdNewton<L> {
         u
     }
 
-    /// Motion of the unknowns for a displacement of these nodes of bones by 1 m along an axis.
+    /// Motion of the unknowns for a displacement of these nodes of bones along an axis, m/m.
     pub fn motion_by_bone(&self, elements: &Elements, nodes: &[usize], axis: usize) -> Vec<SimdPair<L>> {
         let mut u = vec![[Simd::ZERO; 2]; elements.unknowns];
         for (edge, k) in elements.edges.iter().zip(&self.blocks) {
@@ -85,9 +84,9 @@ impl<const L: usize> SimdNewton<L> {
         u
     }
 
-    /// The derivatives of [`super::lanes::Adjoint`] for a function whose derivatives by the positions of all
-    /// nodes are `gradient`. `gradient` becomes the derivatives by forces on unknowns and by the places of the
-    /// other nodes. Returns the derivatives by tensions, one for each of the elements' pulls.
+    /// Derivatives of a function of the shape, as in [`super::lanes::Adjoint`]: `gradient`, its derivatives by the positions of all nodes,
+    /// is replaced by those by forces on unknowns and by positions of bones. Returns the derivatives by tensions, one for each of the
+    /// elements' pulls.
     pub fn adjoint(&self, elements: &Elements, gradient: &mut [SimdPair<L>]) -> Vec<Simd<L>> {
         let (free, held) = gradient.split_at_mut(elements.unknowns);
         self.respond(elements, free);
@@ -104,8 +103,8 @@ impl<const L: usize> SimdNewton<L> {
         let motion = |n: u32| free.get(n as usize).copied().unwrap_or([Simd::ZERO; 2]);
         let by_tension = elements.pulls.iter().map(|&(edge, _)| {
             let [a, b] = elements.edges[edge as usize].nodes;
-            let d = way(self.positions[a as usize], self.positions[b as usize]);
-            let nearer = way(motion(b), motion(a));
+            let d = difference(self.positions[a as usize], self.positions[b as usize]);
+            let nearer = difference(motion(b), motion(a));
             (d[0] * nearer[0] + d[1] * nearer[1]) * (d[0] * d[0] + d[1] * d[1]).sqrt().inverse()
         });
         by_tension.collect()
@@ -113,8 +112,7 @@ impl<const L: usize> SimdNewton<L> {
 }
 
 impl SimdNewton<LANES> {
-    /// Motion of the unknowns for a unit of a change of the shape at rest. The forces at the equilibrium are those of the last
-    /// evaluation.
+    /// Motion of the unknowns per unit of a change of the shape at rest. The last evaluation must be that at the equilibrium.
     pub fn motion_by_rest(&mut self, elements: &Elements, neighbour: &Neighbour) -> Vec<SimdPair<LANES>> {
         let part = Simd::all(neighbour.part);
         self.trial.copy_from_slice(&self.positions);

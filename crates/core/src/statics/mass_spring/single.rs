@@ -1,9 +1,7 @@
-//! What a solve of a mass-spring body in the plane needs, and its start from rest: half of the way to the linear answer of the body to its
-//! muscles.
+//! The solver of one mass-spring body in the plane at a time, and its start: half of the linear response to the tensions at rest.
 //!
-//! From there Newton's method takes a fifth less work than from rest itself, and meets fewer shapes with an
-//! indefinite stiffness. If the energy is higher there than at rest, or a cell is inverted, the solve
-//! begins at rest.
+//! From this start Newton's method takes a fifth less work than from rest, and meets fewer shapes with an indefinite stiffness. The solve
+//! starts from rest if the energy is lower there or a cell is inverted at this start.
 
 use std::sync::Arc;
 
@@ -17,28 +15,26 @@ use crate::system::elements::{AtRest, Elements};
 pub(in crate::statics) struct Single {
     pub elements: Arc<Elements>,
     pub work: SimdNewton<1>,
-    /// Number of the system whose numbers it holds.
+    /// Number of the system whose body is in the lane.
     pub system: Option<u64>,
 }
 
 impl Single {
-    /// `None` where the system has other effects.
+    /// `None` if the system has other effects.
     pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
         let elements = system.elements()?;
         Some(Self { elements: elements.clone(), work: SimdNewton::new(elements), system: None })
     }
 
-    /// Has the next solve begin with a factor of its own.
-    pub fn forget_factor(&mut self) {
-        self.work.forget_factor();
+    pub fn discard_factor(&mut self) {
+        self.work.discard_factor();
     }
 }
 
-/// Part of the linear answer at which a solve starts.
-const PART: f64 = 0.5;
+/// Part of the linear response at which a solve starts.
+const START_FRACTION: f64 = 0.5;
 
-/// The linear response to the muscles at rest; `None` if rest is not a stable equilibrium. Computed at the
-/// first call.
+/// The linear response to the muscles at rest; `None` if rest is not a stable equilibrium. Computed at the first call.
 pub(in crate::statics) fn at_rest<'a, const D: usize>(
     system: &'a System<D>,
     elements: &Elements,
@@ -61,25 +57,25 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 
 impl<const L: usize> SimdNewton<L> {
     /// Moves a lane from rest to its start.
-    pub fn begin_linearly(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
+    pub fn start_from_linear_response(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
         self.lanes[lane].energy_at_rest = Some(at_rest.energy);
         for (x, rest) in self.positions.iter().zip(&mut self.trial) {
             (0..2).for_each(|axis| rest[axis].0[lane] = x[axis].0[lane]);
         }
         for (muscle, motion) in at_rest.responses.iter().filter(|(m, _)| tensions[*m] != 0.0) {
-            let part = PART * tensions[*muscle];
+            let part = START_FRACTION * tensions[*muscle];
             for (x, u) in self.positions.iter_mut().zip(motion) {
                 (0..2).for_each(|axis| x[axis].0[lane] += part * u[axis]);
             }
         }
     }
 
-    /// Puts lanes back to rest whose energy was not lower at the start. Returns whether there was any.
-    pub(super) fn take_back(&mut self, energy: Simd<L>, upright: [bool; L]) -> bool {
+    /// Moves lanes back to rest whose start has a higher energy or an inverted cell. Returns whether there is any.
+    pub(super) fn reset_to_rest(&mut self, energy: Simd<L>, upright: [bool; L]) -> bool {
         let mut any = false;
         for (i, lane) in self.lanes.iter_mut().enumerate() {
             let Some(at_rest) = lane.energy_at_rest.take() else { continue };
-            // Also false if it is NaN.
+            // The condition is negated so that an energy of NaN fails it too.
             if !(upright[i] && energy.0[i] <= at_rest) {
                 any = true;
                 for (x, rest) in self.positions.iter_mut().zip(&self.trial) {

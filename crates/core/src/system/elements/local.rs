@@ -1,37 +1,34 @@
 //! Energy, force and stiffness in one or more lanes, by one loop over triangles and one over edges.
 //!
-//! With `perp(v) = (-v_y, v_x)` the gradient of a triangle's area at a corner is half of `perp` of the
-//! opposite side, and minus half of the sum of `perp` of the two sides that meet there. So an edge `a -> b`
-//! with triangles left and right of it pushes each of its ends by `(h_left - h_right) perp(b - a)`, `h =
-//! kappa (S - S0) / (2 S0²)`, and the block of the stiffness that couples its ends is
+//! With `perp(v) = (-v_y, v_x)` the gradient of a triangle's area at a corner is half of `perp` of the opposite side, which is minus half
+//! of the sum of `perp` of the two sides that meet there. So an edge `a -> b` with triangles left and right of it pushes each of its ends
+//! by `(h_left - h_right) perp(b - a)`, `h = kappa (S - S0) / (2 S0²)`, and the block of the stiffness that couples its ends is
 //!
 //! ```text
 //! -(spring) + sum over both  kappa/(4 S0²) perp(c - b) perp(a - c)ᵀ  + (h_left - h_right) [0 1; -1 0],   c the third corner.
 //! ```
-//! Each block is written once. The blocks of a row add up to zero, because shifting the whole body causes no
-//! force; so the diagonal block is minus the sum of the others.
+//! Each block is written once. The blocks of a row add up to zero, because a translation of the whole body causes no force, so that the
+//! diagonal block is minus the sum of the others.
 
 use pulp::NullaryFnOnce;
 
 use crate::effect::barrier::THRESHOLD;
 
 use crate::sparse::flat::{Lower, MatrixBlock, largest_diagonal};
-use crate::sparse::simd::{Simd, SimdPair, way};
+use crate::sparse::simd::{Simd, SimdPair, difference};
 
 use super::{ElementNumbers, Elements};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const L: usize> {
-    /// Energy, J.
     pub energy: Simd<L>,
     /// Square of the largest force on an unknown, N².
     pub residual_squared: Simd<L>,
-    /// Whether every triangle and every spring keeps more than the part of its rest measure below which the
-    /// barrier acts.
+    /// Whether every triangle and every spring is larger than the part of its rest measure below which the barrier acts.
     pub upright: [bool; L],
 }
 
-/// Energy and forces at `x`, with the tension of every edge; leaves `h` of every triangle.
+/// Computes energy and forces at `x` with the tension of every edge, and `h` of every triangle.
 pub(crate) struct Evaluate<'a, const L: usize> {
     pub elements: &'a Elements,
     pub numbers: &'a ElementNumbers<L>,
@@ -52,7 +49,7 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
         let mut least = Simd::ONE;
         for (i, corners) in elements.cells.iter().enumerate() {
             let [a, b, c] = corners.map(|n| x[n as usize]);
-            let (p, q) = (way(a, b), way(a, c));
+            let (p, q) = (difference(a, b), difference(a, c));
             let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
             let ratio = half * (p[0] * q[1] - p[1] * q[0]) * inverse;
             let strain = ratio - Simd::ONE;
@@ -64,12 +61,12 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
         let (mut energy, mut slack) = (Simd::ZERO, Simd::ONE);
         for (i, edge) in elements.edges.iter().enumerate() {
             let [a, b] = edge.nodes.map(|n| n as usize);
-            let d = way(x[a], x[b]);
+            let d = difference(x[a], x[b]);
             let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
             let (k, rest, pull) = (numbers.stiffness[i], numbers.rest[i], tension[i]);
             let e = length - rest;
             energy += (half * k * e + pull) * e;
-            // Positive as long as the spring is longer than where the barrier begins.
+            // Positive while the spring is longer than the length at which the barrier begins.
             slack = (length - rest * Simd::all(THRESHOLD)).min(slack);
             let along = (k * e + pull) * length.inverse();
             let push = h[edge.cells[0] as usize] - h[edge.cells[1] as usize];
@@ -90,8 +87,8 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
     }
 }
 
-/// Computes the stiffness at the positions of the last [`Evaluate`]: the exact one, or the convex one in
-/// lanes that ask for it. Returns its largest diagonal entry.
+/// Computes the stiffness at the positions of the last [`Evaluate`], the exact one or, in the lanes of `convex`, the convex one. Returns
+/// its largest diagonal entry.
 pub(crate) struct AssembleStiffness<'a, const L: usize> {
     pub elements: &'a Elements,
     pub numbers: &'a ElementNumbers<L>,
@@ -109,8 +106,7 @@ impl<const L: usize> NullaryFnOnce for AssembleStiffness<'_, L> {
     #[inline(always)]
     fn call(self) -> Simd<L> {
         let Self { elements, numbers, tension, x, h, convex, blocks, diagonal } = self;
-        // The convex stiffness leaves out the lateral part of compressed springs and the part by the
-        // pressure of triangles.
+        // The convex stiffness leaves out the lateral part of compressed springs and the part by the pressure of triangles.
         let keep = Simd(convex.map(|c| if c { 0.0 } else { 1.0 }));
         let least_across = Simd(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
         let quarter = Simd::all(0.25);
@@ -119,7 +115,7 @@ impl<const L: usize> NullaryFnOnce for AssembleStiffness<'_, L> {
             let [a, b] = edge.nodes.map(|n| n as usize);
             let [left, right] = edge.cells.map(|c| c as usize);
             let (xa, xb) = (x[a], x[b]);
-            let d = way(xa, xb);
+            let d = difference(xa, xb);
             let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
             let n = [d[0] * inverse, d[1] * inverse];
             let k = numbers.stiffness[i];
@@ -135,7 +131,7 @@ impl<const L: usize> NullaryFnOnce for AssembleStiffness<'_, L> {
             ];
             for (cell, third) in [left, right].into_iter().zip(edge.opposite) {
                 let c = x[third as usize];
-                let (p, q) = (way(xb, c), way(c, xa));
+                let (p, q) = (difference(xb, c), difference(c, xa));
                 let inverse = numbers.inverse_area[cell];
                 let scale = quarter * numbers.kappa[cell] * (inverse * inverse);
                 let (up, across) = (scale * p[1], scale * p[0]);

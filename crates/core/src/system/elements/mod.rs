@@ -1,5 +1,5 @@
-//! A mass-spring body in the plane as flat lists: edges and triangles in the order of elimination. The lists are
-//! made once, and every solve loops over them, for one load or for several in lanes.
+//! A mass-spring body in the plane as flat lists of edges and triangles in the order of elimination, which are made once and used by all
+//! solves.
 
 pub(crate) mod local;
 
@@ -13,21 +13,18 @@ use crate::sparse::simd::Simd;
 
 use super::System;
 
-/// A spring, a side of triangles, or both.
-///
-/// Nodes are renumbered: unknowns in the order of elimination, then the nodes of bones.
+/// A spring, a side of triangles, or both. Nodes are renumbered: unknowns in the order of elimination, then the nodes of bones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge {
     /// The node that is eliminated later, then the other one.
     pub nodes: [u32; 2],
-    /// The triangles on its left and on its right, seen from the first node to the second; the number of
-    /// cells if there is none.
+    /// The triangles on its left and on its right, seen from the first node to the second; the number of cells if there is none.
     pub cells: [u32; 2],
-    /// Their third corners; any node where there is no triangle.
+    /// The third corners of the triangles; any node where there is no triangle.
     pub opposite: [u32; 2],
 }
 
-/// Elements and unknowns of a system of the plane that is made of [`PrimitiveElement`]s alone.
+/// Elements and unknowns of a system in the plane whose effects consist of [`PrimitiveElement`]s only.
 #[derive(Debug)]
 pub(crate) struct Elements {
     pub edges: Vec<Edge>,
@@ -35,33 +32,33 @@ pub(crate) struct Elements {
     pub cells: Vec<[u32; 3]>,
     /// Muscles along edges: `(edge, muscle)`.
     pub pulls: Vec<(u32, u32)>,
-    /// Edge of every spring, with the spring's own nodes, in the order of the effects.
+    /// Edge, nodes in the mesh and muscle of every spring, in the order of the effects.
     springs: Vec<(u32, [usize; 2], Option<usize>)>,
     corners: Vec<Vec<usize>>,
-    /// For every node here, its number in the mesh.
+    /// Number in the mesh of every node.
     pub node: Vec<usize>,
-    /// For every node of the mesh, its number here. The inner nodes of paths have none.
+    /// Number of every node of the mesh here; `None` for inner nodes of paths.
     pub number: Vec<Option<u32>>,
-    /// How many of them are unknowns: the first ones.
+    /// Number of unknowns, which are the first nodes.
     pub unknowns: usize,
     pub factor: Symbolic,
 }
 
-/// Numbers that differ between bodies of the same edges and triangles.
+/// Numbers that differ between bodies with the same edges and triangles.
 #[derive(Debug)]
 pub(crate) struct ElementNumbers<const L: usize> {
-    /// Spring constant of every edge, N/m; zero where it is no spring.
+    /// Spring constant of every edge, N/m; zero without a spring.
     pub stiffness: Vec<Simd<L>>,
-    /// Its length at rest, m; zero where it is no spring.
+    /// Length of every edge at rest, m; zero without a spring.
     pub rest: Vec<Simd<L>>,
-    /// kappa of every triangle, J, and at the end a zero for "no triangle".
+    /// kappa of every triangle, J, then a zero for edges without a second triangle.
     pub kappa: Vec<Simd<L>>,
-    /// One over its area at rest, 1/m².
+    /// One over the area of every triangle at rest, 1/m².
     pub inverse_area: Vec<Simd<L>>,
 }
 
 impl<const L: usize> ElementNumbers<L> {
-    /// Puts the numbers of the first lane into all lanes.
+    /// Copies the numbers of the first lane to all lanes.
     pub fn spread(&mut self) {
         let all = self.stiffness.iter_mut().chain(&mut self.rest);
         all.chain(&mut self.kappa).chain(&mut self.inverse_area).for_each(|n| n.0 = [n.0[0]; L]);
@@ -71,15 +68,13 @@ impl<const L: usize> ElementNumbers<L> {
 /// Linear response of a body at rest to its muscles.
 #[derive(Debug)]
 pub(crate) struct AtRest {
-    /// Its energy, J.
     pub energy: f64,
-    /// For every muscle that can contract, the motion of the unknowns for a unit of its tension, m.
+    /// For every muscle that can contract, the motion of the unknowns per unit of its tension, m.
     pub responses: Vec<(usize, Vec<[f64; 2]>)>,
 }
 
 impl Elements {
-    /// `None` if the system is not in the plane, has other effects, or has elements that share nodes in
-    /// other ways than those of a mesh.
+    /// `None` if the system is not in the plane, has other effects, or has elements that are not joined like those of a mesh.
     pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
         if D != 2 {
             return None;
@@ -130,7 +125,7 @@ impl Elements {
         for edge in &mut edges {
             edge.cells.iter_mut().for_each(|c| *c = (*c).min(cells.len() as u32));
         }
-        // Nodes without an element move with their bone.
+        // Nodes of bones without an element have a number too, because they move with their bone.
         system.held().into_iter().for_each(|n| _ = number_of(n));
         let factor = Symbolic::new(pattern, edges.iter().map(|e| e.nodes))?;
         is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
@@ -141,8 +136,7 @@ impl Elements {
         ElementNumbers { stiffness: edges.clone(), rest: edges, kappa: cells.clone(), inverse_area: cells }
     }
 
-    /// Puts the numbers of a body into a lane. Returns false if its edges, triangles or unknowns are
-    /// different.
+    /// Writes the numbers of a body to a lane. Returns false if its edges, triangles or unknowns differ.
     pub fn fill<const D: usize, const L: usize>(
         &self,
         system: &System<D>,
@@ -179,7 +173,7 @@ impl Elements {
     }
 }
 
-/// Visits every part of a body; `None` if an effect is not made of parts.
+/// Visits every element of a body; `None` if an effect has other elements.
 fn each_part<const D: usize>(
     effects: &[Box<dyn Effect<D>>],
     mut visit: impl FnMut(PrimitiveElement<'_>),
