@@ -1,4 +1,5 @@
-//! Intervals of activations in space hold activations drawn from their prior, of a tissue that is stiffer or softer than assumed.
+//! The 95 % intervals of activations in space contain activations drawn from their prior, in a tissue that is stiffer or softer than
+//! assumed.
 
 use fastrand::Rng;
 use nalgebra::Vector3;
@@ -16,8 +17,8 @@ use crate::fixtures::space_block::space_block;
 
 const SD_M: f64 = 5e-4;
 
-/// How many intervals hold, and how many there are: of all muscles, and of those that pull with more than 0.1. `stiffness_ln` gives the
-/// logarithm of the true stiffness over the assumed one, `seen` the places that are seen of a body in a posture.
+/// Number of intervals that contain the truth, and number of intervals: of all muscles, and of those with an activation above 0.1.
+/// `stiffness_ln` gives the logarithm of the true stiffness over the assumed one, `seen` the marks on a shape.
 fn held(
     (body, sides_apart): (&Body<3>, bool),
     seeds: std::ops::Range<u64>,
@@ -68,7 +69,7 @@ fn held(
     counts
 }
 
-/// The logarithm of a stiffness from its prior.
+/// A logarithm of the stiffness from its prior.
 fn stiffness_ln(random: &mut Rng) -> f64 {
     Priors::default().young_modulus.sd_ln * normal(random)
 }
@@ -77,7 +78,7 @@ fn share([held, all]: [usize; 2]) -> f64 {
     held as f64 / all as f64
 }
 
-/// The shares that hold where the nodes of a small body are seen whose muscles pull apart.
+/// Shares of intervals that contain the truth, from the places of all free nodes of a small body, with sides apart.
 fn of_block(seeds: std::ops::Range<u64>, stiffness_ln: impl Fn(&mut Rng) -> f64) -> [f64; 2] {
     let body = space_block(1e-2);
     let free: Vec<usize> = (0..body.mesh.nodes.len()).filter(|n| !body.mesh.fixed.contains(n)).collect();
@@ -99,7 +100,7 @@ fn intervals_of_activations_hold_where_the_tissue_is_half_as_stiff_again() {
     assert!((0.9..=0.98).contains(&active), "{active}");
 }
 
-/// The tongue, of which every other time its surface or its midsagittal contour is seen.
+/// Half of the tongues are seen by their surface, half by their midsagittal contour.
 #[test]
 fn intervals_of_activations_of_the_tongue_hold_what_they_say() {
     let body = Body::tongue_in_space(1).unwrap();
@@ -118,7 +119,7 @@ fn intervals_of_activations_of_the_tongue_hold_what_they_say() {
     let count = cases(2) as u64;
     let of_surface = held((&body, false), 2000..2000 + count, stiffness_ln, surface);
     let of_contour = held((&body, false), 3000..3000 + count, stiffness_ln, contour);
-    // The binomial error of so many intervals, three times.
+    // Three binomial standard errors.
     let all = [0, 1].map(|i| of_surface[0][i] + of_contour[0][i]);
     let error = 3.0 * (0.95 * 0.05 / all[1] as f64).sqrt();
     assert!(share(all) > 0.95 - error, "{all:?}");

@@ -1,5 +1,4 @@
-//! A batch cut into shards and merged is the same batch. A missing or unfinished shard is named, and nothing
-//! is written.
+//! A batch cut into shards and merged is the same batch. A missing or unfinished shard is named, and nothing is written.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +14,7 @@ fn shard(folder: &Path, shard: &str, out: &str) {
     assert_eq!(done.status, Some(0), "an engine takes any other status for a failure: {}", done.err);
 }
 
-/// A merge that fails with all of these words, prints nothing and writes nothing.
+/// Checks that a merge fails with all of these words, prints nothing and writes nothing.
 fn is_refused(folder: &Path, merge: &str, words: &[&str]) {
     let done = run(folder, merge);
     assert!(
@@ -35,7 +34,7 @@ fn shards_of_one_thread_brought_together_are_byte_for_byte_one_run_of_four() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     assert_eq!(run(folder, "batch --subjects S2,S3 --out one --threads 4").status, Some(3));
-    // In two folders, out of order, one of them twice.
+    // The shards are in two folders, out of order, one of them twice.
     for (number, out) in [("3/3", "a"), ("1/3", "b"), ("1/3", "a")] {
         shard(folder, number, out);
     }
@@ -85,7 +84,7 @@ fn shards_of_different_batches_are_refused() {
     is_refused(folder, "batch --shard 1/2 --lengths -", &["it must be a file"]);
     fs::rename(folder.join("out/batch-2-of-2.journal"), folder.join("out/batch-2-of-5.journal")).unwrap();
     is_refused(folder, "merge out", &["shards of batches with different numbers of shards: of 2 and of 5"]);
-    // A journal of another version, and none.
+    // The journal is of another version, and then no journal.
     fs::remove_file(folder.join("out/batch-2-of-5.journal")).unwrap();
     let journal = folder.join("out/batch-1-of-2.journal");
     let text = fs::read_to_string(&journal).unwrap();

@@ -1,5 +1,4 @@
-//! `tongue-fit batch` as a user runs it: killed and restarted, on any number of threads, on broken and on
-//! large tables.
+//! `tongue-fit batch` as a user runs it: killed and restarted, on any number of threads, on broken and on large tables.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -51,8 +50,8 @@ fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_u
     let (mut kills, mut before) = (0, 0);
     while kills < 5 {
         let mut child = batch(&killed, &arguments).spawn().unwrap();
-        // When it has clearly more than the last run, or after a while, so that the cut is anywhere in the
-        // new part.
+        // The run is killed when its journal is longer than that of the last run, or after a while, so that the cut is anywhere in the new
+        // part.
         let clock = Instant::now();
         let length = || fs::metadata(&journal).map_or(0, |m| m.len());
         let in_a_while = || clock.elapsed() > Duration::from_millis(300) && length() > before;
@@ -140,14 +139,14 @@ fn many_rows(count: usize) -> String {
     text
 }
 
-/// The peak memory of a batch of so many rows, kB, and the size of its page, bytes.
+/// Peak memory of a batch of this many rows, kB, and size of its page, bytes.
 #[cfg(target_os = "linux")]
 fn peak_kb_and_page(count: usize) -> [f64; 2] {
     let folder = tempfile::tempdir().unwrap();
     let data = folder.path().join("many.csv");
     fs::write(&data, many_rows(count)).unwrap();
     let out = folder.path().join("out");
-    // On a coarse mesh, which more than halves the time: what is asked is how memory grows with the rows.
+    // A coarse mesh takes less than half the time and does not change how memory grows with the rows.
     let options = ["--target", "stretch", "--h", "12mm"];
     let mut arguments = vec!["--lengths", data.to_str().unwrap()];
     arguments.extend(options);
@@ -155,7 +154,7 @@ fn peak_kb_and_page(count: usize) -> [f64; 2] {
     let status = format!("/proc/{}/status", child.id());
     let mut peak_kb: u32 = 0;
     let code = loop {
-        // The peak so far, from the kernel.
+        // Peak so far, from the kernel.
         let now = fs::read_to_string(&status).unwrap_or_default();
         let line = now.lines().find_map(|l| l.strip_prefix("VmHWM:"));
         peak_kb = peak_kb.max(line.and_then(|l| l.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0));
@@ -172,7 +171,7 @@ fn peak_kb_and_page(count: usize) -> [f64; 2] {
     [f64::from(peak_kb), fs::metadata(out.join("batch.html")).unwrap().len() as f64]
 }
 
-/// By a line through tables of 500 and 2,500 rows: what does not grow with the rows is told apart from what does.
+/// A line through tables of 500 and 2,500 rows separates what grows with the rows from what does not.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_and_page_grow_with_the_rows_to_less_than_200_and_8_megabytes_at_ten_thousand() {

@@ -1,4 +1,4 @@
-//! What is done to the recordings of synthetic speakers before they are tracked.
+//! Changes of the recordings of synthetic speakers before they are tracked.
 
 use tongue_core::geometry::NaturalSpline;
 use tongue_fit::geometry::Point;
@@ -6,7 +6,7 @@ use tongue_input::measured::recording::{AlignedFrame, Label, Mark};
 
 use crate::speakers::Recorded;
 
-/// A speaker whose contours are drawn by splines through their points, with one point in `every` sixteenth of a span.
+/// Redraws the contours by splines through their points; `every` sixteenths of a span lie between the new points.
 pub fn redrawn(speaker: &mut Recorded, every: usize) {
     for seen in &mut speaker.seen {
         for frame in &mut seen.frames {
@@ -20,7 +20,7 @@ pub fn redrawn(speaker: &mut Recorded, every: usize) {
     }
 }
 
-/// A recording of which each frame is given twice, half a period apart.
+/// Gives each frame twice, half a period apart.
 pub fn doubled(speaker: &mut Recorded) {
     for (seen, truth) in speaker.seen.iter_mut().zip(&mut speaker.truth) {
         let half = 0.5 * (seen.frames[1].time_s - seen.frames[0].time_s);
@@ -32,7 +32,7 @@ pub fn doubled(speaker: &mut Recorded) {
     }
 }
 
-/// A speaker of whose recordings each tenth of a second has a label.
+/// Labels each tenth of a second.
 pub fn labelled(speaker: &mut Recorded) {
     for seen in &mut speaker.seen {
         seen.labels = Vec::from_iter((0..4).map(|number| {

@@ -1,5 +1,5 @@
-//! Three to five coils on tongues of other shapes, sizes and directions place the built-in one. The intervals of the placement hold
-//! where it is, and those of the tensions carry what it leaves open.
+//! Three to five coils on tongues of other shapes, sizes and directions place the built-in tongue. The intervals of the placement contain
+//! the true one, and those of the tensions include its uncertainty.
 
 use tongue_core::observe::TongueSurface;
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
@@ -18,7 +18,7 @@ use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, recorded, recorded_with};
 use crate::tracked_intervals_cover_the_truth::Held;
 
-pub fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> AdaptationInput<'a> {
+pub fn adaptation_input<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> AdaptationInput<'a> {
     let settings = TrackSettings::new(20.0, 0.1);
     AdaptationInput {
         body,
@@ -30,7 +30,7 @@ pub fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> AdaptationIn
     }
 }
 
-/// Place of the middle, m, turn and scale: the truth, and each with its interval.
+/// Place of the middle along both axes, m, turn and scale: the truth, and the estimate with its interval.
 fn compared(speaker: &Recorded, placement: &Placement, middle: Point) -> [(f64, [f64; 3]); 4] {
     let at = speaker.placed.place(middle);
     let truth = [at.x, at.y, speaker.placed.angle(), speaker.placed.scale()];
@@ -48,7 +48,7 @@ fn placements_of_coils_hold_where_the_tongue_is() {
         let speaker = recorded(seed + 5000, Seeing::Coils(3 + seed as usize % 2, 10));
         let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
-            let placed = basis(&body, palate).place(&seen, &[]).unwrap();
+            let placed = adaptation_input(&body, palate).place(&seen, &[]).unwrap();
             compared(&speaker, &placed.by_coils.unwrap(), middle)
         })
     });
@@ -64,8 +64,8 @@ fn placements_of_coils_hold_where_the_tongue_is() {
             );
         }
     }
-    // 93 to 98 % are due, of 200 with a standard deviation of 1.8 %. Where coils alone place it, the shift is told wider than it is
-    // missed, because the mean postures of these speakers differ from rest by less than 5 mm.
+    // The limits are 93 to 98 % with a standard deviation of 1.8 % for 200 speakers. By coils alone the interval of the shift is too wide,
+    // because the mean postures of these speakers differ from rest by less than 5 mm.
     for with in 0..2 {
         for i in 0..4 {
             let held = all.iter().map(|a| a[with][i]).filter(|(t, [_, low, high])| low <= t && t <= high);
@@ -91,12 +91,12 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
     let body = Body::tongue(5.5e-3).unwrap();
     let outline: Vec<Point> = body.mesh.surface_nodes().iter().map(|&n| body.mesh.nodes[n]).collect();
     let seeds: Vec<u64> = (0..cases(60) as u64).collect();
-    // A bone more than 10 mm from where a tongue with this contour has it refuses the recording.
+    // A recording is refused where a bone is more than 10 mm from its place in a tongue with this contour.
     let all = parallel::map(&seeds, |&seed| {
         let speaker = recorded(seed, Seeing::Contour);
         let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
-            let found = match basis(&body, palate).place(&seen, &[]) {
+            let found = match adaptation_input(&body, palate).place(&seen, &[]) {
                 Ok(placed) => placed.similarity,
                 Err(RestError::NotOneFrame(_)) => return None,
                 Err(other) => panic!("{other}"),
@@ -107,7 +107,7 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
     });
     let placed: Vec<[f64; 2]> = all.iter().filter_map(|[a, b]| Some([(*a)?, (*b)?])).collect();
     println!("{} of {} speakers placed", placed.len(), all.len());
-    // These bodies differ more than people do: of files in the right frame none is refused for its bones.
+    // These bodies differ more than people do; no real recording in the right frame is refused for its bones.
     assert!(placed.len() * 4 >= all.len() * 3, "{} of {}", placed.len(), all.len());
     let [without, with] = [0, 1].map(|i| upper_median(placed.iter().map(|a| a[i])).unwrap());
     println!("outline off by {without:.5} m without a palate, {with:.5} m with one (medians)");
@@ -118,7 +118,9 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
 fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let body = Body::tongue(5.5e-3).unwrap();
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
-    let made = basis(&body, None).to_recordings(&seen, RestShapeMethod::Similarity, &[], &|_, _| {}).unwrap();
+    let made = adaptation_input(&body, None)
+        .to_recordings(&seen, RestShapeMethod::Similarity, &[], &|_, _| {})
+        .unwrap();
     let placement = made.placement.unwrap();
     let contracting: Vec<usize> = (0..8).collect();
     let system = System::new(&made.body.mesh, &Model::default(), &contracting).unwrap();
@@ -126,10 +128,10 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let surface = TongueSurface::of(&made.body).unwrap();
     let seated = speaker.seen.iter().map(|s| placement.with_coil_positions(s));
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
-    let stage =
+    let context =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
-    Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap()
+    Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap()
 }
 
 #[test]

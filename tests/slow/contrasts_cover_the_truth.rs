@@ -1,5 +1,5 @@
-//! Speakers with other bodies say words several times: of the differences between words about 95 % of the intervals hold the truth, and
-//! what is said to be sure is true.
+//! Speakers with other bodies say words several times: about 95 % of the intervals of differences between words contain the truth, and
+//! differences called sure have the right sign.
 
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
@@ -10,13 +10,12 @@ use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, WORDS, recorded_with};
 use crate::tracked_intervals_cover_the_truth::{SHARED, tracked};
 
-/// What became of contrasts.
 #[derive(Default, Clone)]
 struct Counts {
     all: f64,
     held: f64,
     width: f64,
-    /// Contrasts of which one word is said, and those of them that are true: surely, probably.
+    /// For "surely" and "probably", the number of contrasts with this word, and the number of those with the right sign.
     said: [[f64; 2]; 2],
 }
 
@@ -48,7 +47,7 @@ impl Counts {
         100.0 * self.held / self.all
     }
 
-    /// Part of the surely, or probably, said that is true, in per cent.
+    /// Share of the contrasts with a word that have the right sign, per cent.
     fn truly(&self, how: usize) -> f64 {
         100.0 * self.said[how][1] / self.said[how][0].max(1.0)
     }
@@ -67,7 +66,7 @@ impl Counts {
     }
 }
 
-/// The contrasts of a speaker beside the true ones, by muscle; `None` where the recordings are refused.
+/// Counts of a speaker's contrasts by muscle; `None` where the recordings are refused.
 fn counted(speaker: &Recorded) -> Option<Vec<Counts>> {
     let found = tracked(speaker, SHARED)?;
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
@@ -113,7 +112,8 @@ fn differences_between_words_hold_the_truth_and_what_is_sure_is_true() {
     muscles.iter().enumerate().for_each(|(m, counts)| println!("muscle {m}: {}", counts.told()));
     println!("{}; {refused} of {} refused", sum.told(), seeds.len());
     assert!(refused * 3 <= seeds.len(), "{refused}");
-    // Of 32 speakers, which differ more among themselves than their contrasts do: 94.0 % held, surely true in 95.8 %, probably in 90.0 %.
+    // Of 32 speakers, who differ more among themselves than their contrasts do, 94.0 % held, and 95.8 % of "surely" and 90.0 % of
+    // "probably" were right.
     assert!((93.0..=97.0).contains(&sum.held()), "{}", sum.told());
     assert!(sum.truly(0) >= 97.0 && sum.truly(1) >= 85.0, "{}", sum.told());
 }

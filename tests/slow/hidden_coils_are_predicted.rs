@@ -1,5 +1,5 @@
-//! A coil that is held out of placement and fit is predicted better than by the straight line between the coils beside it, and about 95 % of
-//! the intervals hold it, on speakers with other bodies, as those of points of a contour that are held out.
+//! On speakers with other bodies, a coil that is held out of placement and fit is predicted better than by the straight line between the
+//! coils beside it, and about 95 % of its intervals contain it, as those of held-out contour points do.
 
 use tongue_core::observe::TongueSurface;
 use tongue_fit::adapt::RestShapeMethod;
@@ -13,12 +13,12 @@ use tongue_infer::track::{
 
 use crate::cases;
 use crate::changed_speakers::redrawn;
-use crate::coils_place_the_body::basis;
+use crate::coils_place_the_body::adaptation_input;
 use crate::speakers::{Recorded, Seeing, Tones, recorded_with};
 use crate::tracked_intervals_cover_the_truth::{SHARED, tracked_without};
 
-/// What became of a coil that was held out of a speaker's recordings: the errors of the model and of the line, mm, and those of both
-/// coordinates as parts of the half width of their intervals.
+/// Errors of a held-out coil over a speaker's recordings: of the model and of the line, mm, and those of both coordinates as parts of the
+/// half widths of their intervals.
 struct Missed {
     model_mm: f64,
     line_mm: Option<f64>,
@@ -29,8 +29,9 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
     let (body, model, all) = (Body::tongue(5.5e-3).unwrap(), Model::default(), Vec::from_iter(0..8));
     let hide = [speaker.seen[0].sensors[coil].0.clone()];
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
-    let made =
-        basis(&body, None).to_recordings(&seen, RestShapeMethod::Similarity, &hide, &|_, _| {}).unwrap();
+    let made = adaptation_input(&body, None)
+        .to_recordings(&seen, RestShapeMethod::Similarity, &hide, &|_, _| {})
+        .unwrap();
     let placement = made.placement.unwrap();
     let system = System::new(&made.body.mesh, &model, &all).unwrap();
     let shape = RestShape::of_coils(&made.body, &model, &all, &placement).unwrap();
@@ -39,10 +40,10 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
         .iter()
         .map(|s| frames(&placement.with_coil_positions(s), &surface, &made.followed, &hide))
         .collect();
-    let stage =
+    let context =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
-    let found = Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap();
+    let found = Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap();
     let tracked: Vec<&[Tracked]> = found.iter().map(|one| one.frames.as_slice()).collect();
     let judged = held_out(&seen, &tracked, &hide).unwrap().opponents;
     let pooled =
@@ -52,13 +53,13 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
     Missed { model_mm: pooled("the model").unwrap(), line_mm: pooled("line"), parts }
 }
 
-/// The seeds of the speakers. The process of coils and the width of the intervals were chosen on other ones, from 1000 on.
+/// Seeds of the speakers. The process of coils and the width of the intervals were chosen on others, from 1000 on.
 fn seeds() -> Vec<u64> {
     let first = std::env::var("TONGUE_FIT_FIRST_SEED").ok().and_then(|n| n.parse().ok()).unwrap_or(0);
     (first..first + cases(20) as u64).collect()
 }
 
-/// How many errors are within their intervals, %, and how many times as wide 95 % would be, by the errors as parts of half widths.
+/// Share of errors within their intervals, %, and the factor of the widths that would give 95 %, from errors as parts of half widths.
 fn held_and_due(mut parts: Vec<f64>) -> (f64, f64) {
     parts.sort_by(f64::total_cmp);
     let held = 100.0 * parts.partition_point(|part| *part <= 1.0) as f64 / parts.len() as f64;
@@ -89,8 +90,8 @@ fn a_hidden_coil_is_predicted_better_than_by_a_line_and_its_intervals_hold() {
     assert!((93.0..=97.0).contains(&held), "{told}");
 }
 
-/// Of contours that are changed so before they are tracked without the points of these numbers: the part of the points that are in their
-/// intervals, %, and what is printed of it.
+/// Share of the points with these numbers that lie in their intervals, %, when contours changed by `change` are tracked without them, and a
+/// sentence about it.
 #[allow(clippy::print_stdout, reason = "for --nocapture")]
 fn held_of_contours(
     what: &str,
@@ -119,14 +120,14 @@ fn held_of_contours(
     (held, told)
 }
 
-/// Of 100 and more speakers they hold up to 98 %, a little more than is due.
+/// The intervals hold up to 98 % of the points of 100 and more speakers, which is a little too much.
 #[test]
 fn intervals_of_hidden_points_of_a_contour_hold() {
     let (held, told) = held_of_contours("11 points", |_| (), [2, 5, 8]);
     assert!((93.0..=98.0).contains(&held), "{told}");
 }
 
-/// The same where splines through these points are drawn through 41: of single points, and of five in a row, which leave a gap.
+/// The contours are drawn by splines through 41 points; hidden are single points, or five in a row, which leave a gap.
 #[test]
 fn intervals_of_hidden_points_of_a_contour_of_many_points_hold() {
     let dense = |speaker: &mut Recorded| redrawn(speaker, 4);

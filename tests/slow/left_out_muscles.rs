@@ -1,4 +1,4 @@
-//! What a posterior without a muscle predicts of it, from one run for all muscles and from a run for each.
+//! Predictions of a muscle that is left out, from one run for all muscles and from a run for each.
 
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::TargetKind;
@@ -23,7 +23,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
         let settings = Sampling { draws: 800, seed: 11 };
         let own = sample(&posterior_model, density.seen.without(position), &settings).unwrap();
         let row = density.rows()[position];
-        // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
+        // The errors by geometry that a stretch shares with the others move its conditional mean, as in the run for all.
         let (gain, _) = conditional(&density, &own.density, position);
         let mean = |d: &Draw| d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.auxiliary));
         let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
@@ -35,6 +35,6 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
     let slope =
         leaning.iter().map(|(x, y)| x * y).sum::<f64>() / leaning.iter().map(|(x, _)| x * x).sum::<f64>();
     eprintln!("leaning to the measured stretches: {slope:.3}");
-    // Three standard errors of as many draws; weighed draws of the whole posterior lean by 0.22.
+    // Three standard errors of the draws; reweighted draws of the whole posterior have a slope of 0.22.
     assert!(slope.abs() < 0.12, "{slope}");
 }

@@ -1,6 +1,5 @@
-//! Valid inputs of every kind with some changed bytes or numbers end in a value or in an error, without panic
-//! or hang. About 1300 are tested; `TONGUE_FIT_MUTATIONS=15000` tests 25 times as many, and
-//! `TONGUE_FIT_MUTATED=recording` only kinds whose name contains this word.
+//! Valid inputs of every kind with some changed bytes or numbers end in a value or an error, without panic or hang. About 1300 are tested;
+//! `TONGUE_FIT_MUTATIONS=15000` tests 25 times as many, and `TONGUE_FIT_MUTATED=recording` only kinds whose name contains this word.
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
@@ -15,10 +14,8 @@ use crate::inputs::{KINDS, NEXT_FILE};
 
 /// Time after which an input counts as hanging; the slowest takes a second.
 const HANGS: Duration = Duration::from_secs(300);
-/// Replacements of numbers.
 const NUMBERS: &str = "0 -0.0 -1 1 1e-320 4.9e-324 1e-12 1e308 1e400 nan inf 99999999999 1.5 0x7f";
 
-/// Valid inputs of a kind.
 fn seeds(kind: &str) -> Vec<Vec<u8>> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/");
     let files = |folder: &str, ends: &str| -> Vec<Vec<u8>> {
@@ -29,7 +26,7 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
         paths.iter().map(|p| std::fs::read(p).unwrap()).collect()
     };
     match kind {
-        // In the spellings of several spreadsheets.
+        // Tables are spelt as several spreadsheets write them.
         "lengths_csv" => {
             let table = include_str!("../../targets/takano2007_lengths.csv");
             let german = table.replace(',', ";").replace("47;", "47,5;").replace('\n', "\r\n");
@@ -80,13 +77,11 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
     }
 }
 
-/// The first lines of a text.
 fn lines(text: &[u8], count: usize) -> Vec<u8> {
     text.split_inclusive(|b| *b == b'\n').take(count).flatten().copied().collect()
 }
 
-/// A few changes: bytes flipped, replaced, inserted or removed, pieces doubled, numbers replaced by unusual
-/// ones.
+/// A few changes: bytes flipped, replaced, inserted or removed, pieces doubled, numbers replaced by unusual ones.
 fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..rng.usize(1..=4) {
@@ -100,7 +95,7 @@ fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
             3 => drop(bytes.drain(at..end)),
             4 => drop(bytes.splice(at..at, bytes[at..end].to_vec())),
             5 => bytes.truncate(at),
-            // The next number.
+            // A number is replaced.
             _ => {
                 let is_part = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
                 let Some(start) = bytes[at..].iter().position(u8::is_ascii_digit).map(|n| at + n) else {
@@ -120,8 +115,8 @@ fn mutated_inputs_end_in_a_value_or_an_error() {
     let all: usize = std::env::var("TONGUE_FIT_MUTATIONS").map_or(600, |n| n.parse().unwrap());
     let word = std::env::var("TONGUE_FIT_MUTATED").unwrap_or_default();
     let kinds: Vec<_> = KINDS.into_iter().filter(|(kind, _)| kind.contains(&word)).collect();
-    // Tables of lengths and Gmsh meshes are tried ten times as often as other inputs, because users write most of these, and recordings five
-    // times as often, because they have many formats.
+    // Tables of lengths and Gmsh meshes are tried ten times as often as other inputs, because users write most of these, and recordings
+    // five times as often, because they have many formats.
     let each = move |kind: &str| {
         let times = match kind {
             "lengths_csv" | "gmsh_msh" => 10,

@@ -1,6 +1,5 @@
-//! Intervals of a posterior contain the truth in as many cases as they say, where the body that was measured is
-//! another one than the body of the fit: other ends of muscles, outline and compressibility, in a continuum other
-//! widths of muscles and patches of bones, and another mesh where a test says so.
+//! The 95 % intervals of a posterior contain the truth in 95 % of the cases, where the measured body differs from that of the fit in ends
+//! of muscles, outline and compressibility, in a continuum also in widths of muscles and patches of bones, and in some tests in its mesh.
 
 use tongue_core::random::{normal, normals, seed_of};
 use tongue_fit::body::{Body, ContinuumSettings};
@@ -19,8 +18,8 @@ use crate::synthetic_speakers::{
     unknowns, unseen,
 };
 
-/// Of one number in all cases: whether its 95 % interval contained the truth, the sum of the interval's widths, and the
-/// rank of the truth among the draws as a number from 0 to 1.
+/// One number in all cases: whether its interval contained the truth, the sum of the interval's widths, and the ranks of the truth among
+/// the draws from 0 to 1.
 #[derive(Debug, Default)]
 struct Counted {
     kind: &'static str,
@@ -31,16 +30,16 @@ struct Counted {
     words: Vec<(Certainty, bool)>,
 }
 
-/// What is found of one number in one case.
+/// One number in one case.
 struct Found {
     held: bool,
     width: f64,
     rank: f64,
-    /// What its sign is called, and whether the number is positive.
+    /// The word for its sign, and whether the number is positive.
     word: (Certainty, bool),
 }
 
-/// Mean and its standard error of numbers of which each is of another case.
+/// Mean over cases and its standard error.
 fn mean_and_error(of_cases: &[f64]) -> (f64, f64) {
     let count = of_cases.len() as f64;
     let mean = of_cases.iter().sum::<f64>() / count;
@@ -48,10 +47,10 @@ fn mean_and_error(of_cases: &[f64]) -> (f64, f64) {
     (mean, (squares / (count - 1.0) / count).sqrt())
 }
 
-/// Kinds of numbers: N/m, of the hyoid m and of its tilt rad/m.
+/// Kinds of numbers: tensions in N/m, the hyoid's displacement in m and its tilt in rad/m.
 const KINDS: [&str; 6] = ["F", "F - F0", "contrast", "F0", "hyoid", "tilt"];
 
-/// How many intervals of a kind contain the truth of a case, and their mean width.
+/// Number of intervals of a kind that contain the truth of a case, and their mean width.
 fn of_kind(unknowns: &[Number], found: &[Found], kind: &str) -> String {
     let own = || unknowns.iter().zip(found).filter(|(number, _)| number.kind == kind).map(|(_, found)| found);
     let (count, held) = (own().count(), own().filter(|found| found.held).count());
@@ -59,28 +58,28 @@ fn of_kind(unknowns: &[Number], found: &[Found], kind: &str) -> String {
     format!("{kind} {held} of {count}, {width:.3} wide")
 }
 
-/// All numbers of the cases that were told.
+/// All numbers of the cases that have draws.
 struct Coverage {
     numbers: Vec<Counted>,
-    /// Of each of [`OTHERS`], how many intervals contain the truth, and how many there are.
+    /// For each of [`EXTRA_INTERVALS`], the number of intervals that contain the truth, and the number of intervals.
     others: [[usize; 2]; 3],
 }
 
-/// Intervals that are counted beside those of the draws: of the stretches that fit all measurements, and those of the verdict.
-const OTHERS: [&str; 3] = ["fitted stretches", "tensions of the short run", "hyoid of the short run"];
+/// Intervals besides those of the numbers: of the stretches that fit all measurements, and of the verdict.
+const EXTRA_INTERVALS: [&str; 3] =
+    ["fitted stretches", "tensions of the short run", "hyoid of the short run"];
 
 impl Coverage {
     fn of_kind(&self, kind: &str) -> impl Iterator<Item = &Counted> + Clone {
         self.numbers.iter().filter(move |number| number.kind == kind)
     }
 
-    /// Number of cases.
     fn cases(&self) -> usize {
         self.numbers[0].ranks.len()
     }
 
-    /// Part of the intervals of a kind that contain the truth, and its standard error. The intervals of one case share tones and body, so
-    /// that it is taken between cases.
+    /// Share of the intervals of a kind that contain the truth, and its standard error between cases, because the intervals of one case
+    /// share tones and body.
     fn held(&self, kind: &str) -> (f64, f64) {
         let of_case = |case: usize| {
             let held = self.of_kind(kind).filter(|n| n.held[case]).count();
@@ -89,13 +88,13 @@ impl Coverage {
         mean_and_error(&(0..self.cases()).map(of_case).collect::<Vec<_>>())
     }
 
-    /// Their mean width, N/m for tensions.
+    /// Mean width of the intervals of a kind, N/m for tensions.
     fn width(&self, kind: &str) -> f64 {
         let intervals: usize = self.of_kind(kind).map(|n| n.ranks.len()).sum();
         self.of_kind(kind).map(|n| n.width).sum::<f64>() / intervals as f64
     }
 
-    /// How many signs of a kind are called sure, and probable, and how many of these are right.
+    /// Numbers of signs called sure, and probable, and of those that are right.
     fn words(&self, kind: &str) -> [[usize; 2]; 2] {
         let mut counts = [[0; 2]; 2];
         for (word, is_positive) in self.of_kind(kind).flat_map(|number| &number.words) {
@@ -112,13 +111,13 @@ impl Coverage {
         counts
     }
 
-    /// The number whose ranks are furthest from uniform, and how probable that is by chance.
+    /// The smallest probability by chance of a number's ranks, and that number.
     fn least_uniform(&self) -> (f64, &str) {
         let each = self.numbers.iter().map(|n| (p_of_uniform(n.ranks.clone()), n.name.as_str()));
         each.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
     }
 
-    /// Prints what was found, and returns the parts held of every kind of number that there is, each with its standard error.
+    /// Prints the results, and returns the share held of every kind with its standard error.
     fn told(&self, what: &str) -> Vec<(f64, f64)> {
         let cases = self.cases();
         let (p, name) = self.least_uniform();
@@ -132,7 +131,7 @@ impl Coverage {
             let words = self.words(kind);
             eprintln!("{what}: {kind} sure and probable signs, and how many of each are right: {words:?}");
         }
-        for (kind, [held, all]) in OTHERS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
+        for (kind, [held, all]) in EXTRA_INTERVALS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
             let part = 100.0 * held as f64 / all as f64;
             eprintln!("{what}: {kind}, {held} of {all} held, {part:.1} %");
         }
@@ -140,8 +139,8 @@ impl Coverage {
         kinds.into_iter().map(|kind| self.held(kind)).collect()
     }
 
-    /// The same, where to four binomial errors signs that are called sure or probable must be right as often as these words say, and 95 % of
-    /// the intervals of each of [`OTHERS`] must contain the truth.
+    /// [`Self::told`], with checks to four binomial errors: sure and probable signs must be right as often as these words say, and 95 % of
+    /// the intervals of each of [`EXTRA_INTERVALS`] must contain the truth.
     fn with_words(&self, what: &str) -> Vec<(f64, f64)> {
         let found = self.told(what);
         for kind in ["F - F0", "contrast"] {
@@ -151,25 +150,25 @@ impl Coverage {
                 assert!(right as f64 >= least * said as f64 - room, "{kind}: {words:?}");
             }
         }
-        for (kind, [held, all]) in OTHERS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
-            assert!((held as f64 / all as f64 - 0.95).abs() < room(all), "{kind}: {held} of {all}");
+        for (kind, [held, all]) in EXTRA_INTERVALS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
+            assert!((held as f64 / all as f64 - 0.95).abs() < four_errors(all), "{kind}: {held} of {all}");
         }
         found
     }
 }
 
-/// What the mesh spacings of the published numbers are multiplied by: by more than 1 where fewer cases are counted than for those, so that a
-/// posterior takes a quarter of the time.
-fn coarser(count: usize, published: usize, by: f64) -> f64 {
+/// Factor of the mesh spacings of the published numbers: with fewer cases than those it exceeds 1, so that a posterior takes a quarter of
+/// the time.
+fn spacing_factor(count: usize, published: usize, by: f64) -> f64 {
     if count < published { by } else { 1.0 }
 }
 
-/// Four standard errors of a binomial of this number of independent intervals about 95 %.
-fn room(intervals: usize) -> f64 {
+/// Four binomial standard errors of this number of independent intervals about 95 %.
+fn four_errors(intervals: usize) -> f64 {
     4.0 * (0.95f64 * 0.05 / intervals as f64).sqrt()
 }
 
-/// The body of a speaker with another width of muscles and another radius of patches.
+/// The body with another width of muscles and another radius of patches.
 fn of_other_widths(usual: &PosteriorModel, random: &mut fastrand::Rng) -> PosteriorModel {
     let mut priors = usual.priors.clone();
     let (width, patch) = (priors.sd_ln_width() * normal(random), priors.sd_ln_patch() * normal(random));
@@ -188,8 +187,7 @@ fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<Syste
     System::new(&body.mesh, &less_compressible(truth, kappa), &all).ok()
 }
 
-/// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the
-/// uncertainties of the priors.
+/// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, changed within the priors.
 fn coverage(
     truths: &[PosteriorModel],
     fitted: &PosteriorModel,
@@ -200,7 +198,7 @@ fn coverage(
     coverage_with(truths, fitted, postures, [count, draws], |_, _, _| Vec::new())
 }
 
-/// The same with what is seen beside the stretches of the tensions, and of the shapes of postures and baseline.
+/// [`coverage`] with auxiliary data, made from the tensions and the shapes of postures and baseline.
 fn coverage_with(
     truths: &[PosteriorModel],
     fitted: &PosteriorModel,
@@ -230,7 +228,7 @@ fn coverage_with(
         let seen = Measurements { auxiliary: beside(&drawn, &shapes, &mut random), ..seen };
         let posterior = sample(fitted, seen, &Sampling { draws, seed: number as u64 }).unwrap();
         let count = posterior.draws.len() as f64;
-        // A posterior has no draws where no chain found a start from which its tensions lead from rest; nothing is told of it.
+        // Cases where no chain found a start that its tensions reach from rest have no draws and do not count.
         (count > 0.0).then(|| {
             let of = |value: &dyn Fn(&ParameterValues) -> f64| {
                 let values: Vec<f64> = posterior.draws.iter().map(|d| value(&d.values)).collect();
@@ -253,7 +251,7 @@ fn coverage_with(
                 .for_each(|found| found.rank = (found.rank * count + random.f64()) / (count + 1.0));
             let fitted = fitted_stretches(&posterior, number as u64);
             let held = fitted.iter().zip(&stretches).filter(|(interval, truth)| interval.holds(**truth));
-            // A verdict is on a vowel of which lengths were measured, in a body of springs.
+            // The program gives verdicts on lengths of one vowel in a body of springs.
             let has_verdict =
                 postures == 1 && fitted_of_springs && posterior.density.seen.auxiliary.is_empty();
             let brief = has_verdict.then(|| short_run(&posterior.density, &posterior.map_estimate, None));
@@ -283,21 +281,21 @@ fn coverage_with(
     }
 }
 
-/// Whether the parts held of one vowel are 95 % to four binomial errors: of tensions, changes and tones of eight muscles, the hyoid's
-/// displacement and its tilt.
+/// Whether the shares held are 95 % to four binomial errors: of tensions, changes and tones of eight muscles, the hyoid's displacement and
+/// its tilt.
 fn are_due(found: &[(f64, f64)], count: usize) -> bool {
-    let intervals = [8, 8, 8, 2, 1].map(|each| room(each * count));
+    let intervals = [8, 8, 8, 2, 1].map(|each| four_errors(each * count));
     found.iter().zip(intervals).all(|((part, _), room)| (part - 0.95).abs() < room)
 }
 
 #[test]
 fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
     let count = cases(8);
-    let model = |priors: &str| posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, priors);
+    let model = |priors: &str| posterior_model_at(5.5 * spacing_factor(count, 200, 1.8) * MM, priors);
     let usual = [model("")];
     let found = coverage(&usual, &usual[0], 1, count, 400).with_words("under the stated priors");
     assert!(are_due(&found, count), "{found:?}");
-    // A wrong scale of the tensions is not seen by the intervals: that is why it is told beside them.
+    // The intervals do not show a wrong scale of the tensions, so its effect is printed.
     if count > 100 {
         for (name, wrong) in
             [("F ~ HN30", "tension.scale_n_per_m = 30.0"), ("F ~ HN10", "tension.scale_n_per_m = 10.0")]
@@ -310,7 +308,7 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
 #[test]
 fn intervals_with_contours_beside_the_lengths_cover_the_truth_however_many_points_are_drawn() {
     let count = cases(8);
-    let usual = [posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, "")];
+    let usual = [posterior_model_at(5.5 * spacing_factor(count, 200, 1.8) * MM, "")];
     for between in [0, 3] {
         let contour = |_: &ParameterValues, shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
             vec![contours(&usual[0].body, shapes, between, random)]
@@ -324,7 +322,7 @@ fn intervals_with_contours_beside_the_lengths_cover_the_truth_however_many_point
 #[test]
 fn intervals_with_coils_and_activity_beside_the_lengths_cover_the_truth() {
     let count = cases(8);
-    let usual = [posterior_model_at(5.5 * coarser(count, 200, 1.8) * MM, "")];
+    let usual = [posterior_model_at(5.5 * spacing_factor(count, 200, 1.8) * MM, "")];
     let both = |values: &ParameterValues, shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
         vec![coils(&usual[0].body, shapes, random), activity(values, random)]
     };
@@ -332,37 +330,37 @@ fn intervals_with_coils_and_activity_beside_the_lengths_cover_the_truth() {
     assert!(are_due(&found, count), "{found:?}");
 }
 
-/// Standard deviations between speakers of the part of their intervals that contain the truth, of [`KINDS`], from 200 speakers.
+/// Standard deviations between speakers of the shares held, for each of [`KINDS`], from 200 speakers.
 const BETWEEN_SPEAKERS: [f64; 6] = [0.05, 0.08, 0.09, 0.10, 0.12, 0.22];
 
-/// `TONGUE_FIT_CASES=200` and more ask for the published 93 to 97 %, fewer for 95 % to four standard errors between speakers.
+/// `TONGUE_FIT_CASES=200` and more demand the published 93 to 97 %, fewer 95 % to four standard errors between speakers.
 #[test]
 fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
     let count = cases(5);
-    let truths = [5.0, 5.5, 6.0].map(|mm| posterior_model_at(mm * coarser(count, 200, 1.8) * MM, ""));
+    let truths = [5.0, 5.5, 6.0].map(|mm| posterior_model_at(mm * spacing_factor(count, 200, 1.8) * MM, ""));
     let coverage = coverage(&truths, &truths[1], 3, count, 400);
     let found = coverage.with_words("speakers of three vowels");
     for (kind, ((part, error), sd)) in KINDS.iter().zip(found.into_iter().zip(BETWEEN_SPEAKERS)) {
-        // A speaker has one tilt, so that 0.02 is little more than its standard error of 200 speakers.
+        // A speaker has one tilt, so 0.02 would be little more than the standard error of 200 speakers.
         let room = if count < 200 || *kind == "tilt" { 4.0 * sd / (count as f64).sqrt() } else { 0.02 };
         assert!((part - 0.95).abs() < room, "{kind}: {part} ± {error}, at most {room} from 0.95");
     }
-    // The least uniform of so many numbers by chance, once in a hundred runs.
+    // By chance the least uniform number is below this once in a hundred runs.
     let (p, name) = coverage.least_uniform();
     assert!(p > 0.01 / coverage.numbers.len() as f64, "{name}: {p}");
 }
 
-/// `TONGUE_FIT_CASES=60` and more ask for 90 to 98 %.
+/// `TONGUE_FIT_CASES=60` and more demand 90 to 98 %.
 #[test]
 fn intervals_of_a_continuum_cover_the_truth_of_continua_of_other_widths_and_meshes() {
     let count = cases(3);
     let continuum = |mm: f64| {
-        let spacing_m = mm * coarser(count, 60, 1.2) * MM;
+        let spacing_m = mm * spacing_factor(count, 60, 1.2) * MM;
         let body = Body::continuum(spacing_m, &ContinuumSettings::default()).unwrap();
         PosteriorModel::new(&body, &Model::default(), &Priors::default()).unwrap()
     };
     let found =
         coverage(&[continuum(8.0), continuum(9.0)], &continuum(12.0), 1, count, 120).with_words("continuum");
-    let (low, high) = if count < 60 { (0.95 - room(8 * count), 1.0) } else { (0.9, 0.98) };
+    let (low, high) = if count < 60 { (0.95 - four_errors(8 * count), 1.0) } else { (0.9, 0.98) };
     assert!(found[..3].iter().all(|(part, _)| (low..=high).contains(part)), "{found:?}");
 }

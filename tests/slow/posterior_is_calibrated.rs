@@ -1,5 +1,4 @@
-//! A posterior is as sure as it says: simulation-based calibration of the sampler (Talts and others 2018), and the dependence of signs on
-//! the prior.
+//! Simulation-based calibration of the sampler (Talts and others 2018), and the dependence of signs on the prior.
 
 use tongue_core::random::{normals, seed_of};
 use tongue_fit::inverse::TargetOnBody;
@@ -15,7 +14,7 @@ use crate::synthetic_speakers::{
 
 #[test]
 fn ranks_of_the_truth_among_draws_are_uniform() {
-    // Without what is linearised at each posterior the likelihood is the very one that makes the data.
+    // Without errors of geometry, which are linearised at each posterior, the likelihood is the distribution of the data.
     let posterior_model =
         coarse_posterior_model("muscle_ends.off = true\noutline.off = true\ncompressibility.off = true\n");
     for (postures, count) in [(1, cases(30)), (3, cases(8))] {
@@ -53,14 +52,14 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
         }
         low.sort_by(|a, b| a.0.total_cmp(&b.0));
         eprintln!("{postures} postures, {} speakers, lowest: {:?}", ranks.len(), &low[..4]);
-        // The lowest of so many by chance, once in a hundred runs.
+        // By chance the lowest is below this once in a hundred runs.
         assert!(low[0].0 > 0.01 / unknowns.len() as f64, "{postures}: {low:?}");
         let first = ranks.iter().map(|r| r[1].powi(4)).collect();
         assert!(count < 20 || p_of_uniform(first) < 0.01, "the test can fail");
     }
 }
 
-/// A sign that is told with a probability of .9 keeps .85 where the scale of the tensions' prior is half or twice as large, or is marked.
+/// A sign with a probability of .9 keeps .85 if the scale of the tensions' prior is halved or doubled, or it is marked.
 #[test]
 fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
     let scaled = |factor: f64| {
@@ -94,7 +93,7 @@ fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
     assert!(compared >= 3, "{compared}");
 }
 
-/// What the model page tells of the average over geometry, whose effect depends on kappa.
+/// The numbers in docs/model.md about the average over geometry.
 #[test]
 fn the_sign_of_s1_i_sgm_with_averaged_geometry_is_as_told() {
     let target = Dataset::reference().unwrap().stretches("S1", "i").unwrap();

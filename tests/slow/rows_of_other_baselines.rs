@@ -1,4 +1,4 @@
-//! What a vowel alone says of a muscle that is left out, against a baseline in which muscles pull.
+//! Predictions of a muscle that is left out of a vowel, against a baseline in which muscles pull.
 
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
@@ -31,6 +31,7 @@ fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
     });
     let (held, all) = held.iter().fold((0, 0), |(h, a), (held, all)| (h + held, a + all));
     eprintln!("against /{baseline}/: {held} of {all} hold");
-    // One of two baselines against which fewest held without an error of their own: 104 of 120. Two binomial errors below 95 %.
+    // /o/ is one of the two baselines against which fewest held (104 of 120) without an error of the baseline. The limit is two binomial
+    // errors below 95 %.
     assert!(all == 120 && held as f64 >= 0.91 * all as f64, "{held} of {all}");
 }

@@ -1,4 +1,4 @@
-//! Speakers whose tensions are known, drawn from the priors of a posterior, and what is measured of them.
+//! Speakers with tensions drawn from the priors of a posterior, and their measurements.
 
 use nalgebra::DMatrix;
 use tongue_core::geometry::NaturalSpline;
@@ -18,7 +18,7 @@ use tongue_infer::standard_deviations::{
     COIL_M, EMG, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
 };
 
-/// Variance of a stretch by the rounding of lengths of some 50 mm to millimetres.
+/// Variance of a stretch by rounding of lengths of some 50 mm to millimetres.
 const ROUNDING: f64 = 6.7e-5;
 
 /// The tongue of springs under priors (TOML).
@@ -26,18 +26,18 @@ pub fn posterior_model(priors: &str) -> PosteriorModel {
     posterior_model_at(5.5 * MM, priors)
 }
 
-/// The same with a coarse mesh, for what holds on any mesh: a posterior takes a quarter of the time.
+/// The tongue with a coarse mesh, with which a posterior takes a quarter of the time.
 pub fn coarse_posterior_model(priors: &str) -> PosteriorModel {
     posterior_model_at(10.0 * MM, priors)
 }
 
-/// The same with another mesh spacing, m.
+/// The tongue with this mesh spacing, m.
 pub fn posterior_model_at(spacing_m: f64, priors: &str) -> PosteriorModel {
     let priors = Priors::from_toml(priors, "test").unwrap();
     PosteriorModel::new(&Body::tongue(spacing_m).unwrap(), &Model::default(), &priors).unwrap()
 }
 
-/// Shapes of a body in the postures of a speaker, one after the other, and at last in the baseline, if it has them.
+/// Shapes of a body in the postures of a speaker and, last, in the baseline; `None` if one has no equilibrium.
 pub fn shapes(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<Vec<Point>>> {
     let lanes = Lanes::new(system);
     let settings = statics::SolveSettings::default();
@@ -56,17 +56,17 @@ pub fn stretches_of(system: &System<2>, shapes: &[Vec<Point>]) -> Vec<f64> {
     postures.iter().flat_map(|own| own.iter().zip(over).map(|(l, l0)| l / l0)).collect()
 }
 
-/// Stretches of a body in the postures of a speaker, one after the other, if it has them.
+/// Stretches of a body in the postures of a speaker; `None` if one has no equilibrium.
 pub fn stretches(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<f64>> {
     Some(stretches_of(system, &shapes(density, truth, system)?))
 }
 
-/// Of so many postures, with errors that are zero.
+/// Measurements of this many postures without errors.
 fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -> Measurements {
     let count = posterior_model.muscles.len();
     let n = stretches.len();
     let rounding = DMatrix::from_fn(n, n, |i, j| {
-        // Half of it comes from the baseline, which the postures share.
+        // Half of the variance is that of the baseline, which the postures share.
         let of_baseline = if i % count == j % count { 0.5 * ROUNDING } else { 0.0 };
         of_baseline + if i == j { 0.5 * ROUNDING } else { 0.0 }
     });
@@ -81,7 +81,7 @@ fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -
     }
 }
 
-/// What was seen of true stretches.
+/// Measurements of true stretches with errors.
 pub fn seen(
     posterior_model: &PosteriorModel,
     postures: usize,
@@ -96,8 +96,7 @@ pub fn seen(
     seen
 }
 
-/// Points of shapes in the frame of the body that is fitted, which is placed, turned and scaled as wrongly as a posterior assumes, with
-/// noise along each axis.
+/// Points of shapes in the frame of the fitted body, shifted, turned and scaled as a posterior assumes, with noise along each axis.
 fn placed(shapes: &[Vec<Point>], noise_m: f64, random: &mut fastrand::Rng) -> Vec<Vec<Point>> {
     let [scale, turn] = [LEFT_SCALE, LEFT_TURN_DEG.to_radians()].map(|sd| sd * normal(random));
     let shift = Point::new(normal(random), normal(random)) * (LEFT_SHIFT_MM * MM);
@@ -110,7 +109,7 @@ fn placed(shapes: &[Vec<Point>], noise_m: f64, random: &mut fastrand::Rng) -> Ve
     shapes.iter().map(|points| points.iter().map(&mut place).collect()).collect()
 }
 
-/// The places on shapes at these distances along the surface, m.
+/// Points of shapes at these distances along the surface, m.
 fn on_surface(surface: &TongueSurface, shapes: &[Vec<Point>], places: &[f64]) -> Vec<Vec<Point>> {
     let place = |shape: &[Point], at: f64| -> Point {
         surface.curve.weights(at).iter().map(|(n, w)| shape[*n] * *w).sum()
@@ -118,7 +117,7 @@ fn on_surface(surface: &TongueSurface, shapes: &[Vec<Point>], places: &[f64]) ->
     shapes.iter().map(|shape| places.iter().map(|&at| place(shape, at)).collect()).collect()
 }
 
-/// The number of each posture of `shapes`, of which the last one is the baseline.
+/// Numbers of the postures of `shapes`, of which the last one is the baseline.
 fn postures(shapes: &[Vec<Point>]) -> Vec<Option<usize>> {
     (0..shapes.len() - 1).map(Some).chain([None]).collect()
 }
@@ -141,7 +140,7 @@ pub fn contours(
     AuxiliaryData::points(body, &seen, &postures(shapes)).unwrap()
 }
 
-/// Three coils on shapes, glued on by eye.
+/// Three coils on shapes, at places that are not measured.
 pub fn coils(body: &Body<2>, shapes: &[Vec<Point>], random: &mut fastrand::Rng) -> AuxiliaryData {
     let surface = TongueSurface::of(body).unwrap();
     let first = surface.tip - (8.0 + FIRST_COIL_MM * normal(random)).clamp(1.0, 20.0) * MM;
@@ -158,7 +157,7 @@ pub fn coils(body: &Body<2>, shapes: &[Vec<Point>], random: &mut fastrand::Rng) 
     AuxiliaryData::points(body, &seen, &postures(shapes)).unwrap()
 }
 
-/// Activity of GGa, and of HGa and HGp together, in a posture and in the baseline; each electrode has a gain of its own.
+/// Activity of GGa, and of HGa and HGp together, in a posture and in the baseline; each electrode has its own gain.
 pub fn activity(values: &ParameterValues, random: &mut fastrand::Rng) -> AuxiliaryData {
     let electrodes = [vec![0], vec![6, 7]].map(|muscles| {
         let ln_gain = normal(random);
@@ -172,13 +171,13 @@ pub fn activity(values: &ParameterValues, random: &mut fastrand::Rng) -> Auxilia
     AuxiliaryData::emg(&electrodes)
 }
 
-/// A density of which nothing was seen yet.
+/// A density without measurements.
 pub fn unseen(posterior_model: &PosteriorModel, postures: usize) -> Density<'_> {
     let count = postures * posterior_model.muscles.len();
     Density::new(posterior_model, exact(posterior_model, postures, &vec![1.0; count])).unwrap()
 }
 
-/// A number of a meaning.
+/// A number that is sampled or reported.
 pub struct Number {
     /// F0, F, F - F0, contrast, hyoid or tilt.
     pub kind: &'static str,
@@ -186,7 +185,7 @@ pub struct Number {
     pub value: Box<dyn Fn(&ParameterValues) -> f64 + Sync>,
 }
 
-/// All that is sampled, and what is told of it.
+/// All numbers that are sampled or reported.
 pub fn unknowns(posterior_model: &PosteriorModel, postures: usize) -> Vec<Number> {
     let mut all: Vec<Number> = Vec::new();
     let mut add = |kind: &'static str, of: String, value: Box<dyn Fn(&ParameterValues) -> f64 + Sync>| {
@@ -213,8 +212,7 @@ pub fn unknowns(posterior_model: &PosteriorModel, postures: usize) -> Vec<Number
     all
 }
 
-/// Probability that uniform numbers are as far from uniform as these, after Kolmogorov and Smirnov, with
-/// Stephens's correction.
+/// Probability that uniform numbers are as far from uniform as these (Kolmogorov and Smirnov, with Stephens's correction).
 pub fn p_of_uniform(mut all: Vec<f64>) -> f64 {
     all.sort_by(f64::total_cmp);
     let n = all.len() as f64;

@@ -1,5 +1,5 @@
-//! Recordings are simulated: on the body that they are tracked with, at tensions drawn from the prior, and on other bodies, at
-//! tensions of another kind. About 95 % of the intervals hold the truth.
+//! About 95 % of the intervals of simulated recordings contain the truth: on the body that they are tracked with, at tensions drawn from
+//! the prior, and on other bodies, at tensions of another distribution.
 
 use std::sync::OnceLock;
 
@@ -25,14 +25,13 @@ use crate::changed_speakers::{doubled, labelled, redrawn};
 use crate::speakers::{Recorded, Seeing, Tones, recorded_with};
 use crate::synthetic::{Kind, Speaker, drawn_scores};
 
-/// What became of intervals.
 #[derive(Default)]
 struct Counts {
     all: usize,
     /// Truths below and above their intervals.
     missed: [usize; 2],
     resolved: usize,
-    /// Coordinates of a bone that was not seen, and those that their intervals hold.
+    /// Coordinates of an unseen bone, and those that their intervals contain.
     bones: [usize; 2],
 }
 
@@ -42,7 +41,7 @@ impl Counts {
     }
 }
 
-/// Tensions of all frames drawn from the prior: levels, and courses that remember.
+/// Tensions of all frames drawn from the prior.
 fn drawn(link: &Softplus, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let levels: Vec<f64> = (0..8).map(|_| link.middle_n + link.level_sd_n * normal(rng)).collect();
     let courses = drawn_scores(8, memory_s, times, rng);
@@ -50,7 +49,7 @@ fn drawn(link: &Softplus, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng)
     courses.iter().map(|e| levels.iter().zip(e.iter()).map(tension).collect()).collect()
 }
 
-/// Of so many recordings, each of so many frames that are 12.5 ms apart. `unseen`: the hyoid moves about its place and is not seen.
+/// Counts of this many recordings with this many frames, 12.5 ms apart. `unseen`: the hyoid moves and is not seen.
 fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each]: [usize; 2]) -> Counts {
     let all: Vec<usize> = (0..8).collect();
     let freed = MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
@@ -61,7 +60,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
     let seeds: Vec<u64> = (0..recordings as u64).collect();
     let one = |seed: &u64| {
         let mut rng = fastrand::Rng::with_seed(1000 + seed);
-        // Tensions without an equilibrium nobody can record.
+        // Tensions without an equilibrium are drawn again.
         let (truth, hyoid, shapes) = loop {
             let truth = drawn(&settings.link, settings.memory_s, &times, &mut rng);
             let hyoid = match unseen {
@@ -81,9 +80,9 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
         }
         let settings = TrackSettings { seed: *seed, ..settings.clone() };
         let ready = vec![frames(&seen, &speaker.surface, &bones, &[])];
-        let stage = TrackingContext { system: &speaker.system, followed: &bones, freed, shape: None };
+        let context = TrackingContext { system: &speaker.system, followed: &bones, freed, shape: None };
         let found =
-            Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap().pop().unwrap().frames;
+            Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap().pop().unwrap().frames;
         let mut counts = Counts::default();
         for (frame, truth) in found.iter().zip(&truth) {
             counts.all += truth.len();
@@ -113,9 +112,9 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
 #[allow(clippy::print_stdout, reason = "for --nocapture")]
 fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
     let speaker = Speaker::of(Body::tongue(5.5e-3).unwrap());
-    // 93 to 97 % are due. An interval from 0, where a slack muscle cannot be excluded, holds more: 98 % of three coils. A hyoid that was
-    // not seen moves so far that the surface does not answer in straight lines: 84 to 89 % of a contour, and 76 % of its own displacement,
-    // which is a limit of the method.
+    // The limits are 93 to 97 %. Intervals from 0, where a slack muscle cannot be excluded, hold more: 98 % with three coils. An unseen
+    // hyoid moves beyond the range of the linearisation: contours hold 84 to 89 %, and 76 % of the hyoid's displacement, which is a limit
+    // of the method.
     let (due, from_zero, not_straight) = (0.93..=0.97, 0.93..=0.99, 0.83..=0.97);
     let [coils, keypoints, points] =
         [Kind::Sensors(3, 0.5e-3), Kind::Contour(11, 0.93e-3), Kind::Contour(31, 0.5e-3)];
@@ -126,7 +125,7 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
         ("3 coils at 0.5 mm, hyoid not seen", coils, Some(0.93..=0.98), from_zero.clone(), 5),
         ("11 keypoints at 0.93 mm, hyoid not seen", keypoints, Some(0.74..=0.97), not_straight.clone(), 5),
         ("31 points at 0.5 mm, hyoid not seen", points, Some(0.74..=0.97), not_straight, 5),
-        // As in a scene with points.
+        // Single frames, as in a scene with points.
         ("one frame of 3 coils at 0.5 mm", coils, None, from_zero, 1),
         ("one frame of 11 keypoints at 0.93 mm", keypoints, None, due.clone(), 1),
         ("one frame of 31 points at 0.5 mm", points, None, due, 1),
@@ -152,13 +151,13 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
     assert!(good, "{told:?}");
 }
 
-/// Tracks a speaker on the built-in tongue, as `tongue-fit track` does; `None` where a bone more than 10 mm from where a tongue with this
-/// contour has it refuses the recording. Levels and shape are found from up to `shared_frames` frames.
+/// Tracks a speaker on the built-in tongue, as `tongue-fit track` does, with up to `shared_frames` frames for levels and shape; `None`
+/// where a bone more than 10 mm from its place in a tongue with this contour refuses the recording.
 pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRecording>> {
     tracked_without(speaker, shared_frames, &[])
 }
 
-/// The same where the points `hide` of the contour are held out.
+/// [`tracked`] with the contour points `hide` held out.
 pub fn tracked_without(
     speaker: &Recorded,
     shared_frames: usize,
@@ -168,7 +167,7 @@ pub fn tracked_without(
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
     let settings = TrackSettings::new(20.0, 0.1);
-    let basis = AdaptationInput {
+    let adaptation_input = AdaptationInput {
         body: &body,
         anatomy: None,
         model,
@@ -176,13 +175,13 @@ pub fn tracked_without(
         settings,
         palate: None,
     };
-    let placed = match basis.to_recordings(&seen, RestShapeMethod::Similarity, hide, &|_, _| {}) {
+    let placed = match adaptation_input.to_recordings(&seen, RestShapeMethod::Similarity, hide, &|_, _| {}) {
         Err(RestError::NotOneFrame(_)) => return None,
         placed => placed.unwrap(),
     };
     let system = System::new(&placed.body.mesh, &model, &contracting).unwrap();
-    let sight = RegistrationData::of(&seen, hide);
-    let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
+    let data = RegistrationData::of(&seen, hide);
+    let at = |bone: &str| if bone == HYOID { data.hyoid } else { data.spine };
     let shape = RestShape::of(&placed.body, &model, &contracting, at).unwrap();
     let surface = TongueSurface::of(&placed.body).unwrap();
     let compared = compared(&seen);
@@ -192,50 +191,50 @@ pub fn tracked_without(
         ready
     };
     let ready = seen.iter().map(ready).collect();
-    let stage =
+    let context =
         TrackingContext { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
-    Some(Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap())
+    Some(Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap())
 }
 
-/// What became of the intervals of speakers with other bodies.
+/// Counts of intervals of speakers with other bodies.
 #[derive(Default)]
 pub struct Held {
     all: f64,
     levels: f64,
     courses: f64,
-    /// Levels that the interval of a muscle's level in the prior, which begins at 0, holds.
+    /// Levels in the interval that the prior of a muscle's level gives, which begins at 0.
     by_prior: f64,
     level_widths: f64,
     course_widths: f64,
-    /// Frames of muscles that pull nothing, and those of them whose level begins above 5 N/m.
+    /// Frames of muscles that pull nothing, and those whose level begins above 5 N/m.
     dead: [f64; 2],
-    /// Mean courses over labels, and those that their intervals hold.
+    /// Mean courses over labels, and those that their intervals contain.
     labels: [f64; 2],
 }
 
 impl Held {
-    /// Part of the levels that held, in per cent.
+    /// Share of the levels that held, per cent.
     pub fn levels(&self) -> f64 {
         100.0 * self.levels / self.all
     }
 
-    /// The same of the courses.
+    /// Share of the courses that held, per cent.
     pub fn courses(&self) -> f64 {
         100.0 * self.courses / self.all
     }
 
-    /// Part of the mean courses over labels that held, in per cent.
+    /// Share of the mean courses over labels that held, per cent.
     fn of_labels(&self) -> f64 {
         100.0 * self.labels[1] / self.labels[0]
     }
 
-    /// Their width, N/m.
+    /// Mean width of the intervals of levels, N/m.
     fn level_width(&self) -> f64 {
         self.level_widths / self.all
     }
 
-    /// Part of the frames of muscles that pull nothing whose level begins above 5 N/m.
+    /// Share of the frames of muscles that pull nothing whose level begins above 5 N/m.
     fn dead_above_5(&self) -> f64 {
         self.dead[1] / self.dead[0].max(1.0)
     }
@@ -265,7 +264,7 @@ impl Held {
         (0..2).for_each(|i| self.labels[i] += other.labels[i]);
     }
 
-    /// Of a speaker and what was found of each recording.
+    /// Adds the results of a speaker's recordings.
     pub fn add(&mut self, speaker: &Recorded, found: Vec<TrackedRecording>) {
         let link = Softplus::default();
         let highest = link.tension(link.middle_n + 1.96 * link.level_sd_n).0;
@@ -335,7 +334,7 @@ fn of_strong_tones_a_contour_says_little_but_courses_hold() {
 /// Largest number of frames by which levels and shape are found.
 pub const SHARED: usize = 240;
 
-/// A contour that is drawn through 41 points instead of 11, or whose frames are given twice, has intervals as wide as before.
+/// A contour of 41 points instead of 11, or with frames given twice, has intervals as wide as before.
 #[test]
 fn more_points_of_a_contour_and_frames_given_twice_are_no_new_data() {
     let held = |change: &Change| sum(&held_of(Tones::HalfNormal(20.0), SHARED, 12, change));
@@ -357,7 +356,7 @@ fn other_bodies(tones: Tones, shared_frames: usize, speakers: usize) -> Held {
     sum(&held_of(tones, shared_frames, speakers, &|_| ()))
 }
 
-/// Of 40 speakers with tones as the prior has them, tracked once for all tests that look at them.
+/// 40 speakers with tones from the prior, tracked once for all tests.
 fn usual() -> &'static [Held] {
     static ALL: OnceLock<Vec<Held>> = OnceLock::new();
     ALL.get_or_init(|| held_of(Tones::HalfNormal(20.0), SHARED, 40, &labelled))
@@ -369,7 +368,7 @@ fn sum(speakers: &[Held]) -> Held {
     sum
 }
 
-/// What is done to a speaker's recordings before they are tracked.
+/// A change of a speaker's recordings before they are tracked.
 type Change = dyn Fn(&mut Recorded) + Sync;
 
 #[allow(clippy::print_stdout, reason = "for --nocapture")]
@@ -390,7 +389,7 @@ fn held_of(tones: Tones, shared_frames: usize, speakers: usize, change: &Change)
     let count = all.len();
     let all: Vec<Held> = all.into_iter().map(|(_, held, _)| held).collect();
     println!("{tones:?}, {shared_frames} frames: {}; {refused} of {count} refused", sum(&all).told());
-    // These bodies differ more than people do: of files in the right frame none is refused for its bones.
+    // These bodies differ more than people do; no real recording in the right frame is refused for its bones.
     assert!(refused * 3 <= count, "{refused} of {count}");
     all
 }

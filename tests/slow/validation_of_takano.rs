@@ -1,4 +1,4 @@
-//! The committed validation is reproduced by the command.
+//! The committed validation is reproduced.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use tongue_infer::posterior::{
 
 use crate::fixtures::target;
 
-/// The output of `tongue-fit validate --posterior`.
+/// The committed output of `tongue-fit validate --posterior`.
 fn committed() -> Value {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("results/validate/validate.json")).unwrap();
@@ -25,7 +25,7 @@ fn committed() -> Value {
 #[test]
 fn the_committed_numbers_are_found_again() {
     let committed = committed();
-    // What is not compared here is not computed.
+    // Only what is compared here is computed.
     let plan = ValidationPlan { baseline: Vowel::unrounded_u(), permutations: 0, seed: 1, posterior: false };
     let (data, body) = (Dataset::reference().unwrap(), Body::tongue(0.0055).unwrap());
     let study = validate::run(&data, &body, &Model::default(), &plan, &|_, _, _| {}).unwrap();
@@ -41,7 +41,7 @@ fn the_committed_numbers_are_found_again() {
 #[test]
 fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     let body = Body::tongue(0.0055).unwrap();
-    // As rows are validated by themselves: the hyoid does not tilt.
+    // Rows are validated by themselves without a tilt of the hyoid.
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
     let posterior_model = PosteriorModel::new(&body, &Model::default(), &priors).unwrap();
     let rows: Vec<_> =
@@ -71,10 +71,10 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     assert!((rms - of(2, "rms")).abs() < 1e-3, "{rms}");
     assert!((log_score - of(2, "log_score")).abs() < 1e-2, "{log_score}");
     assert!((held - of(2, "coverage_95")).abs() < 0.011, "{held}");
-    // The intervals are calibrated, and the distribution is better than the normal one of the other speakers. Its mean
-    // is not (0.091 against 0.088): equal scales of F and F0 cost 0.003.
+    // The intervals are calibrated, and the distribution is better than the normal one of the other speakers. Its mean is not (0.091
+    // against 0.088): equal scales of F and F0 cost 0.003.
     assert!((0.9..=0.98).contains(&held) && log_score > of(1, "log_score"), "{held}");
-    // A speaker's vowels together are better in both, and vowels of other speakers are worse than a row alone.
+    // A speaker's vowels together are better in both scores, and other speakers' vowels are worse than a row alone.
     let names: Vec<&str> = scores.as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     assert_eq!(names[3..], ["posterior_joint", "posterior_joint_tilt", "control_other_speakers"]);
     for (better, worse) in [(3, 1), (3, 2), (4, 3), (2, 5)] {

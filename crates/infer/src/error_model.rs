@@ -1,12 +1,12 @@
-//! Covariance of the errors, which are the distances between a contour and the surface of a body.
+//! Covariance of the errors, the distances between a contour and the surface of a body.
 //!
 //! ```text
 //! slow² exp(-dq²/2/15²) exp(-|dt|/memory) + static² exp(-dq²/2/15²) + [same point] sd² max(1, 9 mm/spacing) max(1, 12.5 ms/period)
 //! ```
-//! in mm with `q` the distance along the mean contour. A body with a wrong shape has the same errors in every frame, so a part of the
-//! error is shared by all frames. The own error of a point is white along the contour and in time: its standard deviation is meant for
-//! points 9 mm and frames 12.5 ms apart, and points or frames that are closer carry together what these carry. Many points of a contour
-//! are averaged over 9 mm, because what a drawn contour shows between its keypoints says nothing of the tongue.
+//! in mm with `q` the distance along the mean contour. A body with a wrong shape has the same errors in every frame, so a part of the error
+//! is shared by all frames. The own error of a point is white along the contour and in time: closer points or frames than 9 mm and 12.5 ms
+//! carry no more information than points and frames at these distances. Many points of a contour are averaged over 9 mm, because a drawn
+//! contour contains no information between its keypoints.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -16,13 +16,13 @@ use tongue_core::geometry::Point;
 /// Covariance of the errors of the observations, lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// Standard deviation of the error that is remembered from frame to frame, mm.
+    /// Standard deviation of the error that decays from frame to frame, mm.
     pub slow_mm: f64,
     /// Standard deviation of the error that all frames share, mm.
     pub static_mm: f64,
-    /// Distance along the contour for which the standard deviation of a point is meant, mm: closer points share what it says.
+    /// Distance along the contour of points with independent own errors, mm.
     pub apart_mm: f64,
-    /// Time between frames for which it is meant, s.
+    /// Time between frames with independent own errors, s.
     pub apart_s: f64,
 }
 
@@ -38,22 +38,21 @@ impl Default for Errors {
 }
 
 impl Errors {
-    /// Errors for a body of known shape, and points whose errors are independent.
+    /// For a body of known shape, and points whose errors are independent.
     pub const INDEPENDENT: Self = Self { slow_mm: 0.0, static_mm: 0.0, apart_mm: 0.0, apart_s: 0.0 };
 
-    /// Covariance of the errors of two observations of a body of unknown shape, mm², without their own errors. `same_frame`: frames are
-    /// otherwise too far apart to remember.
+    /// Covariance of two observations' errors by the shape of the body, mm²; without `same_frame` their slow errors are independent.
     pub fn of_body(&self, a: &Along, b: &Along, same_frame: bool) -> f64 {
         let slow = if same_frame { self.slow_mm.powi(2) } else { 0.0 };
         (slow + self.static_mm.powi(2)) * correlation(a, b, sd::ERRORS_FAR_MM)
     }
 
-    /// Variance of the own error of an observation that has no other near it, mm². `period_s`: time between frames.
+    /// Variance of the own error of an observation without neighbours, mm². `period_s`: time between frames.
     fn alone(&self, along: &Along, period_s: f64) -> f64 {
         along.sd_mm.powi(2) * (self.apart_s / period_s).max(1.0)
     }
 
-    /// Variances of the own errors of the observations of a frame, mm²; contour points are in their order along the contour.
+    /// Variances of the own errors of the observations of a frame, mm²; contour points are in order along the contour.
     pub(crate) fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
         let on_contour: Vec<f64> = along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm).collect();
         let last = on_contour.len().saturating_sub(1);
@@ -64,13 +63,13 @@ impl Errors {
                 let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
                 (on_contour[after] - on_contour[before]).abs() / (after - before) as f64
             });
-            // Points in one place carry together what one carries.
+            // Points at one place together carry the information of one point.
             self.alone(a, period_s) * (self.apart_mm / apart).clamp(1.0, on_contour.len().max(1) as f64)
         }))
     }
 
-    /// The matrix that takes the many points of a contour to their averages at places [`Errors::apart_mm`] apart; the weight of a point
-    /// falls linearly to zero at the next place. Other observations stay as they are. `None` for a contour of few points.
+    /// Matrix that replaces the many points of a contour by averages at places [`Errors::apart_mm`] apart; the weight of a point falls
+    /// linearly to zero at the next place. Other observations are kept. `None` for a contour of few points.
     fn averages(&self, along: &[Along]) -> Option<DMatrix<f64>> {
         let on_contour = || along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm);
         let [low, high] =
@@ -95,8 +94,8 @@ impl Errors {
         Some(DMatrix::from_fn(rows.len(), along.len(), |i, j| rows[i][j]))
     }
 
-    /// The averages that stand for the observations of a frame (`None`: they stand for themselves), and the variances of the own errors of
-    /// what stands for them, mm². `others` are variances, mm², that are added to those of the observations.
+    /// The averages that replace the observations of a frame (`None`: there are none), and the variances of the own errors of what is left,
+    /// mm². `others` are added to the variances of the observations, mm².
     pub(crate) fn in_frame(
         &self,
         along: &[Along],
@@ -118,26 +117,23 @@ impl Errors {
         }
     }
 
-    /// Total standard deviation of an observation, mm.
     pub fn sd(&self, along: &Along) -> f64 {
         let parts = [self.slow_mm, self.static_mm, along.sd_mm];
         parts.iter().map(|p| p * p).sum::<f64>().sqrt()
     }
 }
 
-/// Place and error of an observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Along {
-    /// 0: across the contour; 1 and 2: the two coordinates of a sensor. Errors of different channels are independent.
+    /// 0: across the contour; 1 and 2: the coordinates of a sensor. Errors of different channels are independent.
     pub channel: usize,
     /// Distance along the mean contour, mm.
     pub at_mm: f64,
-    /// Standard deviation, mm.
     pub sd_mm: f64,
 }
 
-/// Distances of the points of a contour from its first one along the lines between them, in units of which a metre has `per_m`. A point
-/// that was not seen has that of the one before it.
+/// Distances of the points of a contour from its first one along the lines between them, in 1/`per_m` of a metre. A point that was not seen
+/// has that of the one before it.
 pub(crate) fn distances_along(points: impl IntoIterator<Item = Option<Point>>, per_m: f64) -> Vec<f64> {
     let (mut last, mut along): (Option<Point>, f64) = (None, 0.0);
     Vec::from_iter(points.into_iter().map(|point| {
@@ -147,24 +143,23 @@ pub(crate) fn distances_along(points: impl IntoIterator<Item = Option<Point>>, p
     }))
 }
 
-/// A contour of more points than this, in units of those that are independent, is averaged.
+/// A contour is averaged if it has more than this many times as many points as independent ones.
 const MANY: f64 = 1.5;
-/// Distance between the knots of the slow and the static error, as a part of their correlation length.
+/// Distance between the knots of the slow and the static error, as a part of the correlation length.
 const KNOTS_APART: f64 = 0.8;
-/// Part of the variance that is added to that of the knots, so that the matrix can be factorised.
+/// Relative addition to the variances at the knots that makes their correlation positive definite.
 const JITTER: f64 = 1e-6;
 
-/// The slow and the static error, as values at a few knots of each channel.
+/// The slow and the static error as values at a few knots of each channel (Gaussian-process approximation by inducing points).
 #[derive(Debug, Clone)]
 pub(crate) struct Knots {
     errors: Errors,
     places: Vec<Along>,
-    /// Correlation of the values at the knots, factorised.
+    /// Factor of the correlation of the values at the knots.
     factor: Option<Cholesky<f64, Dyn>>,
 }
 
 impl Knots {
-    /// Knots along all observations.
     pub fn new<'a>(errors: Errors, seen: impl IntoIterator<Item = &'a Along>) -> Self {
         let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
         for along in seen {
@@ -201,13 +196,13 @@ impl Knots {
 
     /// Precision of the values at the knots for this standard deviation, mm.
     pub fn precision(&self, sd_mm: f64) -> DMatrix<f64> {
-        // A standard deviation of zero is replaced by this one, so that the precision is finite.
+        // Replaces a standard deviation of zero, so that the precision is finite.
         const LEAST_MM: f64 = 1e-4;
         let factor = self.factor.as_ref().map_or_else(|| DMatrix::zeros(0, 0), Cholesky::inverse);
         factor / sd_mm.max(LEAST_MM).powi(2)
     }
 
-    /// Coefficients that interpolate the values at the knots to other places, and the part of the variance that remains.
+    /// Coefficients that interpolate the values at the knots to other places, and the parts of the variances that they do not explain.
     fn basis(&self, along: &[Along]) -> (DMatrix<f64>, Vec<f64>) {
         let Some(factor) = &self.factor else {
             return (DMatrix::zeros(along.len(), 0), vec![0.0; along.len()]);
@@ -221,7 +216,7 @@ impl Knots {
         (weights.transpose(), left)
     }
 
-    /// The errors of a frame; `None` where a standard deviation is zero.
+    /// `None` where a standard deviation is zero.
     pub fn frame(&self, along: &[Along], period_s: f64) -> Option<FrameErrors> {
         let (basis, left) = self.basis(along);
         let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
@@ -231,7 +226,7 @@ impl Knots {
     }
 }
 
-/// The correlation of errors that are alike over this length, mm, along the contour.
+/// Correlation of errors along the contour; `length_mm` is the standard deviation of a bell curve.
 pub(crate) fn correlation(a: &Along, b: &Along, length_mm: f64) -> f64 {
     if a.channel == b.channel { bell(a.at_mm - b.at_mm, length_mm) } else { 0.0 }
 }
@@ -243,7 +238,7 @@ pub(crate) fn bell(apart: f64, reach: f64) -> f64 {
 
 #[derive(Debug, Clone)]
 pub(crate) struct FrameErrors {
-    /// Standard deviations without the contribution of the knots, mm: of the observations, or of their averages.
+    /// Standard deviations besides the errors at the knots, mm: of the observations, or of their averages.
     sds: DVector<f64>,
     /// Coefficients of the values at the knots for every observation.
     pub basis: DMatrix<f64>,
@@ -251,7 +246,7 @@ pub(crate) struct FrameErrors {
 }
 
 impl FrameErrors {
-    /// Whitens residuals or their derivatives: their errors, or those of their averages, become independent with standard deviation 1.
+    /// Scales residuals or their derivatives so that their errors are independent with standard deviation 1.
     pub fn whitened(&self, values: DMatrix<f64>) -> DMatrix<f64> {
         let mut values = match &self.averages {
             Some(averages) => averages * values,
@@ -280,7 +275,7 @@ mod tests {
             + knots.precision(errors.static_mm).try_inverse().unwrap();
         let own = DMatrix::from_diagonal(&frame.sds.map(|sd| sd * sd));
         let found = own + &frame.basis * shared * frame.basis.transpose();
-        // Frames come twice as often as they are independent, and the first three points stand for 5, 4.5 and 13 mm.
+        // Frames are half as far apart as independent ones; the first three points are 5, 4.5 and 13 mm from their neighbours on average.
         let crowded = [1.8, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0];
         for (i, a) in seen.iter().enumerate() {
             for (j, b) in seen.iter().enumerate() {

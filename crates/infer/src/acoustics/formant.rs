@@ -11,35 +11,35 @@ use tongue_core::observe::Observable;
 use tongue_core::statistics::least_by;
 use tongue_sound::profile::Articulation;
 
-/// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls moved by 2 mm, areas 20 % larger,
-/// lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 % each, together by 12 % (docs/sound.md).
+/// Standard deviation of a formant by errors of an estimated tract, as a part of its frequency. Walls moved by 2 mm, areas 20 % larger,
+/// lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 % each, and together by 12 % (docs/sound.md).
 pub const TRACT_SD: f64 = sd::FORMANT;
 
-/// The frequency of a formant, Hz. Without an airway (the tongue touches the palate) it is infinite, so that no fit goes there.
+/// The frequency of a formant, Hz; infinite where the tongue closes the tract, so that no fit goes there.
 #[derive(Debug, Clone)]
 pub struct FormantFrequency {
-    airway: Arc<VocalTract>,
+    vocal_tract: Arc<VocalTract>,
     posture: Articulation,
     number: usize,
 }
 
 impl FormantFrequency {
-    /// Formant `number`, from 0, of a tract around a body in a posture.
-    pub fn new(airway: Arc<VocalTract>, posture: Articulation, number: usize) -> Self {
-        Self { airway, posture, number }
+    /// Formant `number`, counted from 0.
+    pub fn new(vocal_tract: Arc<VocalTract>, posture: Articulation, number: usize) -> Self {
+        Self { vocal_tract, posture, number }
     }
 }
 
 impl Observable<2> for FormantFrequency {
     fn value(&self, positions: &[SVector<f64, 2>]) -> f64 {
-        let sound = self.airway.sound(positions, &self.posture).ok();
+        let sound = self.vocal_tract.sound(positions, &self.posture).ok();
         sound.and_then(|s| Some(s.formants.get(self.number)?.frequency_hz)).unwrap_or(f64::INFINITY)
     }
 
     fn gradient(&self, positions: &[SVector<f64, 2>], part: &mut dyn FnMut(usize, SVector<f64, 2>)) {
-        let Ok(sound) = self.airway.sound(positions, &self.posture) else { return };
+        let Ok(sound) = self.vocal_tract.sound(positions, &self.posture) else { return };
         let only = sound.formants.get(self.number).map(|f| vec![*f]).unwrap_or_default();
-        let rates = self.airway.rates(&super::Sound { formants: only, ..sound });
+        let rates = self.vocal_tract.rates(&super::Sound { formants: only, ..sound });
         rates.into_iter().flatten().for_each(|(node, rate)| part(node, rate));
     }
 }
@@ -54,7 +54,7 @@ pub struct MeanVowel {
     pub f2_hz: f64,
 }
 
-/// The built-in means of Japanese men; their source is in `targets/japanese_vowels.csv`.
+/// Built-in means of Japanese men, with their source in `targets/japanese_vowels.csv`.
 pub fn mean_vowels() -> Result<Vec<MeanVowel>, csv::Error> {
     csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(MEANS.as_bytes()).deserialize().collect()
 }

@@ -9,18 +9,17 @@ use super::vocal_tract::Sound;
 use tongue_core::body::Body;
 use tongue_core::statistics::least_by;
 
-/// Distance behind the outer wall up to which the surface of a tongue counts as one that has passed through it, m.
+/// Distance behind the outer wall up to which a surface counts as a tongue that has passed through the wall, m.
 const BEHIND_M: f64 = 0.02;
 
 /// A tract around a body in space. The tract lies in the midsagittal plane of the body: x to the back, y upwards.
 #[derive(Debug, Clone)]
 pub struct SpaceVocalTract {
     pub tract: Tract,
-    /// Constants of air and walls.
     pub acoustics: Acoustics,
-    /// Nodes of the surface in the midsagittal plane from root to tip.
+    /// Nodes of the midsagittal surface from root to tip.
     midline: Vec<usize>,
-    /// Triangles of the surface, their corners counter-clockwise as seen from outside.
+    /// Triangles of the surface, counter-clockwise as seen from outside.
     surface: Vec<[usize; 3]>,
 }
 
@@ -41,14 +40,14 @@ impl SpaceVocalTract {
             return Err(VocalTractError::no_wall(&tract));
         }
         let count = outline.len();
-        let way = |from: usize, to: usize| -> Vec<usize> {
+        let path = |from: usize, to: usize| -> Vec<usize> {
             (0..=(to + count - from) % count).map(|i| outline[(from + i) % count]).collect()
         };
-        // Of the two ways from root to tip the surface is the upper one.
-        let (forward, mut backward) = (way(root, tip), way(tip, root));
+        // The surface is the upper one of the two paths from root to tip.
+        let (forward, mut backward) = (path(root, tip), path(tip, root));
         backward.reverse();
-        let [top, other] =
-            [&forward, &backward].map(|way| way.iter().map(|&n| at(n)[1]).fold(f64::NEG_INFINITY, f64::max));
+        let [top, other] = [&forward, &backward]
+            .map(|path| path.iter().map(|&n| at(n)[1]).fold(f64::NEG_INFINITY, f64::max));
         let midline = if top >= other { forward } else { backward };
         Ok(Self { tract, acoustics: Acoustics::default(), midline, surface: body.mesh.outward_faces() })
     }
@@ -79,7 +78,7 @@ fn flat(at: &Vector3<f64>) -> ProfilePoint {
     [at.x, at.z]
 }
 
-/// Where a line in a plane of constant y enters a triangle from outside: the distance along it, m.
+/// Distance at which a line in a plane of constant y enters a triangle from outside, m.
 fn entered([a, b, c]: &[Vector3<f64>; 3], from: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
     if from.y < a.y.min(b.y).min(c.y) || from.y > a.y.max(b.y).max(c.y) {
         return None;

@@ -1,8 +1,8 @@
 //! The sound of a tongue: the tract around it, its formants, and their derivatives by every node.
 //!
-//! [`VocalTract`] joins the walls of a tract ([`tongue_sound`]) to the surface of a body in the plane. A formant
-//! is an [`Observable`](tongue_core::observe::Observable) like a length: it has a value and a gradient by the
-//! nodes, from which statics and inference get its derivatives by tensions.
+//! [`VocalTract`] joins the walls of a tract ([`tongue_sound`]) to the surface of a body in the plane. A formant is an
+//! [`Observable`](tongue_core::observe::Observable) with a value and a gradient by the nodes, from which statics and inference get its
+//! derivatives by tensions.
 
 mod formant;
 mod in_space;

@@ -15,7 +15,6 @@ use tongue_core::statics::Response;
 use tongue_core::statistics::least_by;
 use tongue_core::toml_text::{self, Misread};
 
-/// The tract of the reference tongue.
 const DRAWN: &str = include_str!("../../../../targets/tract.toml");
 /// Distance of neighbouring points of the tongue's wall, m.
 const POINTS_M: f64 = 2e-3;
@@ -45,11 +44,9 @@ impl VocalTractError {
     }
 }
 
-/// A tract around a body.
 #[derive(Debug, Clone)]
 pub struct VocalTract {
     pub tract: Tract,
-    /// Constants of air and walls.
     pub acoustics: Acoustics,
     /// Every point of the tongue's wall as a weighted mean of nodes, from root to tip.
     wall: Vec<Vec<(usize, f64)>>,
@@ -68,7 +65,7 @@ impl Sound {
     }
 }
 
-/// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each formant.
+/// Derivatives of the frequency of each formant by the nodes, Hz/m.
 pub type FormantRates = Vec<Vec<(usize, SVector<f64, 2>)>>;
 
 impl VocalTract {
@@ -135,7 +132,6 @@ impl VocalTract {
         Ok(Sound::of(profile, &self.acoustics)?)
     }
 
-    /// Derivatives of the formants by the nodes.
     pub fn rates(&self, sound: &Sound) -> FormantRates {
         let rates = sound.formants.iter().map(|formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);

@@ -4,11 +4,10 @@
 //! minimise  |L^-1 (mean places - places on the placed surface)|² + (turn / 15°)² + (ln scale / 0.10)²
 //!         + ((first - 8 mm) / 4 mm)² + sum ((gap_i - 1.03 chord_i) / 2 mm)² + |M^-1 (trace - vault)|²
 //! ```
-//! over shift, turn, scale and the distance of each coil behind the tip. The mean posture differs from rest by a Gaussian process along
-//! the tongue (5 mm, correlated over 20 mm, and 1 mm for each coil independently: `L L'`). The hard palate of a speaker differs from that
-//! of the body by another one (3 mm, correlated over 15 mm, and a tilt of 4°, the variation of the palatal plane in cephalometry:
-//! `M M'`). Three coils determine the turn to about 9°, the shift to 5 mm and the scale to a tenth, so the intervals of the tensions
-//! include the uncertainty of the placement ([`Placement`]).
+//! over shift, turn, scale and the distance of each coil behind the tip. The mean posture differs from rest by a Gaussian process along the
+//! tongue (5 mm, correlated over 20 mm, and 1 mm for each coil: `L L'`). The palate of a speaker differs from that of the body by another
+//! one (3 mm, correlated over 15 mm, and a tilt of 4°, the variation of the palatal plane in cephalometry: `M M'`). Three coils determine
+//! the turn to about 9°, the shift to 5 mm and the scale to a tenth, so intervals of tensions include this uncertainty ([`Placement`]).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,22 +17,21 @@ use tongue_core::statistics::TWO_SIDED_95;
 use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
 use super::{RestError, centre_of, median_point, outline_of};
-use crate::least_squares::{by_differences, minimise};
+use crate::error_model::bell;
+use crate::least_squares::{jacobian_by_differences, minimise};
 use crate::standard_deviations as sd;
 
-/// Smallest number of coils that place a body.
 pub const FEWEST_COILS: usize = 3;
 /// Standard deviation of the turn relative to the axes of the recording, rad.
 const TURN_SD: f64 = sd::COILS_TURN_DEG.to_radians();
-/// Difference of the mean posture from rest, and of the palate from that of the body: standard deviation, correlation length, and
-/// standard deviation of each point by itself.
+/// Standard deviation, correlation length and independent standard deviation of each point: of the mean posture about rest, and of the
+/// palate about that of the body.
 const POSTURE_MM: [f64; 3] = [sd::POSTURE_MM, sd::POSTURE_FAR_MM, sd::POSTURE_ALONE_MM];
 const PALATE_MM: [f64; 3] = [sd::PALATE_MM, sd::PALATE_FAR_MM, sd::PALATE_ALONE_MM];
-/// Number of points to which a palate trace is resampled.
 const PALATE_POINTS: usize = 9;
-/// Where a palate is steeper than this relative to its rear half, it is gum and teeth, which differ more between speakers.
+/// A palate that is steeper than this relative to its rear half is gum and teeth, which differ more between speakers.
 const STEEPEST: f64 = 0.8;
-/// Length by which a vault is extended in a straight line beyond its ends, m.
+/// Length by which a palate is extended in a straight line beyond its ends, m.
 const BEYOND_M: f64 = 30e-3;
 /// Units of the search: of shifts and of distances, m.
 const SHIFT_UNIT_M: f64 = 10e-3;
@@ -57,19 +55,18 @@ pub struct Coil {
 pub struct Placement {
     /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
-    /// The point of the placed body about which it is turned and scaled: the middle of its outline, m.
+    /// The middle of the placed body's outline, about which it is turned and scaled, m.
     pub centre: Point,
     /// For every coil, its distance behind the tip along the placed body at rest, m.
     pub coils: Vec<(String, f64)>,
     /// Standard deviations of the shift of the centre along both axes (m), of the turn (rad) and of the logarithm of the scale.
     pub sd: [f64; 4],
-    /// Information about the placement without the places of the coils, relative to the placed body: precision and gradient, in units of
-    /// one metre of shift along each axis, a radian of turn, a unit of the logarithm of the scale, and one metre of each coil along the
-    /// surface.
+    /// Precision and gradient of the placement from all but the places of the coils, relative to the placed body, in units of one metre of
+    /// shift along each axis, one radian of turn, one of the logarithm of the scale, and one metre of each coil along the surface.
     pub known: (DMatrix<f64>, DVector<f64>),
 }
 
-/// The coils of recordings in order from the tip; coils with the same name in several recordings are taken as the same.
+/// The coils of recordings in order from the tip; coils with one name in several recordings are one coil.
 pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
     let mut out: Vec<(f64, Coil)> = Vec::new();
     for one in seen {
@@ -96,7 +93,7 @@ pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
     out.into_iter().map(|(_, coil)| coil).collect()
 }
 
-/// This number of points evenly along a polyline; `None` for fewer than two different points.
+/// Points at equal distances along a polyline; `None` for fewer than two different points.
 pub(super) fn resample(points: &[Point], count: usize) -> Option<Vec<Point>> {
     let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let whole: f64 = steps.iter().sum();
@@ -115,13 +112,13 @@ pub(super) fn resample(points: &[Point], count: usize) -> Option<Vec<Point>> {
     Some(places.collect())
 }
 
-/// The part of a palate behind the gum, as this number of points evenly along it, m; empty if there is none.
+/// The part of a palate behind the gum, as points at equal distances, m; empty if there is none.
 fn vault(palate: &[Point]) -> Vec<Point> {
     let (first, last) = (palate.first(), palate.last());
     let backwards = first.zip(last).is_some_and(|(a, b)| a.x > b.x);
     let ordered: Vec<Point> =
         if backwards { palate.iter().rev().copied().collect() } else { palate.to_vec() };
-    // Long pieces, so that noise makes none steep. Slopes are relative to the rear half, because the axes of instruments may be turned.
+    // Long pieces are not made steep by noise. Slopes are relative to the rear half, because the axes of instruments may be turned.
     let Some(pieces) = resample(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
     let along = pieces[pieces.len() - 1] - pieces[PALATE_POINTS - 1];
     let steep = (1..PALATE_POINTS).rev().find(|&i| {
@@ -152,7 +149,7 @@ impl DirectedLine {
     }
 }
 
-/// The Cholesky factor of the covariance of points along a line.
+/// Cholesky factor of the covariance of points along a line.
 fn whitener(points: &[Point], mm: [f64; 3], tilt: f64) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
     let [sd, length, alone] = mm.map(|mm| 1e-3 * mm);
     let mut at: Vec<f64> = vec![0.0];
@@ -160,14 +157,13 @@ fn whitener(points: &[Point], mm: [f64; 3], tilt: f64) -> Option<nalgebra::Chole
     let n = at.len();
     let half = 0.5 * at[n - 1];
     let covariance = DMatrix::from_fn(n, n, |i, j| {
-        let apart: f64 = (at[i] - at[j]) / length;
         let tilted = tilt * tilt * (at[i] - half) * (at[j] - half);
-        sd * sd * (-0.5 * apart * apart).exp() + tilted + if i == j { alone * alone } else { 0.0 }
+        sd * sd * bell(at[i] - at[j], length) + tilted + if i == j { alone * alone } else { 0.0 }
     });
     covariance.cholesky()
 }
 
-/// The hard palate of a speaker against that of a body.
+/// The palate of a speaker beside that of a body.
 pub(super) struct Vault {
     line: DirectedLine,
     trace: Vec<Point>,
@@ -175,14 +171,14 @@ pub(super) struct Vault {
 }
 
 impl Vault {
-    /// `None` if one of the two has no vault.
+    /// `None` if one of the two is missing.
     pub fn of(body: &Body<2>, palate: &[Point]) -> Option<Self> {
         let trace = vault(palate);
         let line = DirectedLine::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
         Some(Self { line, factor: whitener(&trace, PALATE_MM, sd::PALATE_TILT_DEG.to_radians())?, trace })
     }
 
-    /// Distances of the trace from the vault of a placed body, in independent standard deviations.
+    /// Distances of the trace from the palate of the placed body, in independent standard deviations.
     pub fn residuals(&self, to: &Similarity) -> DVector<f64> {
         let away = self.trace.iter().map(|p| to.scale() * self.line.distance(to.back(*p)));
         let mut away = DVector::from_iterator(self.trace.len(), away);
@@ -200,8 +196,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let seen: Vec<Point> = shown.iter().map(|&i| places[i]).collect();
     let posture = whitener(&seen, POSTURE_MM, 0.0).ok_or_else(coincide)?;
     let of_palate = Vault::of(body, palate);
-    // Unknowns: shift of the centre, turn and logarithm of the scale in units of the search, and for every coil its distance behind the
-    // tip before scaling.
+    // Unknowns: shift of the centre, turn and logarithm of the scale, and for every coil its distance behind the tip before scaling, in
+    // units of the search.
     let similarity = |x: &DVector<f64>| {
         let turned = Similarity::new((sd::COILS_LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::zeros());
         let shift = centre + Point::new(x[0], x[1]) * SHIFT_UNIT_M - turned.place(centre);
@@ -258,9 +254,13 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7))
         .ok_or_else(|| failed("no place of it can be compared with the coils"))?;
     let found = similarity(&best.x);
-    let told = by_differences(&best.x, &residuals, 1e-5).zip(by_differences(&best.x, &of_the_rest, 1e-5));
-    let (all, rest) = told.ok_or_else(|| failed("no place of it can be compared with the coils"))?;
-    // From the units of the search to metres, radians and so on of the placed body.
+    let jacobians = jacobian_by_differences(&best.x, &residuals, 1e-5).zip(jacobian_by_differences(
+        &best.x,
+        &of_the_rest,
+        1e-5,
+    ));
+    let (all, rest) = jacobians.ok_or_else(|| failed("no place of it can be compared with the coils"))?;
+    // From units of the search to metres and radians of the placed body.
     let scale = found.scale();
     let units = DVector::from_fn(best.x.len(), |i, _| match i {
         0 | 1 => SHIFT_UNIT_M,
@@ -268,9 +268,9 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         3 => sd::COILS_LN_SCALE,
         _ => COIL_UNIT_M * scale,
     });
-    let whole = with_shift(all.tr_mul(&all)).cholesky().ok_or_else(coincide)?.inverse();
+    let whole = with_shift_prior(all.tr_mul(&all)).cholesky().ok_or_else(coincide)?.inverse();
     let sd = [0, 1, 2, 3].map(|i| whole[(i, i)].sqrt() * units[i]);
-    let precision = with_shift(rest.tr_mul(&rest));
+    let precision = with_shift_prior(rest.tr_mul(&rest));
     let gradient = of_the_rest(&best.x).map(|r| rest.tr_mul(&r)).ok_or_else(coincide)?;
     let n = best.x.len();
     let known = (
@@ -286,14 +286,14 @@ fn failed(what: &str) -> RestError {
     RestError::Body(what.to_owned())
 }
 
-/// A precision with that of the shift of the centre.
-fn with_shift(mut square: DMatrix<f64>) -> DMatrix<f64> {
+/// Adds the prior precision of the shift.
+fn with_shift_prior(mut square: DMatrix<f64>) -> DMatrix<f64> {
     (0..2).for_each(|i| square[(i, i)] += (SHIFT_UNIT_M / sd::COILS_SHIFT_M).powi(2));
     square
 }
 
 impl Placement {
-    /// The recording with the places of its coils on the tongue from this placement.
+    /// The recording with its coils where this placement has them on the tongue.
     #[must_use]
     pub fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
         seen.with_coils(|name, _| self.coils.iter().find(|(n, _)| n == name).map(|(_, behind)| *behind))

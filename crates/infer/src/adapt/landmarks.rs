@@ -48,14 +48,14 @@ struct ControlPoint {
     position_status: Option<String>,
 }
 
-/// Larger coordinates cannot belong to a head, m.
+/// Coordinates of a head are smaller, m.
 const FARTHEST_M: f64 = 10.0;
 
 impl Landmarks {
-    /// Reads a file: JSON is read as Slicer's markups, everything else as a [`Recording`], of which the first frame is used.
+    /// Reads a file: JSON as Slicer's markups, everything else as a [`Recording`], of which the first frame is used.
     ///
-    /// In Slicer's markups the labels are the names of points; open and closed curves are contours. Coordinates are LPS (y to the back, z
-    /// up), or RAS (y to the front) if the file says so.
+    /// Labels of markups are names of points; open and closed curves are contours. Coordinates are LPS (y to the back, z up), or RAS (y to
+    /// the front) if the file says so.
     pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, ReadError> {
         let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
         if first == Some(&b'{') {
@@ -66,7 +66,7 @@ impl Landmarks {
         let mut out = Self::default();
         let seen = match (AlignedRecording::new(recording, map), recording.metres) {
             (Ok(seen), _) => Some(seen),
-            // Landmarks alone are not a recording, but can be used if their unit is known.
+            // Landmarks without a contour are no recording, but are used if their unit is known.
             (Err(_), Some(_)) => None,
             (Err(error), None) => return Err(error),
         };
@@ -78,7 +78,7 @@ impl Landmarks {
         }
         let places = recording.samples.first().map(|s| s.places.as_slice()).unwrap_or_default();
         for (name, place) in recording.channels.iter().zip(places) {
-            // Points of an image without a known unit have no names of their own.
+            // Names are kept only where a known unit gives the points places in metres.
             if let (Some([x, y, _]), Some(metres)) = (place, recording.metres) {
                 let x = if out.mirrored { -x } else { *x };
                 out.named.entry(name.clone()).or_insert(Point::new(x * metres, y * metres));
@@ -101,8 +101,7 @@ impl Landmarks {
         self.named.values_mut().chain(&mut self.contour).for_each(|p| p.x = -p.x);
     }
 
-    /// Adds the contour of the same posture from another file: its curve, or else all of its points. The contour is reversed if it faces
-    /// the other way.
+    /// Adds the contour of the same posture from another file: its curve, or else all of its points, mirrored if it faces the other way.
     pub fn with_contour(mut self, mut drawn: Self) -> Self {
         if drawn.mirrored != self.mirrored {
             drawn.turn_round();
@@ -117,7 +116,7 @@ impl Landmarks {
         self
     }
 
-    /// A sentence about an impossible position of the landmarks and its remedy, if there is one.
+    /// A sentence about an impossible position of the landmarks and its remedy.
     pub fn doubt(&self) -> Option<String> {
         let (spine, hyoid) = (self.named.get(MANDIBLE)?, self.named.get(HYOID)?);
         let count = self.contour.len() as f64;
@@ -138,15 +137,15 @@ impl Landmarks {
         disorder_of_contour(&self.contour).map(str::to_owned)
     }
 
-    /// Whether the lower end of the contour is much nearer to `bone` than the bones are to each other, and the higher end lies behind the bone
-    /// at the root. The lower end of a contour whose root is cut off, as in ultrasound, may be the tip, which is far from both.
+    /// Whether the lower end of the contour is much nearer to `bone` than the bones are to each other, and the higher end lies behind the
+    /// bone at the root. The lower end of a contour without a root, as in ultrasound, may be the tip, which is far from both.
     fn root_is_at(&self, bone: &Point, at_root: &Point) -> bool {
         let (Some(first), Some(last)) = (self.contour.first(), self.contour.last()) else { return false };
         let (lower, higher) = if first.y < last.y { (first, last) } else { (last, first) };
         2.0 * (lower - bone).norm() < (bone - at_root).norm() && higher.x > at_root.x
     }
 
-    /// Names that are neither bones of the body nor points of the contour.
+    /// Names of landmarks that are neither bones of the body nor points of the contour.
     pub fn unused(&self, body: &Body<2>) -> Vec<&str> {
         let is_contour = |n: &str| n.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok());
         let names = self.named.keys().map(String::as_str);

@@ -1,9 +1,8 @@
 //! A speaker's body: the built-in tongue (or another one) turned, scaled and shifted to the speaker's bones. If there are contours, its
 //! shape at rest is changed smoothly as well.
 //!
-//! The change of shape is a thin-plate spline (Bookstein 1989) of a few control points. Its displacements have a prior (a Gaussian
-//! process: neighbours move together), and cells that shrink or grow have a cost. If a cell would still fold, the change is rejected and
-//! only the similarity is used.
+//! The change of shape is a thin-plate spline (Bookstein 1989) of a few control points, whose displacements have a Gaussian-process prior.
+//! Cells that shrink or grow have a cost. If a cell would still fold, the change is rejected and only the similarity is used.
 
 mod coils;
 mod landmarks;
@@ -14,7 +13,7 @@ mod speaker;
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use landmarks::Landmarks;
 pub use place::{Registration, RegistrationData};
-pub use rest::{ControlPoints, Rest, RestError, resting};
+pub use rest::{ControlPoints, Rest, RestError, fit_rest_shape};
 pub(crate) use rest::{area_residuals, is_believable, straighten};
 pub use speaker::{AdaptationInput, RestShapeMethod, Speaker};
 
@@ -28,30 +27,29 @@ use tongue_core::statistics::median;
 use tongue_core::toml_text::reworded;
 use tongue_input::measured::recording::AlignedRecording;
 
-/// The point of a bone that recordings mark: the foremost of its nodes, m. For the hyoid the anterior hyoglossus begins there.
+/// The point of a bone that recordings mark, m: the foremost of its nodes. At the hyoid the anterior hyoglossus begins there.
 pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
     let nodes = body.bone(bone).iter().map(|&n| body.mesh.nodes[n]);
     nodes.min_by(|a, b| a.x.total_cmp(&b.x))
 }
 
-/// The surface of a body's tongue.
 pub(crate) fn outline_of(body: &Body<2>) -> Result<TongueSurface, RestError> {
     TongueSurface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
 }
 
-/// The mean of the nodes of the outline, m, about which a body is turned and scaled.
+/// Mean of the nodes of the outline, m, about which a body is turned and scaled.
 pub(crate) fn centre_of(mesh: &Mesh<2>) -> Point {
     let outline = mesh.surface_nodes();
     outline.iter().map(|&n| mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64
 }
 
-/// The point of both medians.
+/// Medians of x and of y.
 fn median_point(points: &[Point]) -> Option<Point> {
     let [x, y] = [0, 1].map(|axis| median(points.iter().map(|p| p[axis])));
     Some(Point::new(x?, y?))
 }
 
-/// The bones of a body that follow their observed places in a recording, with marks where the bones are.
+/// The bones of a body that follow their places in a recording, with marks where the bones are.
 pub fn followed(body: &Body<2>, seen: &[String]) -> Vec<Followed> {
     Vec::from_iter(seen.iter().filter_map(|name| {
         let mark = mark_of(body, name)?;
@@ -59,7 +57,7 @@ pub fn followed(body: &Body<2>, seen: &[String]) -> Vec<Followed> {
     }))
 }
 
-/// The similarity that moves the spine and the hyoid of a body to their observed places. `None` if one of them is missing.
+/// The similarity that moves the mental spine and the hyoid of a body to their observed places; `None` if one is missing.
 pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<Similarity> {
     let bones = [MANDIBLE, HYOID];
     let from = bones.iter().map(|b| mark_of(body, b)).collect::<Option<Vec<_>>>()?;
@@ -67,12 +65,12 @@ pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<
     Similarity::between(&from, &to)
 }
 
-/// Data of an adapted body about the recording that it was adapted to; a part of its file.
+/// How a body was adapted to a recording; a part of the body's file.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Adaptation {
     /// How the rest shape was found.
     pub rest: RestShapeMethod,
-    /// Place where the mark of each bone is seen when the bone is at its rest position, m.
+    /// Place of each bone's mark when the bone is at rest, m.
     pub marks_m: std::collections::BTreeMap<String, [f64; 2]>,
     /// Distance of each coil behind the tip along the surface at rest, m; empty where the body was not placed by coils.
     #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
@@ -83,12 +81,11 @@ impl Adaptation {
     /// Reads the adaptation from the text of a body's file (`tongue-fit adapt`); `None` for other bodies.
     pub fn from_json(text: &str) -> Result<Option<Self>, String> {
         #[derive(Deserialize)]
-        struct LandmarkFile {
+        struct BodyFile {
             #[serde(default)]
             adaptation: Option<Adaptation>,
         }
-        let found =
-            serde_json::from_str::<LandmarkFile>(text).map_err(|e| reworded(&e.to_string()))?.adaptation;
+        let found = serde_json::from_str::<BodyFile>(text).map_err(|e| reworded(&e.to_string()))?.adaptation;
         let Some(found) = found else { return Ok(None) };
         if !found.marks_m.values().flatten().chain(found.coils_m.values()).all(|m| m.is_finite()) {
             return Err(

@@ -3,9 +3,9 @@
 //! ```text
 //! minimise  sum (d_i / 3 mm)² + (spine / 2.5 mm)² + (hyoid / 5 mm)² + (turn / 20°)² + (ln scale / 0.15)² + |M^-1 (trace - vault)|²
 //! ```
-//! with `d_i` the distances of the mean contour from the surface at rest. The muscles can pull almost any body to a contour, so a good
-//! fit of the frames afterwards says nothing about the placement. The turn is uncertain by about 9°, the shift by 5 mm and the scale by a
-//! tenth; results that use a placement have to include this.
+//! with `d_i` the distances of the mean contour from the surface at rest. The muscles can pull almost any body to a contour, so a good fit
+//! of the frames does not confirm the placement. The turn is uncertain by about 9°, the shift by 5 mm and the scale by a tenth, which
+//! results have to include.
 
 use nalgebra::DVector;
 
@@ -19,28 +19,27 @@ use super::{RestError, mark_of, median_point, outline_of};
 use crate::least_squares::minimise;
 use crate::standard_deviations as sd;
 
-/// Number of points to which a mean contour is resampled at equal distances, so that its weight does not depend on the sampling.
+/// Number of points to which a mean contour is resampled, so that its weight does not depend on its sampling.
 const POINTS: usize = 11;
 /// Standard deviation of the turn relative to the axes of the recording, rad.
 const TURN_SD: f64 = sd::TURN_DEG.to_radians();
-/// Sum of the squares above which the observations do not belong to one tongue: 29 of a real speaker, whose hyoid and spine are 7 and 5 mm
-/// off, and less than 20 of most.
+/// Sum of squares above which the observations do not belong to one tongue: most speakers have less than 20, and one whose hyoid and mental
+/// spine are 7 and 5 mm off has 29.
 const MOST_COST: f64 = 45.0;
-/// Largest distance of a bone from its place in a body that was placed, m: no real recording whose contour and bones are in one frame has
-/// one that is farther off.
+/// Largest distance of a bone from its place in the placed body, m, in real recordings whose contour and bones are in one frame.
 const FARTHEST_BONE_M: f64 = 10e-3;
-/// With fewer frames than these it may be farther, up to twice as far in a single one: the hyoid moves by millimetres in speech and the
-/// contour is of few postures. In parts of a real recording it lies up to 12 mm from its place in 1 frame, 11 in 10, 10 in 20 and 7 in 40.
+/// With fewer frames the distance may be larger, up to twice as large in a single one, because few postures are seen. In parts of a real
+/// recording the hyoid lies up to 12 mm from its place in 1 frame, 11 in 10, 10 in 20 and 7 in 40.
 const FEW_FRAMES: f64 = 40.0;
-/// The same for contours whose root is not drawn: a bone is 10 to 12 mm from its place where the rear fifth to third is missing.
+/// Largest distance for contours without a root, m: bones are 10 to 12 mm off where the rear fifth to third is missing.
 const FARTHEST_BONE_WITHOUT_ROOT_M: f64 = 14e-3;
-/// Usual ratios of the length of a contour to the distance between the two bones: 2.2 in a real speaker, 2.7 in the built-in body.
+/// Usual ratios of a contour's length to the distance between the two bones: 2.2 in a real speaker, 2.7 in the built-in body.
 const USUAL_LENGTHS: std::ops::RangeInclusive<f64> = 1.9..=2.85;
-/// Ratios of a speaker's size to that of the body at which no wrong unit explains that a bone is far from its place.
+/// Ratios of a speaker's size to the body's at which a distant bone is not explained by a wrong unit.
 const RIGHT_UNIT_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
-/// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the search.
+/// Distance along the surface from the root at which a contour begins, m; used only at the start of the search.
 const SEEN_FROM_M: f64 = 8e-3;
 
 /// Observations of a speaker, over all frames, m.
@@ -48,9 +47,7 @@ const SEEN_FROM_M: f64 = 8e-3;
 pub struct RegistrationData {
     /// The mean contour from the root to the tip.
     pub contour: Vec<Point>,
-    /// The median place of the mental spine.
     pub spine: Option<Point>,
-    /// The median place of the hyoid.
     pub hyoid: Option<Point>,
     /// Coils on the tongue, which are used if no contour was observed.
     pub coils: Vec<Coil>,
@@ -59,35 +56,27 @@ pub struct RegistrationData {
     pub frames: usize,
 }
 
-/// The placement of a body.
 #[derive(Debug, Clone, Default)]
 pub struct Registration {
-    /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
     /// Root mean square distance of the mean contour from the body at rest, m.
     pub rms_m: f64,
-    /// How far the mental spine and the hyoid were seen from where the placed body has them, m.
+    /// Distances of the mental spine and the hyoid from where the placed body has them, m.
     pub bones_m: Vec<(&'static str, f64)>,
-    /// How far the two were seen from each other, m.
+    /// Observed distance between the two, m.
     pub bones_apart_m: Option<f64>,
-    /// Length of the contour, m.
     pub contour_m: f64,
-    /// Sum of the squared distances of contour and bones, in standard deviations. Where the speaker is larger than the body, distances
-    /// are first divided by the scale.
+    /// Sum of the squared distances of contour and bones, in standard deviations. If the speaker is larger than the body, distances are
+    /// divided by the scale first.
     pub cost: f64,
-    /// The placement by coils with its uncertainty, if coils were used.
     pub by_coils: Option<Placement>,
-    /// Whether a palate was traced that fits no place at which contour and bones fit, so that it was not used.
+    /// Whether a traced palate was not used, because it fits no place where contour and bones fit.
     pub without_palate: bool,
-    /// Number of frames of which it is made; 0 for a drawn contour.
     pub frames: usize,
 }
 
 impl Registration {
-    /// The placement, unless a bone is farther from its place than in any recording whose contour and bones were in one frame.
-    ///
-    /// # Errors
-    /// [`RestError::NotOneFrame`] with the bone and the way on.
+    /// The placement, unless a bone is farther from its place than in recordings whose contour and bones are in one frame.
     pub fn in_one_frame(self) -> Result<Self, RestError> {
         let of_few = FARTHEST_BONE_M * (2.0 - self.frames as f64 / FEW_FRAMES).max(1.0);
         let is_short = self.lengths().is_some_and(|lengths| lengths < *USUAL_LENGTHS.start());
@@ -101,12 +90,12 @@ impl Registration {
         }
     }
 
-    /// How many times the contour is as long as the bones are apart.
+    /// Length of the contour over the distance between the bones.
     fn lengths(&self) -> Option<f64> {
         self.bones_apart_m.map(|apart_m| self.contour_m / apart_m).filter(|lengths| *lengths > 0.0)
     }
 
-    /// Why a bone is far from its place, and the way on.
+    /// Why a bone is far from its place, and the remedy.
     fn cause(&self) -> String {
         let (times, scale) = (self.lengths().unwrap_or(*USUAL_LENGTHS.start()), self.similarity.scale());
         let why = match times {
@@ -129,7 +118,7 @@ impl Registration {
         )
     }
 
-    /// The bone that is farthest from its place, in words, if it is farther than this.
+    /// A sentence about the bone that is farthest from its place, if it is farther than this.
     fn far_bone(&self, most_m: f64) -> Option<String> {
         let (bone, off_m) = self.bones_m.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
         (*off_m > most_m).then(|| {
@@ -142,7 +131,7 @@ impl Registration {
         })
     }
 
-    /// The doubt about observations that no place of the body explains together.
+    /// A sentence about observations that no place of the body explains together.
     pub fn doubt(&self) -> Option<String> {
         if self.without_palate {
             return Some(
@@ -175,8 +164,8 @@ impl Registration {
 }
 
 impl RegistrationData {
-    /// The observations from recordings of one speaker; `hide` are points that are not used. Of a coil only its distance from its
-    /// neighbours is used then, if three others are left.
+    /// Observations from recordings of one speaker. Points in `hide` are not used; of a hidden coil only its distance from its neighbours
+    /// is used, if three others are left.
     pub fn of(seen: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in seen {
@@ -202,20 +191,19 @@ impl RegistrationData {
         }
     }
 
-    /// The observations with a trace of the palate in the frame of the recordings, m.
+    /// Adds a trace of the palate in the frame of the recordings, m.
     #[must_use]
     pub fn under(self, palate: Option<&[Point]>) -> Self {
         Self { palate: palate.unwrap_or_default().to_vec(), ..self }
     }
 
-    /// The observations of a drawn contour, resampled to the usual number of points.
+    /// Observations of a drawn contour.
     pub fn drawn(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
         Self { contour: resample(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
     }
 
-    /// Places a body at these observations.
     pub fn place(&self, body: &Body<2>) -> Result<Registration, RestError> {
-        // A bone that is recorded together with coils is a coil on the jaw, which is not at the mental spine.
+        // A bone that is recorded together with coils may be a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
             let placement = coils::place(body, &self.coils, &self.palate)?;
             let (similarity, frames) = (placement.similarity, self.frames);
@@ -257,23 +245,23 @@ impl RegistrationData {
             vault.iter().for_each(|vault| out.extend(vault.residuals(&similarity).iter()));
             Some(DVector::from_vec(out))
         };
-        // At the start, one observation lies on its place in the body: the spine, or else the middle of the contour.
+        // The search begins with one observation at its place in the body: the mental spine, or else the middle of the contour.
         let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
             (Some((_, mark, seen, _)), _) => (*mark, *seen),
             (None, Some(middle)) => (middle_of(&surface, body), middle),
             (None, None) => (Point::zeros(), Point::zeros()),
         };
-        let starts = TURNS.map(|turn| started(turn / TURN_SD, anchor));
+        let starts = TURNS.map(|turn| start_at(turn / TURN_SD, anchor));
         let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7))
             .ok_or_else(|| RestError::Body("no place of it can be compared with what was seen".to_owned()))?;
         let similarity = similarity(&best.x);
         let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();
         let rms_m = (squares / self.contour.len().max(1) as f64).sqrt();
-        let similarity = exact(similarity, &bones, rms_m);
+        let similarity = identity_if_in_frame(similarity, &bones, rms_m);
         let bones_m =
             bones.iter().map(|(bone, mark, seen, _)| (*bone, (similarity.place(*mark) - seen).norm()));
         let bones_m = bones_m.collect();
-        // Without the prior of turn and scale, and the palate; a larger speaker may differ by more.
+        // Without the prior of turn and scale and without the palate; a larger speaker may differ by more.
         let of_palate = vault.map_or(0.0, |vault| vault.residuals(&similarity).norm_squared());
         let others = best.x[2].powi(2) + best.x[3].powi(2) + of_palate;
         let cost = (best.residuals.norm_squared() - others) / similarity.scale().max(1.0).powi(2);
@@ -297,13 +285,13 @@ impl RegistrationData {
     }
 }
 
-/// The similarity for the unknowns of a search: two shifts, the turn and the logarithm of the scale in units of the search.
+/// Unknowns of the search: two shifts, turn and logarithm of the scale, in units of the search.
 fn similarity(x: &DVector<f64>) -> Similarity {
     Similarity::new((sd::LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
 }
 
-/// The unknowns at a turn (in standard deviations) that move a point of the body to its observed place.
-fn started(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
+/// The unknowns with a turn (in standard deviations) at which a point of the body is at its observed place.
+fn start_at(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
     let mut x = DVector::zeros(4);
     x[2] = turn;
     let shift = (seen - similarity(&x).place(mark)) / SHIFT_M;
@@ -311,8 +299,8 @@ fn started(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
     x
 }
 
-/// The identity for a recording that is already in the frame of the body, so that rounding does not change the body.
-fn exact(found: Similarity, bones: &[(&str, Point, Point, f64)], rms_m: f64) -> Similarity {
+/// The identity for a recording in the frame of the body, so that rounding does not change the body.
+fn identity_if_in_frame(found: Similarity, bones: &[(&str, Point, Point, f64)], rms_m: f64) -> Similarity {
     const SAME_M: f64 = 1e-9;
     let same = bones.iter().all(|(_, mark, seen, _)| (mark - seen).norm() <= SAME_M);
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
@@ -329,7 +317,7 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// The median place of a bone over all frames of recordings.
+/// Median place of a bone over all frames.
 pub(super) fn median_place(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {
     let all: Vec<Point> = seen
         .iter()

@@ -1,4 +1,4 @@
-//! A body whose rest shape is changed by displacements of control points, and what a prior says of the areas of its cells.
+//! A body whose rest shape is changed by displacements of control points, and the prior of the areas of its cells.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -27,27 +27,23 @@ const CONTROLS_MM: [[f64; 2]; 13] = [
     [16.1, -2.1],
     [20.0, 22.0],
 ];
-/// Distance between the mental spine and the hyoid's mark in the built-in tongue, m; the size of other bodies is relative to it.
+/// Distance between mental spine and hyoid in the built-in tongue, m, to which the size of other bodies is relative.
 const SPINE_TO_HYOID_M: f64 = 37.75e-3;
 /// Displacements below this count as zero, m.
 const NOTHING_M: f64 = 1e-9;
 
-/// Why a body cannot be adapted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RestError {
-    /// The body has no outline or no bones, or the control points lie on one line.
+    /// The body has no outline or no bones, or its control points lie on one line.
     #[error("this body cannot be adapted: {0}")]
     Body(String),
-    /// A bone lies where no bone of a tongue with this contour is.
+    /// A bone lies where no tongue with this contour has it.
     #[error("{0}")]
     NotOneFrame(String),
     #[error(
         "the rest shape would fold the tissue: a cell would keep {ratio:.2} of its area (at least {LEAST_AREA_RATIO} is needed)"
     )]
-    Folds {
-        /// Smallest ratio of areas.
-        ratio: f64,
-    },
+    Folds { ratio: f64 },
 }
 
 /// Control points with the prior of their displacements.
@@ -55,14 +51,14 @@ pub enum RestError {
 pub struct ControlPoints {
     /// Their places at rest, m.
     pub points: Vec<Point>,
-    /// The inverse of the covariance of their displacements along an axis, 1/m².
+    /// Inverse of the covariance of their displacements along an axis, 1/m².
     pub precision: DMatrix<f64>,
-    /// For every node of the body, the weights of their displacements in its own.
+    /// For every node of the body, the weight of each control point's displacement.
     pub weights: Vec<Vec<f64>>,
 }
 
 impl ControlPoints {
-    /// The control points of a tongue: the built-in ones, moved to the body by its spine and hyoid.
+    /// The built-in control points, moved to the body by its mental spine and hyoid.
     pub fn of(body: &Body<2>) -> Result<Self, RestError> {
         let missing = || RestError::Body(format!("it needs the bones \"{MANDIBLE}\" and \"{HYOID}\""));
         let spine = mark_of(body, MANDIBLE).ok_or_else(missing)?;
@@ -91,19 +87,17 @@ impl ControlPoints {
     }
 }
 
-/// A body whose shape at rest can be changed.
 #[derive(Debug, Clone)]
 pub struct Rest<'a> {
     body: &'a Body<2>,
     controls: ControlPoints,
-    /// The similarity that places the changed body.
     pub similarity: Similarity,
-    /// Bones far from the tissue, such as the styloid, and the places of their marks after the similarity, m.
+    /// Bones far from the tissue, such as the styloid, and the places of their marks after placing, m.
     pub far: Vec<(String, Point)>,
 }
 
 impl<'a> Rest<'a> {
-    /// Prepares a body, which is first changed and then placed.
+    /// A body that is first changed and then placed.
     pub fn new(body: &'a Body<2>, similarity: Similarity) -> Result<Self, RestError> {
         Ok(Self { body, controls: ControlPoints::of(body)?, similarity, far: Vec::new() })
     }
@@ -113,7 +107,7 @@ impl<'a> Rest<'a> {
         2 * self.controls.points.len()
     }
 
-    /// The nodes after the displacements and before the similarity, m.
+    /// Nodes after the displacements and before the similarity, m.
     fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
         let nodes = self.body.mesh.nodes.iter().zip(&self.controls.weights);
         nodes.map(|(p, w)| moved(*p, w, displacements)).collect()
@@ -134,8 +128,8 @@ impl<'a> Rest<'a> {
         body
     }
 
-    /// The prior and the cost of cells, as weighted residuals.
-    pub fn price(&self, displacements: &DVector<f64>) -> DVector<f64> {
+    /// Weighted residuals of the prior of the displacements and of the cells' areas.
+    pub fn prior_residuals(&self, displacements: &DVector<f64>) -> DVector<f64> {
         let n = self.controls.points.len();
         let factor = self.controls.precision.clone().cholesky().map(|c| c.l().transpose());
         let mut out = Vec::with_capacity(2 * n + self.body.mesh.cells.len());
@@ -147,7 +141,6 @@ impl<'a> Rest<'a> {
         DVector::from_vec(out)
     }
 
-    /// Smallest ratio of a cell's area after the change to that before.
     pub fn least_area_ratio(&self, displacements: &DVector<f64>) -> f64 {
         area_ratios(&self.body.mesh, &self.changed(displacements)).fold(f64::INFINITY, f64::min)
     }
@@ -158,11 +151,11 @@ fn moved(p: Point, weights: &[f64], displacements: &DVector<f64>) -> Point {
     for (i, w) in weights.iter().enumerate() {
         d += Point::new(displacements[2 * i], displacements[2 * i + 1]) * *w;
     }
-    // Without a displacement not even the sign of a zero changes.
+    // A zero displacement keeps even the sign of a zero.
     if d == Point::zeros() { p } else { p + d }
 }
 
-/// Puts the displaced nodes of muscles outside the tissue of a mesh back on straight lines, with the same spacing as in the mesh.
+/// Puts displaced nodes of muscles outside the tissue back on straight lines, with the same relative spacing as in the mesh.
 pub(crate) fn straighten(mesh: &Mesh<2>, nodes: &mut [Point]) {
     let (inside, before) = (mesh.in_tissue(), &mesh.nodes);
     let free = |n: usize| !inside[n] && mesh.fixed.binary_search(&n).is_err();
@@ -183,8 +176,12 @@ pub(crate) fn straighten(mesh: &Mesh<2>, nodes: &mut [Point]) {
     }
 }
 
-/// The displacements (m) with which the body at rest, without tensions, best fits contour points and the marks of bones.
-pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Result<DVector<f64>, RestError> {
+/// The displacements (m) with which the body at rest best fits contour points and marks of bones.
+pub fn fit_rest_shape(
+    rest: &Rest<'_>,
+    contour: &[Mark],
+    bones: &[(&str, Mark)],
+) -> Result<DVector<f64>, RestError> {
     let residuals = |d: &DVector<f64>| {
         let body = rest.body(d);
         let surface = TongueSurface::of(&body)?;
@@ -193,7 +190,8 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Res
             .iter()
             .filter_map(|(name, seen)| Some((mark_of(&body, name)? - seen.at) / seen.sd))
             .flat_map(|away| [away.x, away.y]);
-        let seen = contour.iter().map(away).chain(bones).chain(rest.price(d).iter().copied()).collect();
+        let seen =
+            contour.iter().map(away).chain(bones).chain(rest.prior_residuals(d).iter().copied()).collect();
         Some(DVector::from_vec(seen))
     };
     let start = [DVector::zeros(rest.unknowns())];
@@ -205,18 +203,18 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Res
     if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(cleaned) }
 }
 
-/// The weight of all cells together.
+/// Weight of all cells together in the cost.
 const AREA_WEIGHT: f64 = 40.0;
 /// A cell that keeps less than the first number of its area resists further compression by the second number times as much.
 const SQUEEZED: (f64, f64) = (0.7, 4.0);
 /// A cell that keeps less than this part of its area counts as folded.
 pub(crate) const LEAST_AREA_RATIO: f64 = 0.15;
 
-/// A speaker's tongue keeps this part of every cell's area, and the length of every muscle to this factor.
+/// Least ratio of a cell's area, and largest factor of a muscle's length, by which the rest shape of a speaker's tongue may differ.
 pub(crate) const TRUSTED_AREA: f64 = 0.5;
 pub(crate) const TRUSTED_STRETCH: f64 = 1.35;
 
-/// Whether a speaker's tongue could have the nodes of a mesh at these places, m, before it is turned and scaled.
+/// Whether a speaker's tongue may have its nodes at these places, m, before it is turned and scaled.
 pub(crate) fn is_believable(mesh: &Mesh<2>, nodes: &[Point]) -> bool {
     let ends = mesh.muscles.iter().map(|m| m.ends());
     let stretches = ends.map(|[a, b]| (nodes[a] - nodes[b]).norm() / (mesh.nodes[a] - mesh.nodes[b]).norm());
@@ -224,7 +222,7 @@ pub(crate) fn is_believable(mesh: &Mesh<2>, nodes: &[Point]) -> bool {
         && stretches.map(f64::ln).all(|s| s.abs() < TRUSTED_STRETCH.ln())
 }
 
-/// Ratio of every cell's area with the nodes at these places, m, to its area in the mesh; negative for a cell that is turned over.
+/// Ratio of every cell's area, with the nodes at these places, m, to that in the mesh; negative for an inverted cell.
 pub(crate) fn area_ratios(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item = f64> {
     mesh.cells.iter().map(move |cell| {
         let [area, at_rest] = [nodes, &mesh.nodes].map(|x| simplex::measure(&simplex::corners(x, cell)));
@@ -232,8 +230,8 @@ pub(crate) fn area_ratios(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item
     })
 }
 
-/// For every cell, the change of the logarithm of its area, in standard deviations and weighted. A cell that is turned over counts as one
-/// with a millionth of its area; such a shape is rejected anyway.
+/// Change of the logarithm of every cell's area, in weighted standard deviations. An inverted cell counts as one with a millionth of its
+/// area; such a shape is rejected anyway.
 pub(crate) fn area_residuals(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item = f64> {
     let weight = (AREA_WEIGHT / mesh.cells.len().max(1) as f64).sqrt() / LN_AREA;
     let (from, factor) = (SQUEEZED.0.ln(), SQUEEZED.1 - 1.0);

@@ -13,8 +13,8 @@ use tongue_input::measured::recording::{AlignedRecording, Mark};
 use super::place::median_place;
 use super::rest::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
-    Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones, followed,
-    mark_of, outline_of, resting,
+    Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones,
+    fit_rest_shape, followed, mark_of, outline_of,
 };
 
 /// Method by which the rest shape is found.
@@ -31,7 +31,7 @@ pub enum RestShapeMethod {
     Contour,
 }
 
-/// Contour points nearer to the outline than this carry no information, m.
+/// Contour points nearer to the body's own outline than this lie on it, m.
 const ON_OUTLINE_M: f64 = 1e-6;
 
 /// A body adapted to a speaker.
@@ -40,25 +40,24 @@ pub struct Speaker {
     pub body: Body<2>,
     /// The bones that follow their observed places.
     pub followed: Vec<Followed>,
-    /// How the rest shape was found.
     pub how: RestShapeMethod,
     /// The placement of the body before its shape was changed.
     pub similarity: Similarity,
-    /// Smallest ratio of a cell's area to that in the placed body before the change.
+    /// Smallest ratio of a cell's area to that in the placed body.
     pub least_area_ratio: f64,
-    /// Root mean square distance of the contours from which it was made, m.
+    /// Root mean square distance of the contours from the body, m.
     pub rms_m: Option<f64>,
     /// The uncertainty of the placement, if coils placed the body.
     pub placement: Option<Placement>,
-    /// A landmark that is far from where the body has it, with the distance, m.
+    /// A landmark that is far from its place in the body, and the distance, m.
     pub misplaced: Option<(String, f64)>,
     /// Notes for the user: rejected changes and missing data.
     pub notes: Vec<String>,
 }
 
-/// Largest root mean square distance of a contour from a body that is trusted, m.
+/// Largest root mean square distance of a contour with which a body is trusted, m.
 const TRUSTED_RMS_M: f64 = 1.5e-3;
-/// Largest distance of a landmark from its place in a body that is trusted, m: twice the standard deviation of the hyoid's.
+/// Largest distance of a landmark from its place with which a body is trusted, m: two standard deviations of the hyoid.
 const TRUSTED_LANDMARK_M: f64 = 10e-3;
 
 impl Speaker {
@@ -72,7 +71,7 @@ impl Speaker {
                 100.0 * TRUSTED_AREA
             ));
         }
-        // Relative to the body that is only turned and scaled.
+        // Compared with the body that is only turned and scaled.
         let scale = self.similarity.scale();
         let changes = before.mesh.muscles.iter().zip(&self.body.mesh.muscles).map(|(a, b)| {
             let ratio = self.body.mesh.distance(b.ends()) / (scale * before.mesh.distance(a.ends()));
@@ -105,15 +104,14 @@ pub struct AdaptationInput<'a> {
     pub anatomy: Option<&'a Anatomy>,
     pub model: Model,
     pub contracting: Vec<usize>,
-    /// Prior of their tensions and errors of the recordings.
+    /// Prior of the tensions, and errors of the recordings.
     pub settings: TrackSettings,
-    /// A trace of the palate in the frame of the recordings, m, used in a placement by coils.
+    /// A trace of the palate in the frame of the recordings, m, used where coils place the body.
     pub palate: Option<&'a [Point]>,
 }
 
 impl AdaptationInput<'_> {
-    /// Places the body where the contour, the spine and the hyoid of recordings fit best ([`RegistrationData`]); `hide` are points that are
-    /// not used.
+    /// Places the body where contour, mental spine and hyoid of recordings fit best ([`RegistrationData`]). Points in `hide` are not used.
     ///
     /// # Errors
     /// [`RestError::Body`] for recordings that contain too little, [`RestError::NotOneFrame`] for bones that belong to no such contour.
@@ -128,7 +126,7 @@ impl AdaptationInput<'_> {
         })
     }
 
-    /// Adapts the body to recordings; `hide` are points that are not used.
+    /// Adapts the body to recordings. Points in `hide` are not used.
     ///
     /// # Errors
     /// [`RestError`] if the recordings do not show where the body lies, or if no frame with enough points has an equilibrium.
@@ -140,14 +138,14 @@ impl AdaptationInput<'_> {
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
         let Registration { similarity, by_coils, .. } = self.place(seen, hide)?;
-        let sight = RegistrationData::of(seen, &[]);
+        let data = RegistrationData::of(seen, &[]);
         let rest = Rest::new(self.body, similarity)?;
         let mut body = rest.body(&nalgebra::DVector::zeros(rest.unknowns()));
         let mut bones: Vec<String> = seen.iter().flat_map(|s| s.bones.iter().cloned()).collect();
         bones.sort();
         bones.dedup();
         let mut followed = followed(&body, &bones);
-        // A small error of a bone's placement must not count as a displacement of the bone from rest.
+        // An error of the placement must not count as a displacement of the bone from rest.
         for bone in &mut followed {
             bone.mark = median_place(seen, &bone.name).unwrap_or(bone.mark);
         }
@@ -157,7 +155,7 @@ impl AdaptationInput<'_> {
             return Ok(Speaker { placement: by_coils, ..speaker });
         }
         let shape = RestShape::of(&body, &self.model, &self.contracting, |bone: &str| {
-            if bone == HYOID { sight.hyoid } else { sight.spine }
+            if bone == HYOID { data.hyoid } else { data.spine }
         })?;
         let surface = outline_of(&body)?;
         let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
@@ -182,7 +180,7 @@ impl AdaptationInput<'_> {
                 if known.is_empty() { "none".to_owned() } else { known.join(", ") }
             )));
         }
-        // A contour that is the body's own changes nothing, not even by rounding of a curve through nodes.
+        // A contour that is the body's own must not change the body by rounding of a curve through its nodes.
         let own = by_landmarks.as_ref().is_some_and(|similarity| {
             let anatomy = self.anatomy.map(|a| a.outline());
             let mut contour = landmarks.contour.iter();
@@ -211,7 +209,7 @@ impl AdaptationInput<'_> {
         let (displacements, how) = match marks.len() {
             0..3 => (none, RestShapeMethod::Similarity),
             _ if own => (none, RestShapeMethod::Contour),
-            _ => match resting(&rest, &marks, &bones) {
+            _ => match fit_rest_shape(&rest, &marks, &bones) {
                 Ok(found) => (found, RestShapeMethod::Contour),
                 Err(refused @ RestError::Folds { .. }) => {
                     notes.push(format!("{refused}; the body is turned, scaled and shifted only"));
@@ -240,7 +238,7 @@ impl AdaptationInput<'_> {
         Ok(out)
     }
 
-    /// The result for a body at rest that was made from the placed one; it is compared with that one for its smallest ratio of areas.
+    /// The result for the changed rest shape `body` of the placed body `rest`.
     fn speaker(
         &self,
         rest: &Rest<'_>,
@@ -271,13 +269,11 @@ impl AdaptationInput<'_> {
     }
 }
 
-/// Standard deviations of a drawn contour, and of landmarks on bones at rest: the mental spine, and the hyoid, which moves with the neck,
-/// m.
+/// Standard deviations of a drawn contour and of landmarks at rest, m; the hyoid's is larger, because it moves with the neck.
 const CONTOUR_SD_M: f64 = 1e-3 * sd::DRAWN_CONTOUR_MM;
 const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3 * sd::DRAWN_SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)];
 
 impl Speaker {
-    /// Data about the adaptation for the file of the body.
     pub fn adaptation(&self) -> Adaptation {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
         let coils = self.placement.iter().flat_map(|placement| placement.coils.iter().cloned());

@@ -12,16 +12,15 @@ use tongue_input::measured::muscles::Muscles;
 
 use super::{AT_BOUND, Fit, FitSettings, FitStatus, TargetOnBody};
 
-/// Thickness of the tongue over which a tension per metre acts, m, which makes published forces (left and
-/// right together) comparable. It is about the width of an adult tongue body; the value is chosen, not measured.
+/// Thickness that turns a tension per metre into a force comparable with published ones (left and right together), m: about the width of an
+/// adult tongue body, chosen and not measured.
 pub const THICKNESS_M: f64 = 0.04;
 /// Smallest error of a contracting muscle's shortening that raises an alarm, percentage points.
 const MISSED_PERCENT: f64 = 5.0;
 /// Smallest additional angle at a node of a folded chain, radians (60 degrees).
 const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 
-/// Ratios of volume at points of the tissue that are no alarm. Elements keep their mean volume, and at points beside attachments
-/// ordinary activations reach 0.4 to 1.6 (0.1 to 2.8 where all muscles are fully active).
+/// Ratios of volume to that at rest without an alarm; beside attachments ordinary activations reach 0.4 to 1.6, full ones 0.1 to 2.8.
 const VOLUME_RATIOS: RangeInclusive<f64> = 0.25..=2.0;
 /// Stretches of muscles for which the law is meant: fibres of muscle shorten to about half of their length
 /// (Gordon, Huxley and Julian 1966).
@@ -31,12 +30,11 @@ const STRETCHES: RangeInclusive<f64> = 0.4..=2.0;
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case", remote = "Self")]
 pub enum Alarm {
-    /// A muscle that should contract ended without tension.
     #[error("{muscle} is shorter but ends without tension")]
     AtLowerBound { muscle: String },
     #[error("the tension of {muscle} ends at the upper bound")]
     AtUpperBound { muscle: String },
-    /// The force is the tension times the thickness.
+    /// `force_n` is the tension times the thickness.
     #[error(
         "{muscle} pulls {force_n:.1} N over {:.0} mm of thickness, more than its published {capacity_n:.0} N",
         1e3 * thickness_m
@@ -44,21 +42,17 @@ pub enum Alarm {
     BeyondCapacity { muscle: String, force_n: f64, capacity_n: f64, thickness_m: f64 },
     #[error("the target is missed by {misfit:.3} (RMS)")]
     TargetNotMet { misfit: f64 },
-    /// A muscle that should contract shortens much more or less than measured, in per cent of the model's length at rest and of that in
-    /// the baseline.
+    /// Both in per cent: simulated of the model's length at rest, measured of the length in the baseline.
     #[error("{muscle} shortens {simulated_percent:.0} %, measured {measured_percent:.0} %")]
     ShorteningMissed { muscle: String, simulated_percent: f64, measured_percent: f64 },
-    /// Elements are so compressed that the barrier changes the published law.
     #[error(
         "the barrier against inversion acts in {elements} element{}: the published law does not hold there",
         if *elements == 1 { "" } else { "s" }
     )]
     BarrierActs { elements: usize },
-    /// The shape does not lie on the branch from rest, which ends at this part of the tensions; where the part is `None`, it is not known
-    /// whether it does.
+    /// The branch from rest ends at the part `ends_at` of the tensions; `None` if it is not known whether the branch leads to the shape.
     #[error("{}", branch(*ends_at))]
     NotOnBranch { ends_at: Option<f64> },
-    /// The tissue changes its volume at points beyond what its law is meant for.
     #[error(
         "points of the tissue have {least_volume_ratio:.2} to {largest_volume_ratio:.2} of their volume at rest; the law is not meant for \
          less than {} or more than {}",
@@ -66,7 +60,6 @@ pub enum Alarm {
         VOLUME_RATIOS.end()
     )]
     Overstrained { least_volume_ratio: f64, largest_volume_ratio: f64 },
-    /// A muscle is shortened or stretched beyond what its law is meant for.
     #[error(
         "{muscle} is {stretch:.2} times as long as at rest; the law is not meant for less than {} or more than {}",
         STRETCHES.start(),
@@ -75,18 +68,16 @@ pub enum Alarm {
     MuscleOverstrained { muscle: String, stretch: f64 },
     #[error("whether {muscle} contracts is decided within the rounding of the data")]
     DecidedWithinRounding { muscle: String },
-    /// The largest angle is that beyond the angle at rest.
+    /// `turn_degrees` is the largest angle at a node beyond that at rest.
     #[error("the chain of {muscle} folds by {turn_degrees:.0} degrees")]
     FoldedChain { muscle: String, turn_degrees: f64 },
-    /// Observations of a body in space determine no combination of its activations.
     #[error(
-        "nothing is resolved: what was seen leaves every combination of activations open, so these are the prior's; check its unit and \
-         its places"
+        "nothing is resolved: the data determine no combination of activations, so the activations are those of the prior; check the unit \
+         and the places of the data"
     )]
     NothingResolved,
     #[error("no posterior: {reason}")]
     NoPosterior { reason: String },
-    /// So many of the measured stretches lie outside of what the posterior predicts from the others.
     #[error(
         "{outside} of {predicted} measured stretches lie outside what the others predict, where one in twenty should: these lengths and the \
          model contradict each other; check them and those of the baseline"
@@ -121,8 +112,7 @@ impl Serialize for Alarm {
 }
 
 impl Alarm {
-    /// Whether it is a reason why a fit is not trustworthy ([`Answer::is_trustworthy`](super::Answer::is_trustworthy)); other alarms say
-    /// how to read its tensions.
+    /// Whether a fit with this alarm is not trustworthy ([`Answer::is_trustworthy`](super::Answer::is_trustworthy)).
     pub fn forbids_trust(&self) -> bool {
         matches!(
             self,
@@ -196,8 +186,7 @@ pub fn alarms<const D: usize>(
     out
 }
 
-/// The alarm for an equilibrium that was followed from rest, if it is not that of the published law or not
-/// known to lie on the branch from rest.
+/// Alarms for a solution in which the barrier acts, or which is not known to lie on the branch from rest.
 pub fn of_equilibrium(solution: &Solution, from_rest: FromRest) -> Vec<Alarm> {
     let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
     let ends_at = match from_rest {
@@ -210,7 +199,7 @@ pub fn of_equilibrium(solution: &Solution, from_rest: FromRest) -> Vec<Alarm> {
     out
 }
 
-/// The alarms for a shape of a body that is strained too far: positions of all its nodes, m. The system may be that of its half.
+/// Alarms for too much strain of tissue and muscles at these positions of all nodes, m. `system` may be that of the body's half.
 pub fn of_shape<const D: usize>(
     body: &Body<D>,
     system: &System<D>,
@@ -224,8 +213,7 @@ pub fn of_shape<const D: usize>(
     of_strain(&body.mesh, ratios, positions)
 }
 
-/// The alarms for a shape that is strained too far: tissue with the least and the largest of these ratios of its volume (in the plane
-/// its area) to that at rest, and muscles.
+/// Alarms for too much strain of tissue, by its least and largest ratio of volume (in the plane: area) to that at rest, and of muscles.
 pub fn of_strain<const D: usize>(
     mesh: &Mesh<D>,
     [least_volume_ratio, largest_volume_ratio]: [f64; 2],
@@ -245,7 +233,6 @@ pub fn of_strain<const D: usize>(
     tissue.into_iter().chain(muscles).collect()
 }
 
-/// The alarm for a shape in which the barrier acts in this number of elements, if it is not zero.
 pub fn barrier(elements: usize) -> Option<Alarm> {
     (elements > 0).then_some(Alarm::BarrierActs { elements })
 }

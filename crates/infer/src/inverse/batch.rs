@@ -13,7 +13,7 @@ use tongue_input::measured::{Dataset, Lengths, ReadError, Target, TargetKind, Vo
 
 use super::{Fit, FitSettings, Method};
 
-/// The baseline of a subject without /ɯ/: other published models use it as the rest posture.
+/// Baseline of a subject without /ɯ/; other published models take it for the rest posture.
 pub const SUBSTITUTE_BASELINE: &str = "e";
 
 /// Rows to be fitted, and their baselines.
@@ -27,7 +27,6 @@ pub struct Selection {
     pub baseline_of: BTreeMap<String, Vowel>,
 }
 
-/// One fit to be made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
     /// Line of the row in its file.
@@ -37,7 +36,6 @@ pub struct Job {
     pub target: Target,
 }
 
-/// A row that is a baseline itself.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct BaselineRow {
     pub line: u64,
@@ -59,7 +57,7 @@ pub struct Refusal {
     pub message: String,
 }
 
-/// The jobs of a selection, in the order of the rows and of the kinds.
+/// Fits in the order of the rows and of the kinds; baselines and refusals in the order of the rows.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BatchPlan {
     pub jobs: Vec<Job>,
@@ -85,8 +83,8 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, ReadErro
     for asked in selection.vowels.iter().flatten() {
         if !rows.clone().any(|l| is_of(asked, &l.subject, &l.vowel)) {
             let has = distinct(rows.clone().map(|lengths| lengths.vowel.clone()));
-            let told = format!("{} has no row for /{asked}/; it has {}", data.origin(), Vowel::list(&has));
-            return Err(ReadError::Refused(told));
+            let message = format!("{} has no row for /{asked}/; it has {}", data.origin(), Vowel::list(&has));
+            return Err(ReadError::Refused(message));
         }
     }
     let mut plan = BatchPlan::default();
@@ -147,22 +145,21 @@ fn baseline<'a>(
     }
 }
 
-/// Settings of the fits of a batch by a method: eight starts.
+/// Settings of a batch: eight starts.
 pub fn settings(method: Method) -> FitSettings {
     FitSettings { method, starts: 8, ..FitSettings::default() }
 }
 
-/// Known facts about muscles and vowels, for comparison with answers.
+/// Published facts with which answers are compared.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedFacts {
     pub muscles: Muscles,
     pub patterns: Patterns,
-    /// The simulation of the thesis.
     pub thesis: Option<Thesis>,
 }
 
 impl PublishedFacts {
-    /// The built-in tables; one that is damaged is empty, which a test checks for.
+    /// The built-in tables; a damaged one is empty, which a test excludes.
     pub fn built_in() -> Self {
         let patterns = Patterns::reference().unwrap_or_default();
         Self { muscles: Muscles::built_in(), patterns, thesis: Thesis::reference().ok() }

@@ -38,8 +38,8 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
     ) -> Option<ForceDerivative<D>> {
         let here = self.constants(unknowns, x);
         let (e, nu) = (here.young_modulus, here.poisson_ratio);
-        // λ = E ν / ((1 + ν)(1 - 2ν)) and μ = E / (2 (1 + ν)).
-        let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
+        let (lambda, mu) = here.lame();
+        // Derivatives of λ and μ.
         let slope = match constant {
             Constant::YoungModulus => (lambda / e, mu / e),
             Constant::PoissonRatio => {
@@ -49,18 +49,18 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         };
         // All coefficients of the tissue are linear in λ and μ, so three systems give the exact derivative.
         let changed = [(1.5 * e, nu), (e, if nu > 0.37 { 0.3 } else { 0.45 })];
-        let [stiffer, otherwise] = changed.map(|(e, nu)| {
+        let [stiffer, other_ratio] = changed.map(|(e, nu)| {
             let constants = Constants { young_modulus: e, poisson_ratio: nu, ..here };
-            let lame = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
+            let lame = constants.lame();
             self.with(constants).ok().map(|system| (system, (lame.0 - lambda, lame.1 - mu)))
         });
         let base = self.with(here).ok()?;
-        let (stiffer, otherwise) = (stiffer?, otherwise?);
-        let ((a1, a2), (b1, b2)) = (stiffer.1, otherwise.1);
+        let (stiffer, other_ratio) = (stiffer?, other_ratio?);
+        let ((a1, a2), (b1, b2)) = (stiffer.1, other_ratio.1);
         let determinant = a1 * b2 - a2 * b1;
         let weights =
             ((slope.0 * b2 - slope.1 * b1) / determinant, (a1 * slope.1 - a2 * slope.0) / determinant);
-        Some(ForceDerivative { base, others: [(stiffer.0, weights.0), (otherwise.0, weights.1)] })
+        Some(ForceDerivative { base, others: [(stiffer.0, weights.0), (other_ratio.0, weights.1)] })
     }
 }
 

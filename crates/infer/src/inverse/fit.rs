@@ -1,4 +1,4 @@
-//! The fit of measured muscle lengths with known contracting muscles and their target ratios or stretches.
+//! The fit of tensions of contracting muscles to measured ratios or stretches.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use super::solve::{Answer, solve};
 use super::target_on_body::TargetOnBody;
 use super::{AT_BOUND, FitError, FitSettings};
 
-/// A fit of a target: lists over muscles are parallel to [`TargetOnBody::muscles`], those of the answer are in the body's order.
+/// A fit of a target. Lists over muscles are parallel to [`TargetOnBody::muscles`], those of the answer to the muscles of the body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit<const D: usize = 2> {
     pub matched: TargetOnBody,
@@ -46,14 +46,14 @@ impl<const D: usize> Fit<D> {
         self.simulated().iter().zip(&self.matched.target.values).map(|(s, m)| s - m).collect()
     }
 
-    /// Root mean square residual of the measured muscles that the fit does not see: those that do not contract (and, for ratios, are not
-    /// the reference, whose ratio is 1 by definition). `None` if there are none.
+    /// Root mean square residual of the measured muscles that do not contract, without the reference of ratios, whose ratio is 1 by
+    /// definition. `None` if there are none.
     pub fn passive_rms(&self) -> Option<f64> {
         let (target, residuals) = (&self.matched.target, self.residuals());
-        let unseen =
+        let passive =
             Vec::from_iter(target.compared().filter(|m| !target.active.contains(m)).map(|m| residuals[m]));
-        let squares: f64 = unseen.iter().map(|r| r * r).sum();
-        (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
+        let squares: f64 = passive.iter().map(|r| r * r).sum();
+        (!passive.is_empty()).then(|| (squares / passive.len() as f64).sqrt())
     }
 
     /// The tension of muscle `m` of the lists, N per metre of thickness.
@@ -61,7 +61,7 @@ impl<const D: usize> Fit<D> {
         self.answer.tensions[self.matched.numbers[m]]
     }
 
-    /// Its length at the answer, m.
+    /// The length of muscle `m` of the lists at the answer, m.
     pub fn length(&self, m: usize) -> f64 {
         self.answer.lengths[self.matched.numbers[m]]
     }
@@ -70,7 +70,7 @@ impl<const D: usize> Fit<D> {
         self.tension(m) >= AT_BOUND
     }
 
-    /// The tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
+    /// Tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
     pub fn shown_tensions(&self) -> Vec<f64> {
         self.answer.tensions.iter().map(|t| if *t >= AT_BOUND { *t } else { 0.0 }).collect()
     }
@@ -148,7 +148,7 @@ pub fn fit<const D: usize>(
     fit_in(&system, matched, settings)
 }
 
-/// As [`fit`], in a prepared body in which all of the target's active muscles can contract.
+/// [`fit`] in a prepared system, in which all active muscles of the target can contract.
 pub fn fit_in<const D: usize>(
     system: &System<D>,
     matched: TargetOnBody,
@@ -162,7 +162,7 @@ pub fn fit_in<const D: usize>(
     })
 }
 
-/// Answers whose tensions all differ by less than this are the same, N.
+/// Answers none of whose tensions differ by more than this are the same, N.
 const SAME_ANSWER: f64 = 0.5;
 
 /// A local optimum other than the answer.
@@ -170,14 +170,14 @@ const SAME_ANSWER: f64 = 0.5;
 pub struct Optimum {
     /// Tensions of the active muscles, N.
     pub tensions_n: ByMuscle<f64>,
-    /// Objective; that of the best start is smaller.
+    /// Value of the objective.
     pub cost: f64,
     /// Number of starts that ended there.
     pub starts: usize,
 }
 
-/// Ends of converged starts other than the answer and the best start, best first. The answer to an undetermined target is chosen on the
-/// curve through the end of the best start.
+/// Optima at which converged starts ended, other than the answer and the best start, best first. The answer to an undetermined target is
+/// chosen on the curve through the best start.
 pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
     let (answer, starts) = (fit.active_tensions(), &fit.answer.starts);

@@ -1,4 +1,4 @@
-//! The forward model: from candidate values of the unknowns to residuals, with one equilibrium each.
+//! The forward model: from the unknowns to residuals, by one equilibrium for each candidate.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -11,16 +11,16 @@ use super::FitSettings;
 use super::problem::{LeastSquaresProblem, Quantity};
 use super::start::{SearchCounts, SolvedCandidate, WarmStarts, distance_squared, starting_point};
 
-/// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
-/// panics on errors in its first simplex and gives up on NaN.
+/// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead panics on errors in its first
+/// simplex and stops at NaN.
 pub(super) const FAILED: f64 = 1e6;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearised {
-    /// One row for each residual, one column for each unknown.
+    /// One row for each observation and prior, one column for each unknown.
     pub jacobian: DMatrix<f64>,
     pub residuals: DVector<f64>,
-    /// The derivative of the other measurements, which are not fitted; without rows if there are none.
+    /// The same of the measurements that are not fitted.
     pub other_jacobian: DMatrix<f64>,
     pub other_residuals: DVector<f64>,
 }
@@ -28,17 +28,17 @@ pub struct Linearised {
 /// The shape from which a candidate is solved.
 #[derive(Debug, Clone, PartialEq)]
 enum CandidateStart<const D: usize> {
-    /// That of its nearest solved neighbour; the shape at rest if there is none or it fails.
+    /// The shape of its nearest solved neighbour; the shape at rest if there is none or it fails.
     Neighbour,
-    /// The shape at rest, from which Newton's method goes to the candidate at once.
+    /// The shape at rest, with all tensions at once.
     Rest,
-    /// The shape at rest, from which the load path is followed: all tensions grow in proportion, jumps allowed.
+    /// The shape at rest, with all tensions growing in proportion along the load path, jumps allowed.
     LoadPath,
-    /// This one, to which the load path of a candidate led (positions of all nodes, m).
+    /// The shape to which the load path of a candidate led (positions of all nodes, m).
     EndOfPath(Vec<SVector<f64, D>>),
 }
 
-/// Cost of a newton of tension in the objective if the tensions are not determined, 1/N: it changes the fitted ratios by less than 1e-3.
+/// Cost of 1 N of tension if the tensions are not determined, 1/N: it changes the fitted ratios by less than 1e-3.
 const EFFORT: f64 = 2e-6;
 
 /// Solves candidates one after another, each from the nearest of the best earlier ones.
@@ -46,9 +46,8 @@ const EFFORT: f64 = 2e-6;
 pub struct Forward<'a, const D: usize> {
     pub(super) inverse: &'a LeastSquaresProblem<'a, D>,
     pub(super) settings: &'a FitSettings,
-    /// The system with other constants, if these are unknowns.
-    own: Option<System<D>>,
-    /// Workspace with the equilibrium of the last candidate.
+    /// The system with the candidate's constants, if these are unknowns.
+    candidate_system: Option<System<D>>,
     workspace: Workspace<D>,
     pub(super) effort: f64,
     pub(super) known: WarmStarts<D>,
@@ -56,7 +55,7 @@ pub struct Forward<'a, const D: usize> {
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
     pub(super) counts: SearchCounts,
-    /// Motion of all nodes for each unknown, m.
+    /// Derivative of all node positions by each unknown, m per unit of the unknown.
     motions: Vec<Vec<SVector<f64, D>>>,
 }
 
@@ -65,7 +64,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         Self {
             inverse,
             settings,
-            own: None,
+            candidate_system: None,
             workspace: Workspace::new(inverse.system),
             effort: if inverse.is_undetermined() { EFFORT } else { 0.0 },
             known: WarmStarts::new(inverse.unknowns.len()),
@@ -76,61 +75,59 @@ impl<'a, const D: usize> Forward<'a, D> {
         }
     }
 
-    /// The same with an objective that is the misfit alone.
     pub(super) fn without_effort(self) -> Self {
         Self { effort: 0.0, ..self }
     }
 
     pub fn system(&self) -> &System<D> {
-        self.own.as_ref().unwrap_or(self.inverse.system)
+        self.candidate_system.as_ref().unwrap_or(self.inverse.system)
     }
 
     pub fn positions(&self) -> &[SVector<f64, D>] {
         self.workspace.positions()
     }
 
-    /// Adds a solved shape (positions of all nodes, m) and its unknowns as a start for later candidates.
+    /// Makes a solved shape (positions of all nodes, m) with its unknowns the only one from which later candidates start.
     pub fn begin_at(&mut self, x: &[f64], positions: &[SVector<f64, D>]) {
         self.known = WarmStarts::new(x.len());
         self.known.remember(x, f64::INFINITY, positions);
     }
 
-    /// Positions of all nodes, m, at the last candidate, if that is `x` and shapes are kept.
+    /// Positions of all nodes, m, if `x` is the last candidate and equilibria are expensive.
     pub(super) fn kept_shape(&self, x: &[f64]) -> Option<Vec<SVector<f64, D>>> {
         (self.is_expensive() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
     }
 
-    /// Whether an equilibrium is so expensive that candidates are solved from the shapes of others, although this changes the last digits.
+    /// Whether equilibria are so expensive that later searches start from the shapes of earlier ones, which changes the last digits.
     pub(super) fn is_expensive(&self) -> bool {
         self.inverse.system.tissue().is_expensive()
     }
 
-    /// The same with every later candidate at the end of its load path: the equilibrium to which its tensions lead from rest as they
-    /// grow together, also behind a jump.
+    /// Solves every later candidate along its load path, also beyond a jump.
     pub fn on_load_path(self) -> Self {
         Self { begin: CandidateStart::LoadPath, ..self }
     }
 
-    /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow together; it is not counted. If the
-    /// two differ, the latter is the shape. Returns the problem at that shape too; the trace is empty if the candidate has no system.
+    /// Solves a candidate from rest, both at once and along its load path, without counting it. Returns the trace, which is empty if the
+    /// candidate has no system, and the problem at the end of the load path.
     pub fn follow_load_path(&self, x: &[f64]) -> (Trace, Self) {
-        let mut own = Forward::new(self.inverse, self.settings);
+        let mut solver = Forward::new(self.inverse, self.settings);
         let mut trace = Trace::default();
-        if own.set(x).is_ok() {
-            let system = own.own.as_ref().unwrap_or(self.inverse.system);
+        if solver.set(x).is_ok() {
+            let system = solver.candidate_system.as_ref().unwrap_or(self.inverse.system);
             let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
-            own.workspace.start_from_rest(system);
+            solver.workspace.start_from_rest(system);
             let tensions = self.inverse.tensions_of(x);
-            trace = statics::solve_and_trace(system, &mut own.workspace, &tensions, settings);
+            trace = statics::solve_and_trace(system, &mut solver.workspace, &tensions, settings);
         }
-        (trace, own)
+        (trace, solver)
     }
 
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
         let inverse = self.inverse;
         self.counts.evaluations += 1;
         if let Some(tissue) = inverse.tissue {
-            self.own = Some(tissue.system(&inverse.unknowns, x)?);
+            self.candidate_system = Some(tissue.system(&inverse.unknowns, x)?);
         }
         for (number, bone) in inverse.bones.iter().enumerate() {
             let mut shift = SVector::<f64, D>::zeros();
@@ -145,7 +142,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         Ok(())
     }
 
-    /// Weighted residuals of the observations, then of the priors, at the shape in the workspace.
+    /// Weighted residuals of the observations, then of the priors, at the current shape.
     fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
         let inverse = self.inverse;
         let seen = inverse.observations.iter().map(|o| o.residual(self.positions()));
@@ -157,7 +154,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     fn solve_from_nearest(&mut self, x: &[f64]) -> bool {
         let Some(nearest) = self.known.nearest(x) else { return false };
-        // The first step from the last equilibrium is the linear response to the change, because its factorisation is known.
+        // An expensive system continues from the last equilibrium, because its factorisation gives the linear response as the first step.
         let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
         if !(self.is_expensive() && self.last.as_deref().is_some_and(is_nearer)) {
             self.workspace.start_from(&nearest.positions);
@@ -165,13 +162,13 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.solve(x)
     }
 
-    /// Solves from the shape at rest: by Newton's method, or along the load path where candidates follow it.
+    /// Solves from the shape at rest: directly, or along the load path where candidates follow it.
     fn solve_without_neighbours(&mut self, x: &[f64]) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
         if !self.is_on_load_path() {
             return self.solve(x);
         }
-        let system = self.own.as_ref().unwrap_or(self.inverse.system);
+        let system = self.candidate_system.as_ref().unwrap_or(self.inverse.system);
         let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
         let trace = statics::trace(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
         self.counts.factorisations += trace.solution.factorisations;
@@ -179,14 +176,14 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     fn solve(&mut self, x: &[f64]) -> bool {
-        let system = self.own.as_ref().unwrap_or(self.inverse.system);
+        let system = self.candidate_system.as_ref().unwrap_or(self.inverse.system);
         let settings = &self.settings.equilibrium;
         let solution = statics::solve(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
         self.counts.factorisations += solution.factorisations;
         solution.status == SolveStatus::Converged
     }
 
-    /// Residuals after the last solve; `None` if it failed.
+    /// Records whether a candidate was solved, and returns its residuals.
     fn outcome(&mut self, x: &[f64], solved: bool) -> Option<DVector<f64>> {
         let residuals = if solved { self.residuals_here(x) } else { None };
         self.last = solved.then(|| x.to_vec());
@@ -194,23 +191,29 @@ impl<'a, const D: usize> Forward<'a, D> {
         residuals
     }
 
-    /// Derivatives of every observation by every unknown, with one factorisation for all.
-    fn rates(&mut self, x: &[f64], jacobian: &mut DMatrix<f64>, others: &mut DMatrix<f64>) -> Option<()> {
+    /// Fills in the derivatives of all observations by all unknowns, with one factorisation.
+    fn fill_jacobians(
+        &mut self,
+        x: &[f64],
+        jacobian: &mut DMatrix<f64>,
+        others: &mut DMatrix<f64>,
+    ) -> Option<()> {
         self.counts.factorisations += 1;
         let inverse = self.inverse;
-        let system = self.own.as_ref().unwrap_or(inverse.system);
+        let system = self.candidate_system.as_ref().unwrap_or(inverse.system);
         self.motions.resize(inverse.unknowns.len(), vec![SVector::zeros(); self.workspace.positions().len()]);
         let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
         for (column, unknown) in inverse.unknowns.iter().enumerate() {
             match unknown.quantity {
                 Quantity::Tension { muscle } => {
-                    let tied = inverse.tied.iter().filter(|[of, _]| *of == muscle).map(|[_, other]| *other);
+                    let tied =
+                        inverse.tied.iter().filter(|[first, _]| *first == muscle).map(|[_, other]| *other);
                     response.to_tensions(std::iter::once(muscle).chain(tied));
                 }
                 Quantity::Bone { bone, axis } => {
                     let bone = &inverse.bones[bone];
-                    let other = inverse.tissue.map(|t| t.constants(&inverse.unknowns, x));
-                    response.to_load(|at, load| bone.add_force(at, axis, other, load));
+                    let constants = inverse.tissue.map(|t| t.constants(&inverse.unknowns, x));
+                    response.to_load(|at, load| bone.add_force(at, axis, constants, load));
                     response.carry(bone.nodes(), axis);
                 }
                 Quantity::Constant(constant) => {
@@ -231,7 +234,6 @@ impl<'a, const D: usize> Forward<'a, D> {
         Some(())
     }
 
-    /// Where search number `number` begins.
     pub(super) fn start(&mut self, number: usize) -> Vec<f64> {
         match self.inverse.begin {
             Some((x, positions)) if number == 0 => {
@@ -253,7 +255,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.system().lengths(self.positions())
     }
 
-    /// Residuals of a candidate, which may be solved from its solved neighbours and not from rest; `None` if it has no equilibrium.
+    /// Residuals of a candidate, from its nearest solved neighbour where these are used; `None` if it has no equilibrium.
     pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
         if let CandidateStart::EndOfPath(positions) = &self.begin {
@@ -269,26 +271,26 @@ impl<'a, const D: usize> Forward<'a, D> {
         Some(residuals)
     }
 
-    /// Residuals of a candidate that is not solved from its solved neighbours.
+    /// Residuals of a candidate that is solved from rest.
     pub(super) fn residuals_without_neighbours(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let solved = self.set(x).is_ok() && self.solve_without_neighbours(x);
         self.outcome(x, solved)
     }
 
-    /// Whether Newton's method from rest finds an equilibrium of a candidate, and the candidate's cost there.
+    /// Whether a candidate that is solved from rest has an equilibrium, and its cost there.
     pub(super) fn solved_by_newton(&mut self, x: &[f64]) -> (bool, f64) {
         let residuals = self.residuals_without_neighbours(x);
         (residuals.is_some(), self.cost(x, residuals.as_ref()))
     }
 
-    /// Residuals and their derivative; `None` if there is no equilibrium or it is singular.
+    /// Residuals and their Jacobian; `None` if there is no equilibrium or it is singular.
     pub fn linearise(&mut self, x: &[f64]) -> Option<Linearised> {
         let residuals = self.residuals(x)?;
         let inverse = self.inverse;
         let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
         let mut other_jacobian = DMatrix::zeros(inverse.others.len(), inverse.unknowns.len());
         let other_residuals = self.other_residuals();
-        self.rates(x, &mut jacobian, &mut other_jacobian)?;
+        self.fill_jacobians(x, &mut jacobian, &mut other_jacobian)?;
         let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
         for (row, (column, weight)) in priors.enumerate() {
             jacobian[(inverse.observations.len() + row, column)] = weight;
@@ -296,13 +298,13 @@ impl<'a, const D: usize> Forward<'a, D> {
         Some(Linearised { jacobian, residuals, other_jacobian, other_residuals })
     }
 
-    /// Residuals of several candidates: solves each from rest in its own workspace and keeps it as a start.
+    /// Residuals of several candidates, each solved from rest in a workspace of its own and kept as a start for others.
     pub(super) fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
         let solved: Vec<(Option<DVector<f64>>, usize, Option<SolvedCandidate<D>>)> =
             parallel::map(candidates, |x| {
-                let mut own = Forward::new(self.inverse, self.settings);
-                let residuals = own.residuals(x);
-                (residuals, own.counts.factorisations, own.known.best().cloned())
+                let mut solver = Forward::new(self.inverse, self.settings);
+                let residuals = solver.residuals(x);
+                (residuals, solver.counts.factorisations, solver.known.best().cloned())
             });
         let mut out = Vec::with_capacity(candidates.len());
         for (residuals, factorisations, known) in solved {
@@ -317,17 +319,16 @@ impl<'a, const D: usize> Forward<'a, D> {
         out
     }
 
-    /// Whether candidates are at the end of their load paths, which takes many times as long.
+    /// Whether candidates are solved along their load paths, which takes many times as long.
     pub(super) fn is_on_load_path(&self) -> bool {
         matches!(self.begin, CandidateStart::LoadPath | CandidateStart::EndOfPath(_))
     }
 
-    /// Makes every later candidate start from the shape of the last one, which is at the end of its load path.
+    /// Makes later candidates start from the shape of the last one, which is at the end of its load path.
     pub(super) fn start_from_end_of_path(&mut self) {
         self.begin = CandidateStart::EndOfPath(self.workspace.positions().to_vec());
     }
 
-    /// Makes every later candidate start from rest.
     pub(super) fn forget_neighbours(&mut self) {
         if self.begin == CandidateStart::Neighbour {
             self.begin = CandidateStart::Rest;
@@ -335,7 +336,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.known.clear();
     }
 
-    /// The objective of a candidate with these residuals: their squares and the effort. It is always finite.
+    /// Sum of the squared residuals and the effort; always finite.
     pub(super) fn cost(&self, x: &[f64], residuals: Option<&DVector<f64>>) -> f64 {
         let Some(r) = residuals else { return FAILED };
         let tensions = self.inverse.unknowns.iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);

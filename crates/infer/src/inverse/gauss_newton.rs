@@ -1,10 +1,10 @@
 //! One start of a damped Gauss-Newton method with bounds, which uses the exact sensitivities of the equilibrium.
 //!
-//! With `r` the residuals, `J` their derivative and `c` the effort, the cost `r·r + c sum F` has the gradient `2 Jᵀr + c` and the second
-//! derivative `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. If the target is met, `S` vanishes and the method is that of Levenberg (1944) and
-//! Marquardt (1963). If ratios leave a direction undetermined, only `S` determines where along the curve the sum of the tensions is
-//! smallest; it is then approximated from the changes of `J` by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10). Tensions that
-//! the gradient pushes against a bound stay on it (Bertsekas 1982).
+//! With residuals `r`, their Jacobian `J` and effort `c` for each unit of tension, the cost `r·r + c sum F` has the gradient `2 Jᵀr + c`
+//! and the Hessian `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. Where the target is met, `S` vanishes (Levenberg 1944, Marquardt 1963). Where
+//! ratios leave a direction undetermined, only `S` determines the point of the curve with the smallest sum of tensions; it is approximated
+//! by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10). Unknowns that the gradient pushes against a bound stay on it (Bertsekas
+//! 1982).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,12 +14,11 @@ use super::problem::Unknown;
 use super::start::{Start, same_cost_by_newton};
 use crate::least_squares::{self, Rule, TrialStep};
 
-/// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
+/// Damping of the first step, as a part of the largest diagonal entry of `2 JᵀJ`.
 const FIRST_DAMPING: f64 = 1e-3;
-/// Largest damping, as a part of the same entry: beyond it a step is lost in rounding.
+/// Largest damping, as a part of that entry; with more, a step is lost in rounding.
 const MOST_DAMPING: f64 = 1e12;
 
-/// A candidate with its cost and derivatives.
 #[derive(Clone)]
 struct EvaluatedPoint {
     x: DVector<f64>,
@@ -45,8 +44,8 @@ impl EvaluatedPoint {
         cost.is_finite().then_some(Self { x, linear, gradient, cost, secant })
     }
 
-    /// Largest diagonal entry of the second derivative.
-    fn diagonal(&self) -> f64 {
+    /// Largest diagonal entry of `2 JᵀJ`.
+    fn largest_curvature(&self) -> f64 {
         2.0 * self.linear.jacobian.column_iter().map(|c| c.norm_squared()).fold(1e-12, f64::max)
     }
 
@@ -57,7 +56,6 @@ impl EvaluatedPoint {
     }
 }
 
-/// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no restarts.
 pub(super) fn run<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
@@ -72,7 +70,7 @@ pub(super) fn run<const D: usize>(
     if let Some(mut here) = point {
         start.converged = descend(problem, settings, &mut here, &mut start.iterations);
         let (mut is_solved, mut cost) = problem.solved_by_newton(here.x.as_slice());
-        // As in Nelder-Mead: a shape other than that of Newton's method from rest does not count.
+        // As in Nelder-Mead, a shape other than that of Newton's method from rest does not count.
         if !same_cost_by_newton(here.cost, cost) {
             problem.forget_neighbours();
             start.converged = match EvaluatedPoint::new(problem, here.x.clone()) {
@@ -92,8 +90,8 @@ pub(super) fn run<const D: usize>(
     start
 }
 
-/// Searches from values that are nearly right, within the bounds; afterwards the problem is at the answer,
-/// whose residuals are returned too, and whether the search converged. `None` if there is no equilibrium at the beginning or at the end.
+/// Searches from nearly right values within the bounds. Returns the answer, at which `problem` then is, its residuals, and whether the
+/// search converged; `None` if there is no equilibrium at the beginning or at the end.
 pub(super) fn refit<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
@@ -114,25 +112,25 @@ fn descend<const D: usize>(
     iterations: &mut u64,
 ) -> bool {
     let unknowns = &problem.inverse.unknowns;
-    let first = FIRST_DAMPING * here.diagonal();
+    let first = FIRST_DAMPING * here.largest_curvature();
     let rule = Rule {
-        steps: settings.max_iterations.saturating_sub(*iterations) as usize,
-        promised: settings.cost_tolerance,
-        first,
-        least: 0.0,
-        most: MOST_DAMPING / FIRST_DAMPING * first,
-        more: (2.0, 2.0),
+        max_steps: settings.max_iterations.saturating_sub(*iterations) as usize,
+        decrease_tolerance: settings.cost_tolerance,
+        first_damping: first,
+        least_damping: 0.0,
+        most_damping: MOST_DAMPING / FIRST_DAMPING * first,
+        damping_increase: (2.0, 2.0),
         ..Rule::UNDAMPED
     };
-    let stepped = if settings.best_steps { best_step } else { bounded_step };
+    let trial_step = if settings.best_steps { best_step } else { bounded_step };
     let step = |here: &EvaluatedPoint, damping: f64| {
         let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &here.secant) * 2.0;
-        let by = stepped(here, &curvature, damping, unknowns)?;
-        let promised = -(here.gradient.dot(&by) + 0.5 * by.dot(&(&curvature * &by)));
+        let by = trial_step(here, &curvature, damping, unknowns)?;
+        let predicted_decrease = -(here.gradient.dot(&by) + 0.5 * by.dot(&(&curvature * &by)));
         let size = by.amax();
-        let undamped = damping <= FIRST_DAMPING * here.diagonal();
+        let undamped = damping <= FIRST_DAMPING * here.largest_curvature();
         let is_last = undamped && size < settings.tension_tolerance;
-        Some(TrialStep { by, size, promised: Some(promised), is_last })
+        Some(TrialStep { by, size, predicted_decrease: Some(predicted_decrease), is_last })
     };
     let moved = |here: &EvaluatedPoint, by: &DVector<f64>| {
         let mut next = EvaluatedPoint::new(problem, &here.x + by)?;
@@ -145,8 +143,8 @@ fn descend<const D: usize>(
     found.converged
 }
 
-/// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not positive definite. [`best_step`]
-/// decreases the model more, but in a nearly incompressible body it leads to other minima than those of the published numbers.
+/// The damped step in the free unknowns, cut at the bounds; `None` if the damped Hessian is not positive definite. [`best_step`] decreases
+/// the model more, but in a nearly incompressible body it leads to other minima than those of the published numbers.
 fn bounded_step(
     here: &EvaluatedPoint,
     curvature: &DMatrix<f64>,
@@ -156,7 +154,7 @@ fn bounded_step(
     let n = here.x.len();
     let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, &unknowns[i])).collect();
     let mut step = DVector::zeros(n);
-    // Values that the step would move beyond a bound are set to it, and the others are solved again.
+    // Unknowns that the step would move beyond a bound are set to it, and the others are solved again.
     while !free.is_empty() {
         let mut matrix = curvature.select_rows(&free).select_columns(&free);
         for i in 0..free.len() {
@@ -183,8 +181,8 @@ fn bounded_step(
     Some(step)
 }
 
-/// The minimum of the damped model within the bounds, by the method of active sets (Nocedal and Wright 2006, 16.5) from no step at all;
-/// `None` if the damped second derivative is not positive definite.
+/// The minimum of the damped model within the bounds by an active-set method (Nocedal and Wright 2006, 16.5) that begins at zero; `None` if
+/// the damped Hessian is not positive definite.
 fn best_step(
     here: &EvaluatedPoint,
     curvature: &DMatrix<f64>,
@@ -197,32 +195,32 @@ fn best_step(
     let upper = |i: usize| unknowns[i].upper - here.x[i];
     let mut step = DVector::<f64>::zeros(n);
     let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, &unknowns[i])).collect();
-    // Every change of the set lowers the model, so that this many are more than enough for ten unknowns.
+    // Every change of the active set decreases the model; ten unknowns need fewer changes than this limit.
     for _ in 0..10 * n {
         let slope = &damped * &step + &here.gradient;
         let matrix = damped.select_rows(&free).select_columns(&free);
-        let way = matrix.cholesky()?.solve(&-slope.select_rows(&free));
-        // How far the way is free, and the value that stops it.
+        let direction = matrix.cholesky()?.solve(&-slope.select_rows(&free));
+        // Part of the direction up to the first bound, and the unknown that reaches it.
         let first = free.iter().enumerate().map(|(k, &i)| {
-            let room = if way[k] < 0.0 { lower(i) - step[i] } else { upper(i) - step[i] };
-            (if way[k] == 0.0 { f64::INFINITY } else { room / way[k] }, k)
+            let room = if direction[k] < 0.0 { lower(i) - step[i] } else { upper(i) - step[i] };
+            (if direction[k] == 0.0 { f64::INFINITY } else { room / direction[k] }, k)
         });
         let first = first.min_by(|a, b| a.0.total_cmp(&b.0));
         let (part, blocked) =
             first.filter(|(part, _)| *part < 1.0).map_or((1.0, None), |(p, k)| (p, Some(k)));
         free.iter()
-            .zip(way.iter())
+            .zip(direction.iter())
             .for_each(|(&i, w)| step[i] = (step[i] + part * w).clamp(lower(i), upper(i)));
         if let Some(k) = blocked {
             let i = free.remove(k);
-            step[i] = if way[k] < 0.0 { lower(i) } else { upper(i) };
+            step[i] = if direction[k] < 0.0 { lower(i) } else { upper(i) };
             continue;
         }
-        // At the minimum of the set: a bound that the model pushes away from is left.
+        // At the minimum on the active set, the unknown with the most negative multiplier leaves its bound.
         let slope = &damped * &step + &here.gradient;
-        let push = |i: usize| if step[i] <= lower(i) { slope[i] } else { -slope[i] };
+        let multiplier = |i: usize| if step[i] <= lower(i) { slope[i] } else { -slope[i] };
         let held = (0..n).filter(|i| !free.contains(i));
-        match held.min_by(|&a, &b| push(a).total_cmp(&push(b))).filter(|&i| push(i) < 0.0) {
+        match held.min_by(|&a, &b| multiplier(a).total_cmp(&multiplier(b))).filter(|&i| multiplier(i) < 0.0) {
             Some(i) => free.push(i),
             None => break,
         }
@@ -230,7 +228,7 @@ fn best_step(
     Some(step)
 }
 
-/// The symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, so that old information decays.
+/// Symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, by which old information decays.
 fn updated_secant(here: &EvaluatedPoint, next: &EvaluatedPoint, step: &DVector<f64>) -> DMatrix<f64> {
     let mut secant = here.secant.clone();
     let change = (&next.linear.jacobian - &here.linear.jacobian).tr_mul(&next.linear.residuals);

@@ -1,31 +1,28 @@
-//! Identifiability: which tensions the data determine and which they do not, by the sensitivity along directions of the unknowns.
+//! Identifiability: which directions of the unknowns the data determine, by the singular values of the Jacobian.
 
 use super::FitSettings;
 use super::forward::{Forward, Linearised};
 use super::projection::{UNDETERMINED, decompose};
 use super::solution_curve::{self, SolutionCurve};
 
-/// Local analysis at the answer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
-    /// Singular values of d(fitted ratio or stretch)/d(tension), largest first, one for each active muscle
-    /// (zero if there are fewer equations), 1/N.
+    /// Singular values of d(fitted ratio or stretch)/d(tension), 1/N, largest first, one for each unknown (zero with fewer equations).
     pub singular_values: Vec<f64>,
     pub null_directions: Vec<NullDirection>,
 }
 
-/// A direction in the space of tensions along which the fit remains as good.
+/// A direction in the space of unknowns along which the fit remains as good.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NullDirection {
-    /// Unit vector over the active muscles, in their order; its largest entry is positive.
+    /// Unit vector over the unknowns; its largest entry is positive.
     pub direction: Vec<f64>,
     /// The curve along it through the answer; `None` if the answer itself does not meet the target.
     pub curve: Option<SolutionCurve>,
 }
 
-/// Singular values and undetermined directions at `x` (tensions of the active muscles, N), each direction followed as
-/// long as the target is met ([`super::solution_curve`]); a curve `followed` before is used if `x` is on it. `None` if the
-/// equilibrium was not found or is singular.
+/// Singular values and undetermined directions at the unknowns `x`, each direction followed while the target is met. `followed` is a curve
+/// from an earlier analysis, used again if `x` is on it. `None` if there is no equilibrium or it is singular.
 pub(super) fn analyse<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,

@@ -4,10 +4,10 @@
 //! minimise over 0 <= F <= F_max:  sum over fitted muscles (simulated - measured)²  +  effort * sum F
 //! ```
 //!
-//! by Nelder-Mead from several starts (or, with [`Method::GaussNewton`], with the derivatives of the equilibrium). The effort term is
-//! used only if there are fewer equations than tensions (ratios of n muscles are n - 1 equations): of all tensions that fit equally well
-//! it selects those with the smallest sum. It keeps the answer at a small distance from the target, so the answer is moved onto the
-//! target afterwards. [`identifiability`] gives the range of the other tensions.
+//! by Nelder-Mead from several starts, or with the derivatives of the equilibrium ([`Method::GaussNewton`]). The effort is zero unless
+//! there are fewer equations than tensions (n ratios are n - 1 equations); then it selects, of all tensions that fit equally well, those
+//! with the smallest sum. Because it also keeps the answer slightly off the target, the answer is moved onto the target afterwards.
+//! [`identifiability`] gives the other tensions that fit as well.
 //!
 //! Candidates start from solved neighbours. The answer of every start is solved again by Newton's method from rest; if that gives another
 //! equilibrium, the search begins again with every candidate from rest. The best answer is followed from rest as its tensions grow
@@ -74,7 +74,7 @@ pub struct FitSettings {
     pub misfit_tolerance: f64,
     /// Whether a candidate is solved from the nearest solved one instead of from rest. Default: yes.
     pub warm_start: bool,
-    /// Whether a Gauss-Newton step is the minimum of its model within the bounds, rather than one that is cut at them: fewer steps where
+    /// Whether each Gauss-Newton step minimises its model within the bounds instead of being cut at them, which takes fewer steps where
     /// many unknowns are on a bound. Default: no.
     pub best_steps: bool,
     pub equilibrium: statics::SolveSettings,
@@ -135,7 +135,7 @@ pub enum FitStatus {
     TargetNotMet,
     AtUpperBound,
     IterationLimit,
-    /// Followed from rest, the tensions give another shape than the search's.
+    /// The load path of the answer's tensions ends at another shape than the search's.
     ReplayDiffers,
     NoEquilibrium,
 }

@@ -14,16 +14,15 @@ use crate::standard_deviations::HYOID_MM;
 
 use super::FitError;
 
-/// Standard deviation of the displacement of a bone, m.
 pub const BONE_SD_M: f64 = 1e-3 * HYOID_MM;
 
-/// A bone that may be displaced: its nodes, and the system in which they are free, for the forces of the tissue on them.
+/// A bone with unknown displacement: its nodes, and the system in which they are free, which gives the tissue's forces on them.
 #[derive(Debug, Clone)]
 pub struct MovableBone<const D: usize> {
     nodes: Vec<usize>,
     mesh: Mesh<D>,
     contracting: Vec<usize>,
-    loose: Arc<System<D>>,
+    freed_system: Arc<System<D>>,
 }
 
 impl<const D: usize> MovableBone<D> {
@@ -42,8 +41,8 @@ impl<const D: usize> MovableBone<D> {
         }
         let mut mesh = mesh.clone();
         mesh.fixed.retain(|n| !nodes.contains(n));
-        let loose = Arc::new(System::new(&mesh, model, contracting)?);
-        Ok(Self { nodes: nodes.to_vec(), mesh, contracting: contracting.to_vec(), loose })
+        let freed_system = Arc::new(System::new(&mesh, model, contracting)?);
+        Ok(Self { nodes: nodes.to_vec(), mesh, contracting: contracting.to_vec(), freed_system })
     }
 
     /// Frees a bone of a body by its name.
@@ -62,21 +61,20 @@ impl<const D: usize> MovableBone<D> {
         &self.nodes
     }
 
-    /// Adds the derivative of the force on every node by a displacement of the bone along an axis with all
-    /// other nodes fixed, N/m; `other` are constants of the tissue instead of the model's.
+    /// Adds the derivative of all nodes' forces by a displacement of the bone along an axis, N/m; `constants` replace those of the model.
     pub(crate) fn add_force(
         &self,
         at: Configuration<'_, D>,
         axis: usize,
-        other: Option<Constants>,
+        constants: Option<Constants>,
         force: &mut [SVector<f64, D>],
     ) {
-        let anew =
-            other.and_then(|constants| System::new(&self.mesh, &Model { constants }, &self.contracting).ok());
-        let loose = anew.as_ref().unwrap_or(&self.loose);
-        let pattern = loose.pattern();
+        let replaced = constants
+            .and_then(|constants| System::new(&self.mesh, &Model { constants }, &self.contracting).ok());
+        let system = replaced.as_ref().unwrap_or(&self.freed_system);
+        let pattern = system.pattern();
         let mut stiffness = BlockMatrix::zeros(pattern);
-        loose.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
+        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
         let motion = Vec::from_iter(pattern.nodes().iter().map(|node| {
             let mut v = SVector::<f64, D>::zeros();
             if self.nodes.contains(node) {

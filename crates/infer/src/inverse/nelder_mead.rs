@@ -1,5 +1,4 @@
-//! One start of argmin's Nelder-Mead with additions: bounds, a stop on the spread of the tensions, and a new
-//! simplex if the old one is degenerate.
+//! One start of argmin's Nelder-Mead with bounds, a stop on the spread of the candidates, and a new simplex around the answer.
 
 use std::cell::RefCell;
 
@@ -16,20 +15,19 @@ use super::{FitError, FitSettings};
 
 /// Side of the new simplex around the answer for a restart, N.
 const FRESH_SIDE: f64 = 0.1;
-/// Maximum number of restarts.
 const MOST_RESTARTS: usize = 5;
-/// A restart that moves the answer by less than this confirms it, N.
+/// A restart that moves no unknown by this much confirms the answer, N.
 const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
-/// The problem of one search, shared between argmin's problem and its stop.
+/// The problem of one search, shared by argmin's cost function and its stopping rule.
 type SharedForward<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
 
-/// The objective for argmin: unbounded parameters, folded into the bounds.
+/// The cost function for argmin: unbounded parameters, reflected into the bounds.
 struct Folded<'a, 'b, 'i, const D: usize> {
     problem: &'b SharedForward<'a, 'i, D>,
     unknowns: &'b [Unknown],
-    /// Corners of the first simplex, solved in parallel in advance, with their costs.
+    /// Corners of the first simplex and their costs, computed in parallel in advance.
     solved: Vec<(Vec<f64>, f64)>,
 }
 
@@ -48,8 +46,8 @@ impl<const D: usize> CostFunction for Folded<'_, '_, '_, D> {
     }
 }
 
-/// Reflects every parameter at its bounds until it is between them. Unlike a sine or a logistic curve this
-/// keeps lengths, so that a simplex does not collapse at a bound.
+/// Reflects every parameter at its bounds until it lies between them. Unlike a sine or a logistic function this keeps lengths, so that a
+/// simplex does not collapse at a bound.
 fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
     let folded = parameters.iter().zip(unknowns).map(|(p, u)| {
         let range = u.upper - u.lower;
@@ -109,8 +107,7 @@ pub(super) fn run<const D: usize>(
     for restarts in 0..=MOST_RESTARTS {
         let (found, cost, iterations, stopped) = one_simplex(&shared, settings, unknowns, &corner, side)?;
         start.iterations += iterations;
-        // A candidate solved from a neighbour may have another shape than Newton's method finds from rest. The search then begins again
-        // with all candidates from rest.
+        // If Newton's method from rest gives another shape than a neighbour did, the search begins again with all candidates from rest.
         let (is_solved, by_newton) = shared.borrow_mut().solved_by_newton(&found);
         if !same_cost_by_newton(cost, by_newton) {
             shared.borrow_mut().forget_neighbours();
@@ -152,7 +149,7 @@ fn one_simplex<const D: usize>(
         let mut vertex = corner.to_vec();
         let largest = if side == FIRST_SIDE { 0.25 } else { 0.1 };
         let side = side.min(largest * (unknown.upper - unknown.lower));
-        // Away from the upper bound, so that folding does not make two corners equal.
+        // Corners are not placed beyond the upper bound, where reflection could make two of them equal.
         vertex[i] += if vertex[i] + side <= unknown.upper { side } else { -side };
         simplex.push(vertex);
     }

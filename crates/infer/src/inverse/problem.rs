@@ -23,9 +23,9 @@ pub struct LeastSquaresProblem<'a, const D: usize> {
     pub tissue: Option<&'a TissueUnknown<'a, D>>,
     /// Tensions of all muscles of the body, N; unknown tensions are replaced.
     pub tensions: Vec<f64>,
-    /// Muscles that have the tension of another, such as those of the right side that of the left: the other, and the muscle.
+    /// Pairs of muscles of which the second has the tension of the first, such as the right side that of the left.
     pub tied: Vec<[usize; 2]>,
-    /// An answer at which the first start begins, such as that of the frame before: its unknowns and positions of all nodes, m.
+    /// Unknowns and positions of all nodes (m) at which the first start begins, such as the answer of the frame before.
     pub begin: Option<(&'a [f64], &'a [SVector<f64, D>])>,
 }
 
@@ -46,13 +46,13 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
         }
     }
 
-    /// Whether the observations leave directions undetermined and no prior determines them.
+    /// Whether there are fewer observations and priors than unknowns.
     pub(crate) fn is_undetermined(&self) -> bool {
         self.observations.len() + self.unknowns.iter().filter(|u| u.prior.is_some()).count()
             < self.unknowns.len()
     }
 
-    /// Tensions of all muscles at candidate values, N.
+    /// Tensions of all muscles for the unknowns `x`, N.
     pub(super) fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
         let mut all = self.tensions.clone();
         for (unknown, value) in self.unknowns.iter().zip(x) {
@@ -137,8 +137,8 @@ pub enum Constant {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     pub mean: f64,
-    /// Factor from the distance to the mean to a residual, in one over the unit: the inverse standard deviation, times the standard
-    /// deviation of a residual if residuals are not in standard deviations.
+    /// Residual for each unit of distance from the mean: the inverse standard deviation, times the standard deviation of a residual where
+    /// residuals are not in standard deviations.
     pub weight: f64,
 }
 
@@ -155,7 +155,7 @@ pub struct Unknown {
     pub prior: Option<Prior>,
 }
 
-/// Tensions of speech are a small part of what a muscle could pull.
+/// Part of the range in which searches start: tensions of speech are a small part of a muscle's strength.
 const STARTED_IN: f64 = 0.3;
 
 impl Unknown {
@@ -189,7 +189,7 @@ impl Unknown {
         Self::new(Quantity::Constant(Constant::PoissonRatio), 0.01, lower, upper)
     }
 
-    /// The unknown with a prior; mean in units, weight one over units.
+    /// The unknown with a prior; `mean` in units of the unknown, `weight` in one over these units.
     pub fn with_prior(self, mean: f64, weight: f64) -> Self {
         Self { prior: Some(Prior { mean, weight }), ..self }
     }
@@ -199,11 +199,11 @@ impl Unknown {
     }
 }
 
-/// Makes a system with other constants.
+/// What a system is made of besides the constants of its tissue.
 #[derive(Debug, Clone)]
 pub struct TissueUnknown<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
-    /// The model, whose constants are replaced.
+    /// Its constants are those that are not unknown.
     pub model: Model,
     pub contracting: &'a [usize],
 }

@@ -1,4 +1,4 @@
-//! Moves answers exactly onto a target, and on it to the best fit of the other measurements.
+//! Moves answers onto a target, and along it to the best fit of the other measurements.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,17 +7,15 @@ use super::problem::Unknown;
 
 /// Misfit of an answer that is on the target.
 pub(super) const ON_TARGET: f64 = 1e-10;
-/// Maximum number of corrections that move an answer onto the target.
 const MOST_CORRECTIONS: usize = 8;
-/// Maximum number of steps to the best fit of the other measurements.
 const MOST_STEPS: usize = 60;
-/// Convergence: smallest step, in units of the unknowns.
+/// Steps below this end the search, in units of the unknowns.
 const STILL: f64 = 1e-7;
 /// A value nearer than this to a bound is on it, in units of the unknowns.
 pub(super) const ON_BOUND: f64 = 1e-9;
 
-/// Moves `x` by the smallest correction that meets the targets to first order within the bounds: tensions that would leave them are held
-/// there and the others corrected again. Returns the sensitivities used.
+/// Moves `x` by the smallest correction that meets the targets to first order within the bounds: unknowns that would leave their bounds are
+/// set to them and the others are corrected again. Returns the Jacobian.
 pub(super) fn correct<const D: usize>(
     problem: &mut Forward<'_, D>,
     x: &mut DVector<f64>,
@@ -45,8 +43,7 @@ pub(super) fn correct<const D: usize>(
     Some(jacobian)
 }
 
-/// Moves an answer that the effort term keeps at a small distance from the target onto it: the nearest values
-/// that meet the targets. Returns the unchanged answer if there is no improvement.
+/// Moves an answer that the effort keeps off the target to the nearest values that meet it. Returns `answer` where that improves nothing.
 pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
     let residuals = problem.residuals(answer);
     let mut best = (problem.misfit(residuals.as_ref()), answer.to_vec());
@@ -59,7 +56,7 @@ pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: 
         if correct(problem, &mut target).is_none() {
             break;
         }
-        // A full step, or a shorter one if that does not improve the misfit.
+        // Backtracking: half the step until the misfit decreases.
         let step = target - &here;
         let better = (0..6).find_map(|halvings| {
             let next = &here + &step * 0.5f64.powi(halvings);
@@ -75,7 +72,7 @@ pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: 
 }
 
 /// Largest step before a value leaves its bounds, in units of the unknowns.
-pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> f64 {
+pub(super) fn largest_step(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> f64 {
     here.iter()
         .zip(along.iter())
         .zip(unknowns)
@@ -87,8 +84,8 @@ pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknow
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Moves values that meet the target along it to the least-squares fit of the other measurements, within the
-/// bounds: Gauss-Newton in the undetermined directions, with each step corrected onto the target.
+/// Moves values that meet the target along it to the least-squares fit of the other measurements within the bounds: Gauss-Newton in the
+/// undetermined directions, each step corrected onto the target.
 pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
     let unknowns = &problem.inverse.unknowns;
     let mut here = DVector::from_column_slice(answer);
@@ -99,7 +96,7 @@ pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, an
         }
         let Some(step) = step_along(&linear, &here, unknowns) else { break };
         let before = linear.other_residuals.norm_squared();
-        let whole = room(&here, &step, unknowns).min(1.0);
+        let whole = largest_step(&here, &step, unknowns).min(1.0);
         let better = (0..12).find_map(|halvings| {
             let part = whole * 0.5f64.powi(halvings);
             let next = onto_target(problem, (&here + &step * part).as_slice());
@@ -117,7 +114,7 @@ pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, an
     here.iter().copied().collect()
 }
 
-/// The Gauss-Newton step in the undetermined directions; values on a bound that it would leave are fixed.
+/// The Gauss-Newton step in the undetermined directions; unknowns that it would push beyond their bounds stay on them.
 fn step_along(linear: &Linearised, here: &DVector<f64>, unknowns: &[Unknown]) -> Option<DVector<f64>> {
     let mut rows = linear.jacobian.clone();
     for _ in 0..=here.len() {
@@ -159,10 +156,10 @@ pub(super) fn null_space(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     (!columns.is_empty()).then(|| DMatrix::from_columns(&columns))
 }
 
-/// Singular values, largest first, each with its direction in the space of tensions; null directions included.
+/// Singular values, largest first, each with its unit direction in the space of unknowns; directions of the null space included.
 pub(super) fn decompose(jacobian: &DMatrix<f64>) -> Option<(Vec<f64>, Vec<DVector<f64>>)> {
     let n = jacobian.ncols();
-    // With rows of zeros the decomposition returns all directions, also those without an equation.
+    // Rows of zeros make the decomposition return the directions without an equation too.
     let padded = jacobian.clone().resize_vertically(jacobian.nrows().max(n), 0.0);
     let svd = padded.try_svd(false, true, f64::EPSILON, 10_000)?;
     let v_t = svd.v_t?;

@@ -1,27 +1,23 @@
-//! The curve of tensions that meet a target as well as the answer, followed in both directions with step control.
+//! The curve of tensions that meet a target as well as the answer does, followed in both directions with step control.
 
 use nalgebra::DVector;
 
 use super::FitSettings;
 use super::forward::Forward;
 use super::problem::Unknown;
-use super::projection::{ON_BOUND, correct, decompose, room};
+use super::projection::{ON_BOUND, correct, decompose, largest_step};
 
 /// First and longest step, in units of the unknowns (N).
-const STRIDE: f64 = 2.0;
-/// Shortest step, which is the accuracy of an end.
-const SHORTEST_STRIDE: f64 = 0.01;
-/// Maximum number of steps to either side.
-const MOST_STRIDES: usize = 400;
-/// Maximum number of corrections that bring a step back onto the target.
+const LONGEST_STEP: f64 = 2.0;
+/// Shortest step, which is the accuracy of the ends.
+const SHORTEST_STEP: f64 = 0.01;
+const MOST_STEPS: usize = 400;
 const MOST_CORRECTIONS: usize = 6;
-/// Tolerance of every point, as a part of the misfit tolerance; the misfit of the answer is accepted too.
+/// Tolerance of every point, as a part of the misfit tolerance; a point that misses as much as the answer is accepted too.
 const PART_OF_TOLERANCE: f64 = 1e-3;
-/// Smallest relative change of a length per unit of arc length that counts as a jump; at rest the reference
-/// tongue's muscles change by a hundredth per newton.
+/// Relative change of a length for each unit of arc length above which the shape has jumped; at rest it is a hundredth per newton.
 const JUMP_PER_UNIT: f64 = 0.05;
 
-/// Why a curve ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Termination {
     /// An unknown is at its lower bound: a muscle is slack.
@@ -32,9 +28,9 @@ pub enum Termination {
     UpperBound {
         unknown: usize,
     },
-    /// The equilibrium stops being stable: a fold of the shapes.
+    /// The equilibrium stops being stable at a fold.
     Fold,
-    /// Beyond this point the tensions lead from rest to a distant shape.
+    /// Tensions beyond this point lead from rest to a distant shape.
     Jump,
     /// No neighbouring point that meets the target was found.
     TargetLost,
@@ -70,15 +66,15 @@ pub struct CurvePoint {
 /// A curve through the answer, from one end to the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolutionCurve {
-    /// Its points, in order; each meets the target.
+    /// Points in order; each meets the target.
     pub points: Vec<CurvePoint>,
     pub answer: usize,
-    /// Why it ends before the first point and after the last.
+    /// Why the curve ends before the first point and after the last.
     pub ends: [Termination; 2],
 }
 
 impl SolutionCurve {
-    /// The same curve with `x` as its answer, in the order given by `direction`; `None` if `x` is not on it.
+    /// The curve with `x` as its answer, in the order given by `direction`; `None` if `x` is not on it.
     pub(super) fn through<const D: usize>(
         mut self,
         problem: &mut Forward<'_, D>,
@@ -91,13 +87,13 @@ impl SolutionCurve {
             self.points.reverse();
             self.ends.reverse();
         }
-        let detour = |pair: &[CurvePoint]| {
+        let excess_length = |pair: &[CurvePoint]| {
             let (p, q) = (unknowns_at(&pair[0]), unknowns_at(&pair[1]));
             (&here - &p).norm() + (&here - &q).norm() - (&q - &p).norm()
         };
-        let pairs = self.points.windows(2).map(detour).enumerate();
-        let (before, detour) = pairs.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if detour > SHORTEST_STRIDE {
+        let pairs = self.points.windows(2).map(excess_length).enumerate();
+        let (before, excess) = pairs.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if excess > SHORTEST_STEP {
             return None;
         }
         let point = point(problem, x)?;
@@ -116,15 +112,15 @@ fn unknowns_at(p: &CurvePoint) -> DVector<f64> {
     DVector::from_column_slice(&p.x)
 }
 
-/// Follows the points that meet the target from `start` in both directions of `direction`.
+/// Follows the points that meet the target from `start` along `direction` and against it.
 pub(super) fn follow<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
 ) -> SolutionCurve {
-    let (mut before, first_end) = one_way(problem, settings, start, &-direction);
-    let (after, last_end) = one_way(problem, settings, start, direction);
+    let (mut before, first_end) = trace_side(problem, settings, start, &-direction);
+    let (after, last_end) = trace_side(problem, settings, start, direction);
     before.reverse();
     let answer = before.len();
     before.extend(point(problem, start));
@@ -144,7 +140,7 @@ fn point<const D: usize>(problem: &mut Forward<'_, D>, x: &[f64]) -> Option<Curv
     })
 }
 
-fn one_way<const D: usize>(
+fn trace_side<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     start: &[f64],
@@ -152,33 +148,33 @@ fn one_way<const D: usize>(
 ) -> (Vec<CurvePoint>, Termination) {
     let Some(first) = point(problem, start) else { return (Vec::new(), Termination::Fold) };
     let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
-    let mut way = CurveTracer { along: direction.clone(), points: vec![first], tolerance, moves_on: false };
-    let mut end = way.go_on(problem, STRIDE);
+    let mut tracer =
+        CurveTracer { along: direction.clone(), points: vec![first], tolerance, on_load_path: false };
+    let mut end = tracer.trace(problem, LONGEST_STEP);
     if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
-        // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow
-        // together from rest, so that the curve would end too early.
+        // Solved from neighbours or from rest at once, tensions can have another shape than at the end of their load path.
         if !problem.is_on_load_path() {
             let mut on_path = Forward::new(problem.inverse, settings).on_load_path();
-            if on_path.residuals_without_neighbours(&way.last().x).is_some() {
-                way.moves_on = true;
+            if on_path.residuals_without_neighbours(&tracer.last().x).is_some() {
+                tracer.on_load_path = true;
                 on_path.start_from_end_of_path();
-                end = way.go_on(&mut on_path, SHORTEST_STRIDE);
+                end = tracer.trace(&mut on_path, SHORTEST_STEP);
             }
             problem.counts += on_path.counts;
         }
     }
-    (way.points.split_off(1), end)
+    (tracer.points.split_off(1), end)
 }
 
-/// One side of a curve during the search.
+/// One side of a curve while it is followed.
 struct CurveTracer {
     /// Unit vector along the curve at the last point.
     along: DVector<f64>,
-    /// The start and the points that were found, at least one.
+    /// The start and the points found, at least one.
     points: Vec<CurvePoint>,
     tolerance: f64,
     /// Whether each step begins at the end of the last point's load path.
-    moves_on: bool,
+    on_load_path: bool,
 }
 
 impl CurveTracer {
@@ -186,31 +182,31 @@ impl CurveTracer {
         &self.points[self.points.len() - 1]
     }
 
-    /// Follows the curve until it ends or cannot be followed; the first step has the length `stride`.
-    fn go_on<const D: usize>(&mut self, problem: &mut Forward<'_, D>, mut stride: f64) -> Termination {
+    /// Follows the curve until it ends; the first step has the length `length`.
+    fn trace<const D: usize>(&mut self, problem: &mut Forward<'_, D>, mut length: f64) -> Termination {
         let unknowns = &problem.inverse.unknowns;
         let mut why = Termination::TargetLost;
-        while self.points.len() <= MOST_STRIDES {
+        while self.points.len() <= MOST_STEPS {
             let here = unknowns_at(self.last());
-            let left = room(&here, &self.along, unknowns);
+            let left = largest_step(&here, &self.along, unknowns);
             if left <= ON_BOUND {
                 return at_bound(&here, &self.along, unknowns);
             }
-            if stride < SHORTEST_STRIDE {
+            if length < SHORTEST_STEP {
                 return why;
             }
-            match self.step(problem, &here, left.min(stride)) {
-                Ok(()) => stride = (1.5 * stride).min(STRIDE),
+            match self.step(problem, &here, left.min(length)) {
+                Ok(()) => length = (1.5 * length).min(LONGEST_STEP),
                 Err(end) => {
                     why = end;
-                    stride *= 0.5;
+                    length *= 0.5;
                 }
             }
         }
         Termination::StepLimit
     }
 
-    /// Takes a step along the curve from the last point, or returns why there is none.
+    /// Takes a step of this length along the curve, or returns why there is none.
     fn step<const D: usize>(
         &mut self,
         problem: &mut Forward<'_, D>,
@@ -221,7 +217,7 @@ impl CurveTracer {
         let mut jacobian = None;
         for _ in 0..MOST_CORRECTIONS {
             jacobian = Some(correct(problem, &mut next).ok_or(Termination::Fold)?);
-            // A correction from beyond a jump could lead to any shape.
+            // A correction from a shape beyond a jump could lead anywhere.
             if self.has_jumped(&problem.lengths(), length) {
                 return Err(Termination::Jump);
             }
@@ -238,24 +234,24 @@ impl CurveTracer {
         if found.misfit > self.tolerance || gained < 0.5 * length || moved > 2.0 * length {
             return Err(Termination::TargetLost);
         }
-        // Newton's method from rest, or the load path, must lead to a point as good.
+        // Solved from rest, the point must meet the target as well.
         let from_rest = problem.residuals_without_neighbours(next.as_slice());
         if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(Termination::Jump);
         }
-        if self.moves_on {
+        if self.on_load_path {
             problem.start_from_end_of_path();
         }
         let (_, directions) = decompose(&jacobian.ok_or(Termination::Fold)?).ok_or(Termination::Fold)?;
-        let alike = |d: &DVector<f64>| d.dot(&self.along);
-        let on = directions.iter().max_by(|a, b| alike(a).abs().total_cmp(&alike(b).abs()));
+        let cosine = |d: &DVector<f64>| d.dot(&self.along);
+        let on = directions.iter().max_by(|a, b| cosine(a).abs().total_cmp(&cosine(b).abs()));
         let on = on.ok_or(Termination::Fold)?;
-        self.along = on * alike(on).signum();
+        self.along = on * cosine(on).signum();
         self.points.push(found);
         Ok(())
     }
 
-    /// Whether these lengths, of a point at a distance of about `length`, belong to another shape than the last ones.
+    /// Whether lengths at a distance of about `length` from the last point belong to another shape.
     fn has_jumped(&self, lengths: &[f64], length: f64) -> bool {
         lengths
             .iter()
@@ -264,7 +260,7 @@ impl CurveTracer {
     }
 }
 
-/// The bound that stops the curve.
+/// The bound that ends the curve.
 fn at_bound(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknown]) -> Termination {
     let low = (0..here.len()).find(|&i| along[i] < 0.0 && here[i] - unknowns[i].lower <= ON_BOUND);
     let high = (0..here.len()).find(|&i| along[i] > 0.0 && unknowns[i].upper - here[i] <= ON_BOUND);

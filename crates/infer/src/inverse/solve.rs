@@ -15,7 +15,7 @@ use super::solution_curve::SolutionCurve;
 use super::start::{SearchCounts, Start};
 use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead};
 
-/// The answer followed again from rest, as all tensions grow together.
+/// The answer solved again from rest along its load path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Replay {
     pub solution: Solution,
@@ -40,7 +40,7 @@ pub struct Answer<const D: usize> {
     pub lengths: Vec<f64>,
     /// Root mean square residual of the observations.
     pub misfit: f64,
-    /// Over all starts and the assessment of the answer.
+    /// Sums over all starts and the assessment of the answer.
     pub counts: SearchCounts,
     pub starts: Vec<Start>,
     pub identifiability: Option<Identifiability>,
@@ -49,8 +49,7 @@ pub struct Answer<const D: usize> {
 }
 
 impl<const D: usize> Answer<D> {
-    /// Whether the observations are met by the shape to which the tensions lead from rest, under the published law, and the stiffness
-    /// there is that of a stable equilibrium.
+    /// Whether the target is met by a shape on the branch from rest, without the barrier, at a regular equilibrium.
     pub fn is_trustworthy(&self) -> bool {
         let Replay { solution, from_rest, .. } = &self.replay;
         self.status == FitStatus::Converged
@@ -81,7 +80,7 @@ pub fn solve<const D: usize>(
     });
     let (shapes, starts): (Vec<_>, Vec<Start>) =
         searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
-    // The first of equally good starts, independent of the order in which they finished.
+    // The first of equally good starts is taken, so that the order in which they finish does not matter.
     let (best, shape) = starts
         .iter()
         .zip(&shapes)
@@ -98,7 +97,7 @@ pub fn solve<const D: usize>(
         (x, followed) = select_solution(&mut forward, settings, &x);
     }
     for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
-        // The tension of a slack muscle is set to zero; otherwise it would be a rounding error.
+        // Otherwise the tension of a slack muscle would be a rounding error.
         if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
             *x = unknown.lower;
         }
@@ -108,7 +107,7 @@ pub fn solve<const D: usize>(
     let (mut trace, mut again) = forward.follow_load_path(&x);
     counts.factorisations += trace.factorisations;
     if !trace.same_by_newton {
-        // Newton's method from rest gives another shape than growing tensions, so the search goes on among shapes to which these lead.
+        // The load path ends at another shape than Newton's method finds, so the search goes on among ends of load paths.
         let mut on_path = Forward::new(inverse, settings).on_load_path();
         if let Some(other) = search_on_load_path(&mut on_path, settings, &starts, &x) {
             counts += std::mem::replace(&mut forward, on_path).counts;
@@ -158,7 +157,7 @@ pub fn solve<const D: usize>(
     })
 }
 
-/// Moves values that the search left very near a lower bound onto it, unless that makes the fit worse.
+/// Moves unknowns that the search left very near their lower bounds onto them, unless that makes the fit worse.
 fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
     let all = best.x.iter().zip(&forward.inverse.unknowns);
     let snapped: Vec<f64> = all.map(|(x, u)| if *x < u.lower + AT_BOUND { u.lower } else { *x }).collect();
@@ -170,8 +169,8 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
     }
 }
 
-/// Selects the answer among all that meet an undetermined target: `x` moved onto the target, and along it to
-/// the best fit of the other measurements. Returns the curve that was followed too, if there is exactly one.
+/// Selects the answer among all that meet an undetermined target: `x` moved onto the target, and along it to the best fit of the other
+/// measurements. Returns the solution curve too if there is exactly one.
 pub(super) fn select_solution<const D: usize>(
     forward: &mut Forward<'_, D>,
     settings: &FitSettings,
@@ -191,7 +190,7 @@ pub(super) fn select_solution<const D: usize>(
     if forward.inverse.others.is_empty() {
         return (x, None);
     }
-    // The least squares begin at the best point of the curve, so that no local maximum lies between.
+    // The least-squares search begins at the best point of the curves, so that it ends in their lowest minimum.
     let open = identifiability::analyse(forward, settings, &x, None).map(|i| i.null_directions);
     let mut curves: Vec<SolutionCurve> = open.into_iter().flatten().filter_map(|n| n.curve).collect();
     let points = curves.iter().flat_map(|v| &v.points);
@@ -200,8 +199,7 @@ pub(super) fn select_solution<const D: usize>(
     (x, if curves.len() == 1 { curves.pop() } else { None })
 }
 
-/// The best answer among shapes at the ends of load paths, searched from the ends of the starts and from `x`, and whether its search
-/// converged. `None` if there is no such shape.
+/// The best answer among ends of load paths, searched from all starts and from `x`, and whether its search converged.
 fn search_on_load_path<const D: usize>(
     on_path: &mut Forward<'_, D>,
     settings: &FitSettings,

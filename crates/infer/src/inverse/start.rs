@@ -10,11 +10,11 @@ use tongue_core::statistics::least_by;
 
 /// Side of the first simplex, in units of the unknowns.
 pub(super) const FIRST_SIDE: f64 = 5.0;
-/// Largest difference of the costs of one equilibrium, relative to the cost, or to this number where the cost is smaller.
+/// Costs that differ by at most this part belong to one equilibrium; costs below this number count as this number.
 const SAME_COST: f64 = 1e-6;
 
-/// Whether a candidate whose cost is `cost` when solved from a neighbour has the same cost by Newton's method from rest, `by_newton`;
-/// shapes are not compared, because a search keeps only costs.
+/// Whether a candidate solved from a neighbour has the cost that Newton's method from rest gives, `by_newton`; shapes are not compared,
+/// because a search keeps only costs.
 pub(super) fn same_cost_by_newton(cost: f64, by_newton: f64) -> bool {
     (by_newton - cost).abs() <= SAME_COST * cost.abs().max(SAME_COST)
 }
@@ -47,7 +47,7 @@ pub struct Start {
     /// Number of iterations, over all simplices.
     pub iterations: u64,
     pub restarts: usize,
-    /// Whether the last simplex shrank to the tolerance and confirmed the previous one; for Gauss-Newton, whether its steps did.
+    /// Whether a restart confirmed the answer of a converged simplex; for Gauss-Newton, whether its steps converged.
     pub converged: bool,
     /// Whether the answer has an equilibrium when solved without neighbours.
     #[serde(skip)]
@@ -60,7 +60,7 @@ impl Start {
     }
 }
 
-/// Start number `number`: a point of Halton's sequence, which fills the box evenly and is the same on every machine.
+/// Start number `number`: a point of Halton's sequence (1960), which fills the box evenly.
 pub(super) fn starting_point(number: usize, unknowns: &[Unknown]) -> Vec<f64> {
     let point = primes().zip(unknowns).map(|(prime, u)| {
         let part = radical_inverse(number + 1, prime);
@@ -91,7 +91,7 @@ pub(super) struct SolvedCandidate<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
 }
 
-/// The best candidates, as many as a simplex has corners.
+/// The best candidates, at most as many as a simplex has corners.
 #[derive(Debug, Clone)]
 pub(super) struct WarmStarts<const D: usize> {
     most: usize,
@@ -103,7 +103,7 @@ impl<const D: usize> WarmStarts<D> {
         Self { most: dimension + 1, list: Vec::with_capacity(dimension + 1) }
     }
 
-    /// Keeps the candidate in place of the worst, if it is among the best.
+    /// Keeps a candidate in place of the worst one if there is room or it is better.
     pub(crate) fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
         if self.list.len() < self.most {
             self.list.push(SolvedCandidate { x: x.to_vec(), cost, positions: positions.to_vec() });
@@ -124,8 +124,7 @@ impl<const D: usize> WarmStarts<D> {
         least_by(&self.list, |known| distance_squared(&known.x, x))
     }
 
-    /// Largest distance of a candidate from the best one, in units of the unknowns; infinite until there are
-    /// as many as a simplex has corners.
+    /// Largest distance of a candidate from the best one, in units of the unknowns; infinite with fewer than a simplex has corners.
     pub fn spread(&self) -> f64 {
         match self.best() {
             Some(best) if self.list.len() == self.most => {
@@ -148,7 +147,6 @@ impl<const D: usize> WarmStarts<D> {
     }
 }
 
-/// Squared distance between candidates, in units of the unknowns.
 pub(super) fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }

@@ -1,4 +1,4 @@
-//! A target beside the muscles of a body, and the inverse problem that it states.
+//! A target with its muscles found in a body, and its inverse problem.
 
 use tongue_core::body::Mesh;
 use tongue_core::observe::{Length, Observation, Ratio, Stretch};
@@ -8,14 +8,14 @@ use tongue_input::measured::{Target, TargetKind};
 use super::problem::{LeastSquaresProblem, Unknown};
 use super::{FitError, FitSettings};
 
-/// A target and the muscles of a body that it is about.
+/// A target and where its muscles are in a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetOnBody {
     /// The target, without measured muscles that the body lacks.
     pub target: Target,
     /// Names of the body's muscles: those of the target in its order, then the others, each once.
     pub muscles: Vec<String>,
-    /// The number of each in the body; for several chains of one name the first.
+    /// Number of each in the body; of several chains with one name the first.
     pub numbers: Vec<usize>,
 }
 
@@ -41,8 +41,7 @@ impl TargetOnBody {
         self.target.active.iter().map(|&m| self.numbers[m]).collect()
     }
 
-    /// The observations of the muscles at these positions in the target, with changes from the lengths
-    /// `baseline` (of all chains of the body, m).
+    /// Observations of muscles by their positions in the target; stretches are counted from `baseline` (lengths of the body's chains, m).
     fn observations_of<const D: usize>(
         &self,
         system: &System<D>,
@@ -51,7 +50,7 @@ impl TargetOnBody {
     ) -> Vec<Observation<D>> {
         let target = &self.target;
         let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
-        let seen = muscles.into_iter().map(|m| match target.kind {
+        let observations = muscles.into_iter().map(|m| match target.kind {
             TargetKind::Ratio => {
                 Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
             }
@@ -59,11 +58,10 @@ impl TargetOnBody {
                 Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
             }
         });
-        seen.collect()
+        observations.collect()
     }
 
-    /// An observation for every fitted muscle, and one for every other measured muscle, with changes from the
-    /// lengths `baseline` (of all chains of the body, m).
+    /// Observations of fitted and of other measured muscles; stretches are counted from `baseline` (lengths of the body's chains, m).
     pub fn observations<const D: usize>(
         &self,
         system: &System<D>,
@@ -74,7 +72,7 @@ impl TargetOnBody {
         [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
     }
 
-    /// The inverse problem of the target for a body in which its active muscles can contract; its baseline is rest.
+    /// The inverse problem of the target, whose baseline is rest; its active muscles must be able to contract in `system`.
     pub fn inverse<'a, const D: usize>(
         &self,
         system: &'a System<D>,

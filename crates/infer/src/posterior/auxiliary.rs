@@ -1,5 +1,4 @@
-//! Measurements of a speaker's postures other than muscle lengths: numbers that follow from a shape, such as the distances of contour
-//! points from the surface, and muscle activity (EMG).
+//! Data other than muscle lengths: numbers that follow from shapes, such as distances of contour points, and muscle activity (EMG).
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,16 +11,16 @@ use crate::standard_deviations::{EMG, EMG_GAIN};
 
 use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 
-/// Muscles whose activity was measured together, in one posture or in the baseline.
+/// Muscles whose activity was measured together in one posture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Active {
     /// Number of the posture; `None` for the baseline.
     pub posture: Option<usize>,
-    /// Numbers of the muscles; a measurement of several is of their mean tension.
+    /// Numbers of the muscles, whose mean tension an electrode measures.
     pub muscles: Vec<usize>,
 }
 
-/// Below this tension an electrode cannot tell pulling from rest, N per metre of thickness.
+/// Tension below which an electrode cannot tell pulling from rest, N per metre of thickness.
 const LEAST_TENSION: f64 = 1.0;
 
 impl Active {
@@ -30,7 +29,7 @@ impl Active {
         self.muscles.iter().map(|&m| tensions[m]).sum::<f64>() / self.muscles.len() as f64
     }
 
-    /// Logarithm of one plus the mean tension over the least one.
+    /// Logarithm of one plus the mean tension over [`LEAST_TENSION`].
     fn value(&self, values: &ParameterValues) -> f64 {
         (self.mean(values) / LEAST_TENSION).ln_1p()
     }
@@ -46,12 +45,11 @@ impl Active {
     }
 }
 
-/// Numbers that follow from the shape of one posture.
 #[derive(Debug, Clone)]
 pub struct PostureView {
     pub posture: Option<usize>,
     pub observables: Vec<Arc<dyn Observable<2>>>,
-    /// The numbers as weighted sums of the observables, a row each; `None` where each observable is a number.
+    /// Matrix that takes the observables to the numbers; `None` where these are the same.
     pub averages: Option<DMatrix<f64>>,
 }
 
@@ -65,7 +63,7 @@ impl PostureView {
         self.averaged(DMatrix::from_iterator(self.observables.len(), 1, values)).data.into()
     }
 
-    /// The rows of the numbers, from those of the observables.
+    /// Multiplies a matrix with one row for each observable by [`Self::averages`].
     pub(super) fn averaged(&self, of_observables: DMatrix<f64>) -> DMatrix<f64> {
         match &self.averages {
             None => of_observables,
@@ -73,7 +71,7 @@ impl PostureView {
         }
     }
 
-    /// Weights of the observables in a weighted sum of the numbers.
+    /// Multiplies weights of the numbers by the transpose of [`Self::averages`].
     fn of_observables(&self, weights: &[f64]) -> Vec<f64> {
         match &self.averages {
             None => weights.to_vec(),
@@ -82,36 +80,33 @@ impl PostureView {
     }
 }
 
-/// The quantity from which measured numbers follow.
 #[derive(Debug, Clone)]
 pub enum DataSource {
-    /// Shapes: first all numbers that follow from one, then those that follow from the next.
+    /// Shapes; the numbers are ordered view by view.
     Shapes(Vec<PostureView>),
     /// Tensions. Their logarithms are used, so that an unknown gain is a summand.
     Activity(Vec<Active>),
 }
 
-/// Measured numbers of one kind with their errors.
 #[derive(Debug, Clone)]
 pub struct AuxiliaryData {
-    /// The quantity from which the numbers follow.
     pub of: DataSource,
     pub measured: Vec<f64>,
     pub errors: DMatrix<f64>,
 }
 
-/// Below this relative activity an electrode cannot tell pulling from rest.
+/// Relative activity below which an electrode cannot tell pulling from rest.
 const LEAST_ACTIVITY: f64 = 0.025;
 
-/// An electrode: the numbers of its muscles, and the relative activity, 0 to 1, in each posture (`None`: in the baseline).
+/// Numbers of an electrode's muscles, and the relative activity, 0 to 1, in each posture (`None`: in the baseline).
 pub type Electrode = (Vec<usize>, Vec<(Option<usize>, f64)>);
 
 impl AuxiliaryData {
-    /// Muscle activity. The logarithm of an activity is the logarithm of the mean tension of the muscles plus that of the electrode's own
-    /// gain. An electrode with a single measurement therefore says nothing and is left out.
+    /// Muscle activity: its logarithm is that of the mean tension of the muscles plus that of the electrode's gain. An electrode with a
+    /// single measurement contains no information and is left out.
     pub fn emg(electrodes: &[Electrode]) -> Self {
-        let told = electrodes.iter().filter(|(_, each)| each.len() > 1).enumerate();
-        let rows = told.flat_map(|(e, (muscles, each))| {
+        let informative = electrodes.iter().filter(|(_, each)| each.len() > 1).enumerate();
+        let rows = informative.flat_map(|(e, (muscles, each))| {
             each.iter()
                 .map(move |&(posture, activity)| (e, Active { posture, muscles: muscles.clone() }, activity))
         });
@@ -134,7 +129,7 @@ impl AuxiliaryData {
         self.measured.is_empty()
     }
 
-    /// The shapes from which numbers follow, each with the range of its numbers.
+    /// Views of shapes, each with the range of its numbers.
     pub fn views(&self) -> impl Iterator<Item = (Range<usize>, &PostureView)> {
         let views = match &self.of {
             DataSource::Shapes(views) => views.as_slice(),
@@ -147,13 +142,12 @@ impl AuxiliaryData {
         })
     }
 
-    /// The posture whose shape a number follows from (`Some(None)`: the baseline); `None` where it follows from tensions.
+    /// Posture whose shape a number follows from (`Some(None)`: the baseline); `None` where it follows from tensions.
     pub fn posture(&self, number: usize) -> Option<Option<usize>> {
         self.views().find(|(own, _)| own.contains(&number)).map(|(_, view)| view.posture)
     }
 
-    /// The numbers that follow from shapes, given by posture (`None`: the baseline) as positions of all nodes, m; zero for those that
-    /// follow from tensions.
+    /// All numbers, from the positions of all nodes (m) in each posture (`None`: the baseline); zero for those that follow from tensions.
     pub fn of_shapes<'p>(&self, shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>]) -> Vec<f64> {
         match &self.of {
             DataSource::Shapes(views) => views.iter().flat_map(|v| v.values(shape(v.posture))).collect(),
@@ -166,7 +160,7 @@ impl AuxiliaryData {
         own.flat_map(|(_, view)| view.values(positions)).collect()
     }
 
-    /// Adds to `by_node` the derivatives of the sum of the numbers times `weights` by the positions in one posture.
+    /// Adds to `by_node` the derivatives of the sum of `weights` times the numbers by the positions in one posture.
     pub(super) fn gradient(
         &self,
         (posture, positions): (Option<usize>, &[SVector<f64, 2>]),
@@ -184,7 +178,6 @@ impl AuxiliaryData {
         (0..self.len()).map(|n| f64::from(u8::from(n == number))).collect()
     }
 
-    /// The numbers at tensions and the shapes to which they lead.
     pub(super) fn values(&self, values: &ParameterValues, solved: &SolvedPoint) -> Vec<f64> {
         match &self.of {
             DataSource::Shapes(_) => self.of_shapes(|p| solved.shape(p.unwrap_or(solved.shapes.len() - 1)).0),
@@ -192,7 +185,7 @@ impl AuxiliaryData {
         }
     }
 
-    /// Derivative of the sum of the computed numbers times `weights` by a tension on which they depend directly, not through a shape.
+    /// Derivative of the sum of `weights` times the numbers by a tension at fixed shapes.
     pub(super) fn slope(&self, values: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
         match &self.of {
             DataSource::Shapes(_) => 0.0,

@@ -1,4 +1,4 @@
-//! Differences of a muscle's tension between two postures of a speaker.
+//! Differences of a muscle's tension between two postures or labels of a speaker.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,33 +8,30 @@ use super::sensitivity::Scaled;
 use super::summary::Change;
 use super::verdict::Certainty;
 
-/// The difference of a muscle's tensions in two postures that were sampled together, or between the means over two labels of recordings.
+/// Difference of a muscle's tension between two postures sampled together, or between its means over two labels of recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
     pub muscle: String,
     pub a: String,
     pub b: String,
-    /// Median of the tension in `a` less that in `b`, N per metre of thickness.
+    /// Median of the difference, `a` less `b`, N per metre of thickness.
     pub median: f64,
-    /// Lower and upper end of the middle 95 % of the difference, N per metre of thickness.
+    /// Interval of the difference, N per metre of thickness.
     pub interval_95: [f64; 2],
-    /// Probability that the muscle pulls harder in `a` than in `b`.
     pub probability_more: f64,
-    /// What that probability is called.
     pub word: Certainty,
-    /// How often each label was said; `None` for postures.
+    /// Repetitions of each label; `None` for postures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repetitions: Option<[usize; 2]>,
-    /// Whether the size of the difference depends on the prior more than on the data, if that was asked.
+    /// Whether the size of the difference depends on the prior more than on the data; `None` where that is not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depends_on_prior: Option<bool>,
-    /// Whether the probability of the sign would be much smaller under another scale of the prior, if that was asked.
+    /// Whether the sign would be much less probable under another scale of the prior; `None` where that is not computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sign_depends_on_prior: Option<bool>,
 }
 
 impl Contrast {
-    /// From draws of the difference.
     pub fn of(muscle: &str, labels: [&str; 2], draws: &[f64]) -> Self {
         Self::new(muscle, labels, &Quantiles::of(draws.iter().copied()), part_above_zero(draws))
     }
@@ -54,7 +51,7 @@ impl Contrast {
         }
     }
 
-    /// The contrasts of every muscle between every two postures; none if the chains have not mixed.
+    /// Contrasts of every muscle between every two postures; none if the chains have not mixed.
     pub fn all(posterior: &Posterior<'_>) -> Vec<Self> {
         if !posterior.is_mixed() {
             return Vec::new();
@@ -81,7 +78,7 @@ impl Contrast {
         }))
     }
 
-    /// Median and ends of the interval of the difference, N per metre of thickness, with the sign that makes the median positive.
+    /// Median and interval, N per metre of thickness, with the sign that makes the median positive.
     pub fn size(&self) -> [f64; 3] {
         let [low, high] = self.interval_95;
         if self.median < 0.0 { [-self.median, -high, -low] } else { [self.median, low, high] }
@@ -100,7 +97,6 @@ impl Contrast {
         Some(format!("{}: {how} harder in {more} than in {less}", self.muscle))
     }
 
-    /// Whether its sign is sure.
     pub fn is_decided(&self) -> bool {
         matches!(self.word, Certainty::SurelyHarder | Certainty::SurelyNotHarder)
     }

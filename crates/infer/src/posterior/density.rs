@@ -1,13 +1,12 @@
-//! The probability density of tensions, tones and places of the hyoid, given the measured stretches of a speaker's postures and auxiliary
-//! data.
+//! The density of tensions, tones and displacements of the hyoid, given stretches of a speaker's postures and auxiliary data.
 //!
 //! ```text
 //! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
 //! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g
 //! ```
-//! Every posture has its own tensions F and its own displacement d of the hyoid; tones F0 and the hyoid's tilt c are common to the
-//! speaker. All unknowns are sampled as scores `g`, which have no bounds. The derivatives (`evaluator`) need one back-substitution for
-//! each posture and one for the baseline, for any number of unknowns.
+//! Every posture has its own tensions F and displacement d of the hyoid; tones F0 and tilt c are common to the speaker. Parameters are
+//! sampled as scores `g`, which have no bounds. The derivatives (`evaluator`) need one back-substitution for each posture and one for the
+//! baseline, for any number of parameters.
 
 use std::sync::Arc;
 
@@ -21,7 +20,6 @@ use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
 
-/// The density for a set of measured stretches and auxiliary data.
 #[derive(Debug)]
 pub struct Density<'a> {
     pub posterior_model: &'a PosteriorModel,
@@ -29,16 +27,14 @@ pub struct Density<'a> {
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
     fixed: ParameterValues,
-    /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other
-    /// measurements; zero at first.
+    /// Covariance due to geometry and constants of the stretches of all muscles in all postures and of the auxiliary data; zero at first.
     pub geometry: DMatrix<f64>,
     factor: Cholesky<f64, Dyn>,
     /// [`Measurements::rows`] of the measurements.
     rows: Vec<usize>,
 }
 
-/// Settings of each equilibrium: forces balance as closely as in any fit. There are no load steps: where a direct solve fails the density
-/// is zero.
+/// Without load steps: the density is zero where a direct solve fails.
 const SOLVE: SolveSettings = SolveSettings {
     tolerance: 1e-9,
     max_iterations: 60,
@@ -48,7 +44,6 @@ const SOLVE: SolveSettings = SolveSettings {
     beyond: false,
 };
 
-/// The values that the priors fix, and the unknowns to sample.
 fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterValues, Vec<Parameter>) {
     let (priors, muscles) = (&posterior_model.priors, &posterior_model.muscles);
     let mut parameters = Vec::new();
@@ -76,10 +71,7 @@ fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterVa
 }
 
 impl<'a> Density<'a> {
-    /// A density whose covariance due to geometry is still zero.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Body`] where the body has no hyoid to displace, [`PosteriorError::Priors`] where nothing is left to sample.
+    /// A density without a covariance due to geometry; an error where there is no hyoid to displace, or nothing is left to sample.
     pub fn new(posterior_model: &'a PosteriorModel, seen: Measurements) -> Result<Self, PosteriorError> {
         let (fixed, parameters) = parameters(posterior_model, seen.labels.len());
         let is_of_muscles =
@@ -122,13 +114,12 @@ impl<'a> Density<'a> {
         Ok(density)
     }
 
-    /// The density of other measured stretches of the same postures.
+    /// The density with other measurements of the same postures.
     pub fn of(&self, seen: Measurements) -> Result<Self, PosteriorError> {
         let sampled = (self.fixed.clone(), self.parameters.clone());
         Self::made(self.posterior_model, seen, sampled, self.geometry.clone())
     }
 
-    /// Sets the covariance due to geometry and constants, of all muscles of the body in all postures.
     pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
         self.geometry = geometry;
         self.factor = Cholesky::new(self.covariance()).ok_or(PosteriorError::Covariance)?;
@@ -143,18 +134,17 @@ impl<'a> Density<'a> {
         &self.rows
     }
 
-    /// The rows and columns of the measured numbers, from a matrix of all muscles in all postures and the auxiliary data.
+    /// Rows and columns of the measured numbers, from a matrix of all muscles in all postures and the auxiliary data.
     pub fn measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         all.select_rows(&self.rows).select_columns(&self.rows)
     }
 
-    /// Covariance of the differences between measured and computed numbers.
+    /// Covariance of measured less computed numbers.
     pub fn covariance(&self) -> DMatrix<f64> {
         self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.auxiliary_errors()
     }
 
-    /// Covariance of the measured numbers due to the model's own error of stretches. A vowel alone does not tell the error in its baseline,
-    /// several together do.
+    /// Covariance due to the model's error of stretches, including that of an active baseline for a vowel alone.
     pub fn discrepancies(&self) -> DMatrix<f64> {
         let prior = &self.posterior_model.priors.discrepancy;
         let is_alone = self.seen.is_baseline_active && self.postures() == 1;
@@ -164,7 +154,7 @@ impl<'a> Density<'a> {
         self.placed(0, &(DMatrix::identity(n, n) * variance))
     }
 
-    /// Covariance of the measured numbers due to rounding of the lengths; zero if the priors leave rounding out.
+    /// Covariance due to rounding of the lengths; zero if the priors leave rounding out.
     pub fn rounding(&self) -> DMatrix<f64> {
         self.placed(
             0,
@@ -172,12 +162,11 @@ impl<'a> Density<'a> {
         )
     }
 
-    /// Covariance of the measured numbers due to the errors of the auxiliary data.
     pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
         self.placed(self.seen.len(), &self.seen.auxiliary_errors())
     }
 
-    /// Places the covariance of some measured numbers, from a number on, in a matrix of all of them.
+    /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.
     fn placed(&self, from: usize, part: &DMatrix<f64>) -> DMatrix<f64> {
         let n = self.rows.len();
         let mut all = DMatrix::zeros(n, n);
@@ -185,12 +174,11 @@ impl<'a> Density<'a> {
         all
     }
 
-    /// The Cholesky factor of [`Density::covariance`].
     pub fn factor(&self) -> &Cholesky<f64, Dyn> {
         &self.factor
     }
 
-    /// Physical quantities at these scores, and the derivative of each sampled unknown by its score.
+    /// Values of the parameters at these scores, and the derivative of each sampled parameter by its score.
     pub fn parameter_values(&self, scores: &DVector<f64>) -> (ParameterValues, Vec<f64>) {
         let priors = &self.posterior_model.priors;
         let mut values = self.fixed.clone();
@@ -232,7 +220,6 @@ impl<'a> Density<'a> {
         SolvedPoint { shapes, lengths, auxiliary: Vec::new() }
     }
 
-    /// The lanes that solve several points at once.
     pub fn lanes(&self) -> &Lanes<'a, 2> {
         &self.lanes
     }
@@ -241,8 +228,8 @@ impl<'a> Density<'a> {
         &SOLVE
     }
 
-    /// Residuals of the measurements: of the stretches, at these lengths of all muscles of the body in all postures and, last, in the
-    /// baseline (m), then of the auxiliary data.
+    /// Residuals of the stretches and then of the auxiliary data, from the lengths of all muscles in all postures and, last, in the
+    /// baseline (m), and from the computed auxiliary data.
     pub fn residuals(&self, lengths: &[f64], auxiliary: &[f64]) -> DVector<f64> {
         let seen = &self.seen;
         let baseline = &lengths[lengths.len() - self.posterior_model.muscles.len()..];
@@ -255,8 +242,8 @@ impl<'a> Density<'a> {
 }
 
 impl SolvedPoint {
-    /// `unit` times the rate of the stretch in a row of the list of all muscles in all postures, `d(L/L0) = dL/L0 - s dL0/L0`, from the
-    /// rates of the lengths by shape and muscle.
+    /// `unit` times the derivative `d(L/L0) = dL/L0 - s dL0/L0` of the stretch in a row of the list of all muscles in all postures; `rate`
+    /// gives the derivatives of lengths by shape and muscle.
     pub(super) fn stretch_rate(&self, row: usize, unit: f64, rate: impl Fn(usize, usize) -> f64) -> f64 {
         let (count, baseline) = (self.lengths.len() / self.shapes.len(), self.shapes.len() - 1);
         let (posture, m) = (row / count, row % count);

@@ -1,20 +1,19 @@
-//! Whether chains have mixed: rank-normalised split R-hat, bulk and tail effective sample size, after Vehtari, Gelman, Simpson, Carpenter
-//! and Bürkner (Bayesian Analysis 16, 2021).
+//! Diagnostics of mixing: rank-normalised split R-hat, bulk and tail effective sample size (Vehtari, Gelman, Simpson, Carpenter and
+//! Bürkner, Bayesian Analysis 16, 2021).
 
 use super::parameters::normal_quantile;
 
-/// Convergence diagnostics of one quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mixing {
-    /// Rank-normalised split R-hat: the larger of that of the values and that of their distances from the median.
+    /// Rank-normalised split R-hat: the larger of those of the values and of their distances from the median.
     pub r_hat: f64,
     /// Effective sample size of the rank-normalised values.
     pub bulk: f64,
-    /// Effective sample size of the tails: the smaller one of those of the 5 % and the 95 % quantile.
+    /// Effective sample size of the tails: the smaller of those of the 5 % and the 95 % quantile.
     pub tail: f64,
 }
 
-/// The diagnostics of chains of equal length with at least four draws each.
+/// Chains have equal lengths of at least four draws.
 pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
     let split = halves(chains);
     let ranked = rank_normalised(&split);
@@ -35,10 +34,9 @@ pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
     }
 }
 
-/// The largest R-hat of `quantities` of `chains` that have mixed, with so many draws each: 1.01 (Vehtari and others 2021), or for fewer
-/// draws what independent ones exceed in one run of a hundred. The variance of the means of half chains of `n` independent draws is
-/// `chi²/(f n)` times that within, with `f` degrees of freedom (quantile of chi² by Wilson and Hilferty 1931), for each quantity and for
-/// its distances from the median.
+/// Limit of R-hat over `quantities` of `chains` with this many draws each: 1.01 (Vehtari and others 2021), or what independent draws exceed
+/// in one run of a hundred. The variance of the means of half chains of `n` independent draws is `chi²/(f n)` times that within, with `f`
+/// degrees of freedom (quantile of chi² by Wilson and Hilferty 1931), for each quantity and for its distances from the median.
 pub(crate) fn most_r_hat(chains: usize, draws: usize, quantities: usize) -> f64 {
     let z = normal_quantile(1.0 - 0.01 / (2.0 * quantities as f64));
     let part = 2.0 / (9.0 * (2 * chains - 1) as f64);
@@ -51,7 +49,7 @@ fn halves(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     chains.iter().flat_map(|c| [c[..half].to_vec(), c[c.len() - half..].to_vec()]).collect()
 }
 
-/// Replaces every value by the normal score of its rank among all values; equal values get the mean of their ranks.
+/// Normal scores of the ranks among all values; equal values get the mean of their ranks.
 fn rank_normalised(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let length = chains.first().map_or(0, Vec::len);
     let all: Vec<f64> = chains.iter().flatten().copied().collect();
@@ -84,11 +82,11 @@ fn variances(chains: &[Vec<f64>]) -> (f64, f64) {
 
 fn r_hat(chains: &[Vec<f64>]) -> f64 {
     let (within, whole) = variances(chains);
-    // Values that are all equal count as mixed.
+    // Equal values count as mixed.
     if whole <= 0.0 { 1.0 } else { (whole / within).sqrt() }
 }
 
-/// Effective sample size, by Geyer's initial monotone sequence (1992).
+/// Effective sample size by Geyer's initial monotone sequence (1992).
 fn effective(chains: &[Vec<f64>]) -> f64 {
     let (m, n) = (chains.len(), chains.first().map_or(0, Vec::len));
     let total = (m * n) as f64;
@@ -156,7 +154,7 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(7);
         let (runs, quantities, draws) = (300, 30, 125);
         let most = most_r_hat(8, draws, quantities);
-        // docs/model.md tells it.
+        // The limit is stated in docs/model.md.
         assert!((most - 1.015).abs() < 5e-4 && most_r_hat(8, 1000, 30) == 1.01, "{most}");
         let mut quantity = || -> f64 {
             let chain = |_| (0..draws).map(|_| normal(&mut random)).collect();

@@ -1,5 +1,4 @@
-//! Evaluates a density at as many points at once as there are lanes: its logarithm with the exact gradient, for sampling, and the
-//! responses of all stretches.
+//! Evaluates a density at as many points as there are lanes: its logarithm with the exact gradient, and its linearisation.
 
 use std::sync::Arc;
 
@@ -14,7 +13,6 @@ use super::hmc::{DensityPoint, SampledDensity};
 use super::parameters::{Draw, Parameter, ParameterValues, SolvedPoint};
 use super::shape;
 
-/// The likelihood of the residuals of the measurements.
 pub trait ResidualLikelihood: Sync {
     /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
@@ -27,35 +25,33 @@ impl ResidualLikelihood for Density<'_> {
     }
 }
 
-/// Linearised stretches of all muscles of the body in all postures, at a point.
+/// Linearisation of all computed numbers at a point.
 #[derive(Debug, Clone)]
 pub struct LinearisationPoint {
-    /// Computed numbers: the stretches of all muscles of the body in the first posture, then in the second one, and so on; then those of
-    /// the auxiliary data.
+    /// The stretches of all muscles of the body, posture by posture, then the auxiliary data.
     pub computed: DVector<f64>,
-    /// Derivatives by the scores, one row for each of these numbers.
+    /// Derivatives of these by the scores.
     pub jacobian: DMatrix<f64>,
-    /// Responses to the sources of geometry and constants.
     pub geometry: FiniteDifferences,
 }
 
-/// Solves and differentiates points of a density, up to as many as there are lanes at once.
+/// Solves and differentiates points of a density, at most as many at once as there are lanes.
 pub struct Evaluator<'a> {
     density: &'a Density<'a>,
     errors: &'a dyn ResidualLikelihood,
-    /// A group for each posture, and the last one for the baseline.
+    /// A group for each posture, then one for the baseline.
     shapes: Vec<LaneGroup<'a, 2>>,
-    /// Groups that follow shapes from rest.
+    /// As `shapes`, for load paths.
     from_rest: Vec<LaneGroup<'a, 2>>,
 }
 
-/// The values of the parameters at the points, their derivatives by the scores, and the solved points.
+/// For each point the values of the parameters with their derivatives by the scores, and the solved point.
 type SolvedPoints = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<SolvedPoint>>);
 
-/// The number of the shape from which an auxiliary number follows, and its adjoint at each point; `None` where it follows from tensions.
+/// The shape from which an auxiliary number follows, and the number's adjoint at each point; `None` where it follows from tensions.
 type DataAdjoint = Option<(usize, Vec<Option<Adjoint<2>>>)>;
 
-/// The adjoints of all lengths of one shape at each point.
+/// The adjoints of all lengths of one shape, for each point.
 type LengthRates = Vec<Option<Vec<Adjoint<2>>>>;
 
 impl<'a> Evaluator<'a> {
@@ -63,7 +59,7 @@ impl<'a> Evaluator<'a> {
         Self::with(density, density)
     }
 
-    /// The same with another likelihood of the residuals.
+    /// [`Self::new`] with another likelihood of the residuals.
     pub fn with(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
         let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
         Self { density, errors, shapes: groups(), from_rest: groups() }
@@ -97,7 +93,6 @@ impl<'a> Evaluator<'a> {
         (values, solved)
     }
 
-    /// The linearisation at a point; `None` where the density is zero.
     pub fn linearise(
         &mut self,
         scores: &DVector<f64>,
@@ -106,8 +101,8 @@ impl<'a> Evaluator<'a> {
         self.linearise_all(&[(scores, begin)], true).pop()?
     }
 
-    /// The linearisations at up to as many points as there are lanes. The responses to geometry, which cost more than everything else,
-    /// are computed only if `geometry` is set.
+    /// Linearisations at up to as many points as there are lanes, `None` where the density is zero. The sensitivities to geometry cost more
+    /// than everything else and are computed only if `geometry` is set.
     pub(super) fn linearise_all(
         &mut self,
         points: &[(&DVector<f64>, &SolvedPoint)],
@@ -119,7 +114,7 @@ impl<'a> Evaluator<'a> {
         let mut out = Vec::with_capacity(points.len());
         for (i, solved) in solved.into_iter().enumerate() {
             let lengths: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
-            // `None` where the adjoint of a measurement that follows from a shape was not found.
+            // `None` where the adjoint of a number that follows from a shape was not found.
             let data: Option<Vec<_>> = data
                 .iter_mut()
                 .map(|own| match own {
@@ -135,7 +130,6 @@ impl<'a> Evaluator<'a> {
         out
     }
 
-    /// For every number of the auxiliary data that follows from a shape, the number of the shape and its adjoint at every point.
     fn data_adjoints(&mut self, solved: &[Option<SolvedPoint>]) -> Vec<DataAdjoint> {
         let nodes = self.density.posterior_model.system.rest().len();
         Vec::from_iter(self.density.seen.auxiliary_numbers().map(|(auxiliary, number)| {
@@ -156,7 +150,6 @@ impl<'a> Evaluator<'a> {
         }))
     }
 
-    /// The linearisation at a solved point with known adjoints.
     fn linear(
         &self,
         (values, slopes): &(ParameterValues, Vec<f64>),
@@ -200,7 +193,7 @@ impl<'a> Evaluator<'a> {
         Some(LinearisationPoint { computed, jacobian, geometry })
     }
 
-    /// Derivatives of the logarithm of the density by the scores, from the derivatives by the shapes.
+    /// Derivatives of the logarithm of the density by the scores, from the adjoints of all shapes and the weights of the auxiliary data.
     fn gradient(
         &self,
         scores: &DVector<f64>,
@@ -213,13 +206,14 @@ impl<'a> Evaluator<'a> {
             let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
                 by_parameter(density.posterior_model, values, (shape, density.postures()), adjoint, p)
             });
-            let auxiliary = density.seen.weighed(weights).map(|(auxiliary, w)| auxiliary.slope(values, w, p));
+            let auxiliary =
+                density.seen.split_weights(weights).map(|(auxiliary, w)| auxiliary.slope(values, w, p));
             slopes[i] * (each.sum::<f64>() + auxiliary.sum::<f64>()) - scores[i]
         })
     }
 }
 
-/// Derivative of a function of one shape by a sampled unknown; `shape` is the number of a posture, or `postures` for the baseline.
+/// Derivative of a function of one shape by a parameter; `shape` is the number of a posture, or `postures` for the baseline.
 fn by_parameter(
     posterior_model: &super::PosteriorModel,
     values: &ParameterValues,
@@ -252,7 +246,7 @@ impl SampledDensity for Evaluator<'_> {
         let (density, errors) = (self.density, self.errors);
         let (seen, system) = (&density.seen, &density.posterior_model.system);
         let (nodes, postures) = (system.rest().len(), density.postures());
-        // For every point the logarithm of the likelihood, and minus its derivatives by the residuals.
+        // Logarithm of the likelihood at every point, and minus its derivatives by the residuals.
         let weighed: Vec<Option<(f64, DVector<f64>)>> = solved
             .iter()
             .map(|solved| {
@@ -276,7 +270,7 @@ impl SampledDensity for Evaluator<'_> {
                     length_gradient(system, solved.shape(shape).0, m, weights[i] * part, &mut gradient);
                 }
                 let at = ((shape < postures).then_some(shape), solved.shape(shape).0);
-                for (auxiliary, weights) in seen.weighed(&weights.as_slice()[seen.len()..]) {
+                for (auxiliary, weights) in seen.split_weights(&weights.as_slice()[seen.len()..]) {
                     auxiliary.gradient(at, weights, &mut gradient);
                 }
                 gradient
@@ -295,7 +289,7 @@ impl SampledDensity for Evaluator<'_> {
         out
     }
 
-    /// The shapes after another step like the last one, to first order.
+    /// Extrapolates the shapes linearly by another step.
     fn ahead(here: &SolvedPoint, before: &SolvedPoint) -> SolvedPoint {
         let each = here.shapes.iter().zip(&before.shapes);
         let further = each
@@ -303,7 +297,7 @@ impl SampledDensity for Evaluator<'_> {
         SolvedPoint { shapes: further.collect(), ..here.clone() }
     }
 
-    /// Whether the tensions of each point lead from rest to its shapes, in all postures and in the baseline.
+    /// Whether the tensions of each point lead from rest to its shapes in all postures and in the baseline.
     fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<SolvedPoint>)]) -> Vec<bool> {
         let density = self.density;
         let values: Vec<ParameterValues> =

@@ -1,11 +1,9 @@
-//! Responses of muscle lengths to the shape of the body at rest and to its constants, in any body: from the adjoint of every length and
-//! differences of forces.
+//! Sensitivities of muscle lengths to the shape of any body at rest and to its constants, by adjoints and differences of forces.
 //!
-//! A changed body (displaced at rest, or with other constants, `p`) with the same displacements `u` of the nodes has forces `f(p, u)` on
-//! them and lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a` of the length, its
-//! response to a force on every node. Both partial derivatives are central differences without a new equilibrium. Only kappa, which may
-//! be ten times larger or smaller, is really changed and the equilibria solved again. Bodies of springs have formulas of their own
-//! (`shape`), which give the same result.
+//! A body perturbed by `p` (displaced at rest, or with other constants) with the same displacements `u` of the nodes has forces `f(p, u)`
+//! and lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a` of the length, its response to
+//! a force on every node. The partial derivatives are central differences without a new equilibrium. Only for kappa, which may be ten times
+//! larger or smaller, equilibria are solved again. Bodies of springs have exact formulas (`shape`) with the same result.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -18,8 +16,8 @@ use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::System;
 
 impl PerturbedBody {
-    /// The forces on all nodes, N, and the positions of all nodes, m, of this body. Nodes of the tissue are displaced from rest as those of
-    /// the body of `posterior_model` are at `positions`; the hyoid has this displacement, m, and angle, radians.
+    /// Forces on all nodes, N, and positions of all nodes, m, with the tissue displaced from rest as in the body of `posterior_model` at
+    /// `positions`, and the hyoid by this displacement, m, and angle, radians.
     fn at(
         &self,
         posterior_model: &PosteriorModel,
@@ -39,9 +37,8 @@ impl PerturbedBody {
     }
 }
 
-/// Responses of the stretches of all muscles in all postures to one standard deviation of the logarithm of kappa: half of the difference
-/// between the equilibria one standard deviation to either side, because the response is far from linear over that range. One column, or
-/// none if kappa is known; `None` where another kappa leads to no equilibrium.
+/// Change of all computed numbers for one standard deviation of the logarithm of kappa: half the difference between the equilibria to
+/// either side, because the change is far from linear. One column, or none if kappa is known; `None` where there is no equilibrium.
 pub(crate) fn by_kappa(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
@@ -70,7 +67,7 @@ pub(crate) fn by_kappa(
     Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
 }
 
-/// Responses of the stretches of all muscles in all postures to one standard deviation of each source; one row for each stretch.
+/// Changes of all computed numbers for one standard deviation of each source of error; one row for each number.
 #[derive(Debug, Clone)]
 pub struct FiniteDifferences {
     pub ends: DMatrix<f64>,
@@ -81,22 +78,19 @@ pub struct FiniteDifferences {
 }
 
 impl FiniteDifferences {
-    /// The responses of this number of stretches if there are no sources.
-    pub fn none(stretches: usize) -> Self {
-        let none = || DMatrix::zeros(stretches, 0);
+    pub fn none(numbers: usize) -> Self {
+        let none = || DMatrix::zeros(numbers, 0);
         Self { ends: none(), outline: none(), kappa: none(), width: none(), patch: none() }
     }
 }
 
-/// Adjoints at a solved point.
 pub struct Adjoints {
-    /// Of all lengths, shape by shape.
+    /// Adjoints of all lengths, shape by shape.
     pub lengths: Vec<Vec<Adjoint<2>>>,
-    /// For every number of the auxiliary data that follows from a shape, the number of the shape and its adjoint; `None` for the others.
+    /// For every auxiliary number that follows from a shape, the number of the shape and its adjoint; `None` for the others.
     pub data: Vec<Option<(usize, Adjoint<2>)>>,
 }
 
-/// A solved point with its adjoints.
 pub struct GeometrySensitivity<'a> {
     pub solved: &'a SolvedPoint,
     pub values: &'a ParameterValues,
@@ -104,7 +98,7 @@ pub struct GeometrySensitivity<'a> {
     pub auxiliary: &'a [AuxiliaryData],
 }
 
-/// Responses of all measurements at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
+/// The sensitivities at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
 pub fn answers(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
@@ -119,7 +113,7 @@ pub fn answers(
             .map(|shape| Some(slopes_of(posterior_model, [low, high], point, shape)? / (2.0 * step)));
         let slopes: Vec<DVector<f64>> = slopes.collect::<Option<_>>()?;
         let stretches = (0..of_muscles).map(|row| solved.stretch_rate(row, 1.0, |shape, m| slopes[shape][m]));
-        // The auxiliary data of a shape follow its lengths.
+        // The auxiliary numbers of a shape follow its lengths in `slopes`.
         let mut next = vec![count; base + 1];
         let others = rates.data.iter().map(|own| {
             own.as_ref().map_or(0.0, |&(shape, _)| {
@@ -142,8 +136,7 @@ pub fn answers(
     })
 }
 
-/// By how much every length of a shape, m, and every number of its auxiliary data is larger in the second body than in the first, to first
-/// order.
+/// First-order differences of every length of a shape, m, and every auxiliary number of it, between the second body and the first.
 fn slopes_of(
     posterior_model: &PosteriorModel,
     [low, high]: [&PerturbedBody; 2],

@@ -1,8 +1,8 @@
-//! Whether loads lead from rest to shapes as they grow together, jumps on the way allowed, for several shapes at once in lanes.
+//! Whether loads lead from rest to shapes as they grow together, jumps included, for several shapes at once in lanes.
 //!
-//! Tensions and displacements of bones grow in a few steps, each solved from the shape before; if these do not lead to the shape, in more
-//! steps. With a single step, 1 of 200 draws of S1 /i/ ended at another equilibrium. Steps are not taken back, so that it stays unknown
-//! whether the body jumped; a test compares the answers with those of [`tongue_core::statics::leads_from_rest`], which takes longer.
+//! The loads grow in a few steps, each solved from the shape before; if these do not lead to the shape, in more. With a single step 1 of
+//! 200 draws of S1 /i/ ended at another equilibrium. Whether the body jumps is not determined. A test compares the answers with those of
+//! [`tongue_core::statics::leads_from_rest`], which takes longer.
 
 use nalgebra::SVector;
 
@@ -12,12 +12,13 @@ use tongue_core::statics::{Connection, SAME_SHAPE_M, SolveSettings};
 use super::density::{Density, is_found};
 use super::parameters::ParameterValues;
 
-/// Numbers of steps in which the loads grow from zero; a shape is accepted if one of them leads to it.
+/// Numbers of load steps; a shape is accepted if one of them leads to it.
 const STEPS: [usize; 2] = [5, 25];
-/// Residual force to which the shapes on the way are solved, N: they only lead to the last one.
+/// Residual force of the shapes before the last one, N.
 const ON_THE_WAY_N: f64 = 1e-4;
 
-/// Whether the loads of each point lead from rest to its shape, given by its lengths (m); `shape` is as in [`super::PosteriorModel::load`].
+/// Whether the loads of each point lead from rest to its shape, given by muscle lengths (m); `shape` is as in
+/// [`super::PosteriorModel::load`].
 pub fn reached_with_jumps(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
@@ -39,7 +40,7 @@ pub fn reached_with_jumps(
     found
 }
 
-/// Muscle lengths in `shape` for every point, m, at the end of the path from rest; `None` where the path ends earlier.
+/// Muscle lengths at the end of each point's load path, m; `None` where the path ends earlier.
 fn follow(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
@@ -64,8 +65,8 @@ fn follow(
         let tolerance = if step < steps { ON_THE_WAY_N } else { last.tolerance };
         let answers = group.solve(&loads, &SolveSettings { tolerance, ..*last });
         for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
-            // In a body of springs a descent from a ridge of the energy is allowed, as a jump is. In other bodies it counts as a failure,
-            // so that the loads grow again in more steps.
+            // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that the
+            // loads grow again in more steps.
             let strayed = answer.solution.connection == Connection::Downhill;
             *good &= is_found(answer) && (density.posterior_model.is_of_springs() || !strayed);
             shape.clone_from(&answer.positions);

@@ -1,9 +1,9 @@
-//! Hamiltonian Monte Carlo (Neal 2011) with chains side by side. A group has as many chains as there are lanes, all with the same step
-//! and the same number of steps; each chain has its own momenta and its own decisions. The number of a chain fixes its group, so the
-//! results do not depend on threads.
+//! Hamiltonian Monte Carlo (Neal 2011) with chains side by side. A group has as many chains as there are lanes, with the same step and
+//! number of steps; each chain has its own momenta and acceptances. The number of a chain fixes its group, so results do not depend on
+//! threads.
 //!
-//! Coordinates are whitened by a given matrix. In the first half of the warm-up all chains together learn a better one; in both halves
-//! the step is found by dual averaging (Hoffman and Gelman 2014, section 3.2). Afterwards matrix and step are kept.
+//! Coordinates are whitened by a given matrix, which is improved from all chains in the first half of the warm-up. In both halves the step
+//! is found by dual averaging (Hoffman and Gelman 2014, section 3.2).
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -17,34 +17,31 @@ use tongue_core::statics::lanes::LANES;
 use super::warm_up::DualAveraging;
 pub use super::warm_up::Whitened;
 
-/// Trajectories that are checked together: so many in the warm-up, and at least so many between two kept draws.
+/// Number of trajectories that are checked together in the warm-up, and the least number between two kept draws.
 const CHECKED: usize = 2;
-/// Draws that are tried as the start of a chain, each nearer to the centre than the one before, and then the centre itself.
+/// Draws that are tried as the start of a chain, each nearer to the centre than the last; then the centre is tried.
 const TOWARDS_CENTRE: i32 = 11;
-/// Draws that are tried as the start of a chain in all.
 const MOST_STARTS: i32 = 32;
-/// Largest number of steps of a trajectory.
 const MOST_STEPS: usize = 100;
 
-/// A density to sample, of which up to [`LANES`] points are evaluated at once.
+/// A density to sample, evaluated at up to [`LANES`] points at once.
 pub trait SampledDensity {
-    /// State of a solved point, from which its neighbours are solved.
+    /// State of a solved point, from which neighbours are solved.
     type Solved: Clone + Send + Sync;
     type Kept: Clone + Send + Sync;
 
-    /// The logarithm of the density and its derivatives at each point, solved from the state given with it; `None` where the density is
-    /// zero.
+    /// Logarithm of the density and its derivatives at each point, solved from its state; `None` where the density is zero.
     fn evaluate(
         &mut self,
         points: &[(&DVector<f64>, &Self::Solved)],
     ) -> Vec<Option<DensityPoint<Self::Solved>>>;
 
-    /// A state from which the next point of a trajectory is solved, after steps that led from `before` to `here`.
+    /// State from which the next point of a trajectory is solved.
     fn ahead(here: &Self::Solved, _before: &Self::Solved) -> Self::Solved {
         here.clone()
     }
 
-    /// Whether each point, at which the density is not zero, is allowed as a draw; trajectories to other points are refused.
+    /// Whether each point of nonzero density is allowed as a draw; trajectories to others are rejected.
     fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<Self::Solved>)]) -> Vec<bool> {
         vec![true; points.len()]
     }
@@ -60,15 +57,13 @@ pub struct DensityPoint<P> {
     pub solved: P,
 }
 
-/// Size of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     pub chains: usize,
-    /// Draws of each chain in each half of the warm-up, which are discarded.
+    /// Discarded draws of each chain in each half of the warm-up.
     pub warm_up: usize,
-    /// Draws of each chain that are kept.
     pub draws: usize,
-    /// Thinning: one of this many draws is kept.
+    /// One of this many draws is kept.
     pub thin: usize,
     pub seed: u64,
 }
@@ -76,11 +71,11 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain<K> {
     pub draws: Vec<K>,
-    /// Trajectories after the warm-up whose energy error was larger than [`DIVERGED`].
+    /// Trajectories after the warm-up with an energy error above [`DIVERGED`].
     pub divergences: usize,
-    /// Trajectories, after the warm-up, that ended where the density is zero.
+    /// Trajectories after the warm-up that ended at zero density.
     pub zero: usize,
-    /// How often, after the warm-up, the chain was sent back from a point that is not allowed.
+    /// Number of returns from points that are not allowed, after the warm-up.
     pub refused: usize,
     pub acceptance: f64,
     pub evaluations: usize,
@@ -94,8 +89,8 @@ impl<K> Chain<K> {
 /// Energy error beyond which a trajectory counts as diverged (as in Stan).
 pub const DIVERGED: f64 = 1000.0;
 
-/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from the state `from`. Where the density there is
-/// zero the draws are moved towards the centre, and where it is zero at the centre too others are tried.
+/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from the state `from`; where the density is
+/// zero, draws nearer to the centre, the centre, and then other draws are tried.
 pub fn sample<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
@@ -112,8 +107,8 @@ pub fn sample<T: SampledDensity>(
     sampled.into_iter().flatten().collect()
 }
 
-/// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and points are not checked for being allowed
-/// during the first one. A chain that is not allowed at its end goes back to its beginning. With `only`, the chains of one group.
+/// [`sample`] with fixed coordinates: without the second half of the warm-up, and with one check of points at the end of the first. `only`
+/// selects one group of chains.
 pub(super) fn sample_briefly<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
@@ -125,7 +120,7 @@ pub(super) fn sample_briefly<T: SampledDensity>(
     sampled.into_iter().flatten().collect()
 }
 
-/// What `work` makes of the chains, in groups of as many as there are lanes; with `only`, of one group.
+/// Applies `work` to each group of chains, or to one; a group has as many chains as there are lanes.
 fn in_groups<'w, T: SampledDensity, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
@@ -147,36 +142,32 @@ struct ChainState<P> {
     z: DVector<f64>,
     x: DVector<f64>,
     point: DensityPoint<P>,
-    /// Derivatives by the whitened coordinates.
     slope: DVector<f64>,
 }
 
-/// Chains that run side by side, and their adapted settings.
 struct ChainGroup<'a, T: SampledDensity> {
     target: T,
     whitened: &'a Whitened,
     states: Vec<ChainState<T::Solved>>,
-    /// A generator for each chain.
     random: Vec<fastrand::Rng>,
-    /// Generator shared by all chains, for the lengths of trajectories.
+    /// Generator of the lengths of trajectories, shared by all chains.
     common: fastrand::Rng,
     evaluations: usize,
     step: DualAveraging,
 }
 
-/// Chains after the first half of the warm-up.
 struct Warm<P> {
     /// State of each chain; fewer than `random` where some could not begin.
     states: Vec<ChainState<P>>,
     random: Vec<fastrand::Rng>,
     common: fastrand::Rng,
     evaluations: usize,
-    /// Points that the chains have visited, and the derivatives of the logarithm of the density there.
+    /// Visited points, and the derivatives of the logarithm of the density there.
     seen: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
 impl<P: Clone> Warm<P> {
-    /// The same chains in other coordinates.
+    /// The chains in other coordinates.
     fn go_on<'a, T: SampledDensity<Solved = P>>(
         &self,
         target: T,
@@ -212,8 +203,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         let common = generator((1 << 20) + first);
         let mut states: Vec<Option<ChainState<T::Solved>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
-        // Draws are moved towards the centre until all chains have a start with a density above zero. Where it is zero at the centre too,
-        // whole draws are tried.
+        // Draws are moved towards the centre until all chains have a start with nonzero density; after the centre, whole draws are tried.
         for attempt in 0..MOST_STARTS {
             if states.iter().all(Option::is_some) {
                 break;
@@ -241,7 +231,6 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         Self { target, whitened, states, random, common, evaluations, step: DualAveraging::new() }
     }
 
-    /// Runs the first half of the warm-up.
     fn warmed_up(mut self, warm_up: usize) -> Warm<T::Solved> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
@@ -262,15 +251,14 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         Warm { states, random, common, evaluations, seen }
     }
 
-    /// Runs one trajectory and adapts the step size to the probability with which its end is accepted.
+    /// Runs one trajectory and adapts the step to its acceptance.
     fn warm(&mut self) {
         let ends = self.trajectory(self.step.trial);
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
     }
 
-    /// Runs trajectories and checks where they end. A chain that ends at a point that is not allowed returns to where it was before them.
-    /// Several trajectories in a row are as probable as their reverse, as one is; so the chains draw from the density where points are
-    /// allowed. Returns, for each chain, whether it was sent back.
+    /// Runs trajectories and returns chains that end at points that are not allowed to where they were. Several trajectories in a row are
+    /// reversible as one is, so the chains sample the density restricted to allowed points. Tells which chains were returned.
     fn checked(&mut self, run: impl FnOnce(&mut Self)) -> Vec<bool> {
         let begun = self.states.clone();
         run(self);
@@ -296,13 +284,12 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         let count = self.states.len();
         let mut chains = vec![Chain::EMPTY; self.random.len()];
         if count < chains.len() {
-            // The density is zero even at the centre.
             return chains;
         }
         for block in blocks(settings.warm_up, CHECKED) {
             self.checked(|group| block.for_each(|_| group.warm()));
         }
-        // Two checks for each draw refuse hardly more than one for each trajectory would.
+        // Two checks for each draw reject hardly more than one for each trajectory would.
         let together = settings.thin.div_ceil(2).max(CHECKED);
         for _ in 0..settings.draws {
             for block in blocks(settings.thin, together) {
@@ -324,7 +311,6 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         chains
     }
 
-    /// One trajectory of every chain.
     fn trajectory(&mut self, size: f64) -> Vec<TrajectoryEnd> {
         let (n, count) = (self.whitened.centre.len(), self.states.len());
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
@@ -371,7 +357,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             let gain = before[i] - energy(after, &momenta[i]);
             let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
             let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
-            // The number is drawn in any case, so that a chain does not depend on the other chains.
+            // Drawn in any case, so that a chain does not depend on the others.
             if self.random[i].f64() < probability {
                 self.states[i] = after.clone();
             }
@@ -386,7 +372,7 @@ struct TrajectoryEnd {
     zero: bool,
 }
 
-/// Runs of up to `each` of `count` trajectories.
+/// Ranges of up to `each` of `count` trajectories.
 fn blocks(count: usize, each: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(each).map(move |first| first..count.min(first + each))
 }

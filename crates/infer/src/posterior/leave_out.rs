@@ -1,15 +1,15 @@
-//! Predictions of every measured stretch as if it had not been measured.
+//! Predictions of every measured stretch from the other measurements.
 //!
-//! Reweighted draws of the whole posterior would be biased towards the measurement, because the draws and the covariance due to geometry
-//! have used it. So one run samples a mixture, in equal parts, of the posteriors that each leave out one stretch (Silva and Zanella,
-//! Journal of the American Statistical Association 119, 2024):
+//! Reweighted draws of the whole posterior would be biased towards the measurement, which its covariance due to geometry has used too. So
+//! one run samples a mixture, in equal parts, of the posteriors that each leave out one stretch (Silva and Zanella, Journal of the American
+//! Statistical Association 119, 2024):
 //!
 //! ```text
 //! q(g) = N(g; 0, I) sum over i of N(y_-i; s(g), C_i) / Z_i
 //! ```
 //! `C_i` has the covariance due to geometry about the mode without stretch i, and `Z_i` is the marginal density of the other stretches by
-//! Laplace's approximation. The weight of a draw for stretch i is the share of term i in the sum. No share is above one, so the weights
-//! have no heavy tail and need no smoothing; where too few draws count, the posterior without that stretch is sampled separately.
+//! Laplace's approximation. The weight of a draw for stretch i is the share of term i in the sum; as no share exceeds one, the weights have
+//! no heavy tail and need no smoothing. Where the effective number of draws is too small, the posterior without that stretch is sampled.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -26,16 +26,15 @@ use super::quantiles::{Quantiles, shares};
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 
-/// Draws of the mixture for each stretch of one posture, and draws of a posterior that is sampled separately. Postures that are sampled
-/// together have as many draws as one: leaving one of many stretches out changes little, so that nearly all draws count for each.
+/// Draws of the mixture for each stretch of a posture, and draws of a posterior that is sampled separately. Postures that are sampled
+/// together have as many draws as one, because leaving one of many stretches out changes little.
 const DRAWS_EACH: usize = 200;
 const OWN_DRAWS: usize = 800;
-/// Smallest effective number of draws of the mixture for a stretch; below it that posterior is sampled separately.
+/// Smallest effective number of draws of the mixture for a stretch.
 const LEAST_EFFECTIVE: f64 = 50.0;
-/// Seed of both, the same in a fit, a batch and a validation, so that these report the same predictions.
+/// Fixed, so that a fit, a batch and a validation report the same predictions.
 const SEED: u64 = 5;
 
-/// The posterior without the stretch at a position.
 struct Without<'a> {
     density: Density<'a>,
     map_estimate: MapEstimate,
@@ -53,11 +52,11 @@ impl<'a> Without<'a> {
     }
 }
 
-/// The mixture: each posterior with the position of the stretch that it leaves out.
+/// Each posterior with the position of the stretch that it leaves out.
 struct Mixture<'a>(Vec<(usize, Without<'a>)>);
 
 impl Mixture<'_> {
-    /// Logarithms of the terms of the mixture at residuals, and minus their derivatives by the residuals.
+    /// Logarithms of the terms at these residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
         Vec::from_iter(self.0.iter().map(|(position, without)| {
             let (log, pulls) = without.density.log(&residuals.clone().remove_row(*position));
@@ -75,7 +74,7 @@ impl ResidualLikelihood for Mixture<'_> {
     }
 }
 
-/// Predictions of every measured stretch without its own measurement; `mode` is the mode of the whole posterior.
+/// Predictions of every measured stretch from the other measurements.
 pub fn without_each(
     density: &Density<'_>,
     map_estimate: &MapEstimate,
@@ -149,7 +148,7 @@ fn predicted(
     left_out(&parts, sd, measured, how, seed_of(SEED, position))
 }
 
-/// The stretches of the model, corrected by the error of its geometry given the measurements; one spread for every measured stretch.
+/// The stretches of the model, corrected by the error of its geometry given the measurements.
 pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
     let rows = density.rows();
@@ -160,7 +159,7 @@ pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> 
     let geometry = density.measured(&density.geometry);
     let gain = &geometry * density.factor().inverse();
     let left = &geometry - &gain * &geometry;
-    // Rounding may make an eigenvalue slightly negative where geometry has no errors.
+    // Without errors of geometry rounding may make an eigenvalue slightly negative.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();
     let roots = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
     let root = &eigen.eigenvectors * roots;

@@ -1,12 +1,11 @@
-//! The most probable scores, by a damped Gauss-Newton method with exact derivatives, and the covariance due to geometry.
+//! The most probable scores by damped Gauss-Newton with exact derivatives, and the covariance due to geometry.
 //!
-//! Responses of stretches to geometry depend on the tensions: the harder muscles pull, the more the places of their ends matter. The
-//! covariance due to geometry is therefore the mean over draws of the posterior's normal approximation at the mode. At the mode alone it
-//! would be too small, because tensions that the data do not resolve are small there.
+//! The sensitivity of stretches to geometry grows with the tensions, so the covariance due to geometry is the mean over draws of the normal
+//! approximation at the mode. At the mode alone it would be too small, because tensions that the data do not resolve are small there.
 //!
-//! The mean of the precisions would weigh draws near a fold less, where a linear response is far too large. It brings P(SGm rises) of S1
-//! /i/ from .12 to .05, near to the .02 of a posterior that samples geometry, but its intervals are too narrow: those of changes held 92.6
-//! ± .6 % of the truths of 200 speakers of three vowels, where those of the mean of the covariances hold 94.3 %.
+//! The mean of the precisions instead would weigh draws near a fold less, where linear responses are far too large: P(SGm rises) of S1 /i/
+//! becomes .05 instead of .12, nearer to the .02 of a posterior that samples geometry. But the intervals of changes then hold only 92.6 ±
+//! .6 % of the truths of 200 speakers of three vowels, instead of 94.3 %.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -22,8 +21,7 @@ use super::finite_differences::FiniteDifferences;
 use super::hmc::Whitened;
 use super::parameters::SolvedPoint;
 
-/// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the auxiliary data: the
-/// mean over several linearisations; `None` without any.
+/// Mean over linearisations of the covariance due to geometry and constants; `None` without any.
 fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
     let count = all.first()?.computed.len();
     let mean = |of: fn(&FiniteDifferences) -> &DMatrix<f64>| {
@@ -40,36 +38,35 @@ fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
     )
 }
 
-/// The most probable point.
 #[derive(Debug, Clone)]
 pub struct MapEstimate {
     pub scores: DVector<f64>,
     pub solved: SolvedPoint,
     pub linear: LinearisationPoint,
-    /// Covariance due to geometry and constants about it.
+    /// Covariance due to geometry and constants.
     pub geometry: DMatrix<f64>,
-    /// `I + Jᵀ C⁻¹ J` there, the precision of the scores.
+    /// `I + Jᵀ C⁻¹ J`, the precision of the scores.
     pub precision: DMatrix<f64>,
-    /// Logarithm of the density there, up to a constant.
+    /// Logarithm of the density, up to a constant.
     pub log: f64,
 }
 
-/// The search from one point, in scores: the linear response of the tensions holds for 2 of them.
+/// Longest change of a score for which the linear response holds.
 const LONGEST: f64 = 2.0;
-const CLIMB: Rule = Rule { steps: 40, arrived: 1e-4, least: 0.5, most: 1e8, ..Rule::UNDAMPED };
-/// Number of times that the covariance of geometry is averaged and the mode searched again.
+const CLIMB: Rule =
+    Rule { max_steps: 40, step_tolerance: 1e-4, least_damping: 0.5, most_damping: 1e8, ..Rule::UNDAMPED };
+/// Number of averages of the covariance, each followed by a search for the mode.
 const ROUNDS: usize = 2;
-/// Number of draws for the average, in pairs mirrored about the mode.
+/// Number of draws for the average, half of which mirror the others about the mode.
 const DRAWS: usize = 64;
-/// The same for bodies that are not made of springs, where a draw costs more.
+/// The number in bodies that are not made of springs, where a draw costs more.
 const DRAWS_WITHOUT_LANES: usize = 16;
-/// Seed of these draws.
 const SEED: u64 = 3;
 
 impl MapEstimate {
-    /// Finds the mode, and sets the covariance due to geometry about it in the density.
+    /// Finds the mode, and sets the covariance due to geometry in the density.
     pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
-        // From the medians, or from smaller tensions where there is no equilibrium at the medians.
+        // Begins at the medians, or at smaller tensions where these have no equilibrium.
         let (n, rest) = (density.parameters.len(), density.rest());
         let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
             let start = DVector::from_element(n, score);
@@ -88,7 +85,7 @@ impl MapEstimate {
         Ok(map_estimate)
     }
 
-    /// As [`MapEstimate::find`], started at the mode for nearly the same stretches.
+    /// [`MapEstimate::find`] from the mode for nearly the same stretches.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         density.set_geometry(near.geometry.clone())?;
         let mut map_estimate = near.clone();
@@ -98,7 +95,6 @@ impl MapEstimate {
         Ok(map_estimate)
     }
 
-    /// Sets the covariance due to geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
         if let Some(geometry) = geometry(&self.around(density)?) {
             density.set_geometry(geometry.clone())?;
@@ -107,7 +103,7 @@ impl MapEstimate {
         Ok(())
     }
 
-    /// Linearisations at draws about the mode; a draw without an equilibrium is left out.
+    /// Linearisations at draws about the mode; those without an equilibrium are left out.
     fn around(&self, density: &Density<'_>) -> Result<Vec<LinearisationPoint>, PosteriorError> {
         let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
         let count = if density.posterior_model.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
@@ -143,7 +139,6 @@ impl MapEstimate {
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
         let Self { scores, linear, geometry, solved, .. } = self.clone();
-        // The density there with the present covariance.
         let begin = Self::at(density, scores, linear, geometry, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
@@ -163,7 +158,7 @@ impl MapEstimate {
         *self = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
     }
 
-    /// Coordinates in which the posterior is nearly a standard normal distribution.
+    /// Coordinates in which the posterior is nearly standard normal.
     pub fn whitened(&self) -> Option<Whitened> {
         Whitened::new(self.scores.clone(), self.precision.clone())
     }

@@ -6,14 +6,14 @@ use crate::inverse::TargetOnBody;
 
 use super::auxiliary::AuxiliaryData;
 
-/// Stretches of a speaker's postures against one baseline. The first four lists run over the stretches.
+/// Stretches of a speaker's postures against one baseline; `names`, `muscles` and `postures` are parallel to `stretches`.
 #[derive(Debug, Clone)]
 pub struct Measurements {
     pub names: Vec<String>,
     pub muscles: Vec<usize>,
     pub postures: Vec<usize>,
     pub stretches: Vec<f64>,
-    /// Covariance due to rounding of both lengths: postures share the lengths of the baseline.
+    /// Covariance due to rounding of lengths; postures share that of the baseline.
     pub rounding: DMatrix<f64>,
     pub labels: Vec<String>,
     /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
@@ -22,7 +22,7 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// No measurements of one posture: the posterior is then the prior.
+    /// A posture without measurements, whose posterior is the prior.
     pub fn nothing() -> Self {
         Self {
             names: Vec::new(),
@@ -36,17 +36,15 @@ impl Measurements {
         }
     }
 
-    /// All measurements in both vowels of a target.
     pub fn of(matched: &TargetOnBody) -> Self {
         Self::together(&[matched])
     }
 
-    /// All measurements of a speaker's vowels, each against the same baseline. The stretch `m/b` of lengths with rounding half widths `h`
-    /// has the variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
+    /// All measurements of a speaker's vowels against one baseline. The stretch `m/b` of lengths with rounding half widths `h` has the
+    /// variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
     pub fn together(vowels: &[&TargetOnBody]) -> Self {
         let mut seen = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
-        // For every stretch, its variance due to its own length, and its derivative by the baseline's length times the half width of that
-        // length.
+        // Variance of every stretch by its own length, and its derivative by the baseline's length times the half width of that.
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {
             let target = &matched.target;
@@ -79,7 +77,6 @@ impl Measurements {
         self.stretches.is_empty()
     }
 
-    /// The measurements without the stretch at a position.
     pub fn without(&self, position: usize) -> Self {
         let mut seen = self.clone();
         seen.names.remove(position);
@@ -90,8 +87,7 @@ impl Measurements {
         seen
     }
 
-    /// The index of each measured number in a list of the stretches of all muscles of the body in the first posture, then in the second
-    /// one, and so on, followed by the auxiliary data.
+    /// Index of each measured number in the list of the stretches of all muscles, posture by posture, followed by the auxiliary data.
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
         let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
         let from = self.labels.len() * muscles;
@@ -102,13 +98,13 @@ impl Measurements {
         self.auxiliary.iter().map(AuxiliaryData::len).sum()
     }
 
-    /// The auxiliary data, number by number: each with its kind and its place in that.
+    /// Every auxiliary number, as its data and its index in these.
     pub fn auxiliary_numbers(&self) -> impl Iterator<Item = (&AuxiliaryData, usize)> {
         self.auxiliary.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
     }
 
-    /// The auxiliary data of each kind with the weights of its numbers, from those of all auxiliary numbers.
-    pub(crate) fn weighed<'a>(
+    /// Splits weights of all auxiliary numbers by their data.
+    pub(crate) fn split_weights<'a>(
         &'a self,
         weights: &'a [f64],
     ) -> impl Iterator<Item = (&'a AuxiliaryData, &'a [f64])> {

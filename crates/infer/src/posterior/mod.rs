@@ -1,23 +1,22 @@
-//! The posterior of tensions: which tensions data and model allow, with every unknown included.
+//! The posterior of tensions, with the uncertainties of body and measurements.
 //!
 //! ```text
 //! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c) / L(F0)
 //! F ~ half-normal, F0 ~ half-normal     tensions of every muscle in each posture and in the baseline that they share
-//! d ~ N(0, sd_d²), c ~ N(0, sd_c²)      displacement of the hyoid in each posture, and how much it tilts as it moves back
+//! d ~ N(0, sd_d²), c ~ N(0, sd_c²)      displacement of the hyoid in each posture, and its tilt for each metre that it moves back
 //! ```
-//! Postures of a speaker can be sampled one by one or together. Postures that are sampled together share the tones F0, the tilt c, and
-//! the errors due to geometry and to rounding of the baseline's lengths. Any muscle may contract: each has a tension that is not
-//! negative. `C_geo` is the covariance of the stretches due to the ends of the muscles, the outline and kappa (and in a continuum due to
-//! the width of muscles and the patches of bones), averaged over the posterior (`map`). Muscle ends and outline are linearised with exact
-//! derivatives (`shape`; `finite_differences` in bodies that are not made of springs); the effect of kappa is computed from equilibria one
-//! standard deviation to either side. `R` is the covariance due to rounding. Young's modulus scales all tensions and is reported
-//! separately. All priors are in [`Priors`]; each can be fixed or left out.
+//! Any muscle may contract. Postures of a speaker are sampled one by one or together; then they share the tones F0, the tilt c, and the
+//! errors due to geometry and to rounding of the baseline's lengths. `C_geo` is the covariance of the stretches due to the ends of the
+//! muscles, the outline and kappa (in a continuum also due to the width of muscles and the patches of bones), averaged over the posterior
+//! (`map`). Muscle ends and outline are linearised with exact derivatives (`shape`; `finite_differences` in bodies that are not made of
+//! springs); the effect of kappa is computed from equilibria one standard deviation to either side. `R` is the covariance due to rounding.
+//! Young's modulus scales all tensions and is reported separately. Each prior ([`Priors`]) can be fixed or left out.
 //!
-//! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with
-//! eight chains, four side by side in the lanes of the processor (one after the other in bodies that are not made of springs). Only equilibria
-//! are allowed to which the tensions lead from rest as they grow, with a jump on the way or without one (`from_rest`). [`Status`] says
-//! whether the chains have mixed. One run predicts every stretch without its own measurement (`leave_out`); [`Contrast`] compares postures,
-//! and [`Verdict`] states the main result in three sentences.
+//! The sampler is Hamiltonian Monte Carlo ([`hmc`]) in the scores, whitened by the Gauss-Newton matrix at the most probable point, with
+//! eight chains, four side by side in SIMD lanes (one after the other in bodies that are not made of springs). Only equilibria count to
+//! which the tensions lead from rest as they grow, jumps included (`from_rest`). [`Status`] tells whether the chains have mixed,
+//! `leave_out` predicts every stretch without its own measurement, [`Contrast`] compares postures, and [`Verdict`] states the main result
+//! in three sentences.
 
 mod auxiliary;
 mod contrast;
@@ -76,11 +75,11 @@ pub enum PosteriorError {
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(
-        "the covariance of the stretches is not positive definite; are discrepancy or rounding too small beside the others?"
+        "the covariance of the stretches is not positive definite; take a larger standard deviation of the discrepancy in the priors"
     )]
     Covariance,
     #[error(
-        "no equilibrium was found from which to begin; take smaller scales of the tensions in the priors"
+        "no equilibrium was found at which sampling could begin; take smaller scales of the tensions in the priors"
     )]
     NoMode,
     #[error(transparent)]

@@ -1,5 +1,4 @@
-//! A body prepared for posteriors, which all of them share: its system, its hyoid, the random fields that displace it at rest, and the
-//! bodies changed to either side for every other source of error.
+//! A body prepared for posteriors: its system, its hyoid, the random fields that displace it, and perturbed bodies for other errors.
 
 use std::sync::Arc;
 
@@ -16,44 +15,42 @@ use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Load};
 use tongue_core::system::{Model, System};
 
-/// Points nearer to each other than this are the same, m.
+/// Points nearer to each other than this are one point, m.
 const SAME_POINT_M: f64 = 1e-6;
-/// Distance between the points that carry the field of the outline, in units of its reach.
+/// Distance between the points that carry the field of the outline, in correlation lengths.
 const CARRIERS_APART: f64 = 1.0;
 
-/// Changed bodies differ by this part of a standard deviation to either side.
+/// Part of a standard deviation by which perturbed bodies differ to either side.
 const STEP: f64 = 1e-3;
-/// The same for widths and patches. It is larger because their points pass from one element to another, and over the outline, one after
-/// the other.
+/// The same part for widths and patches, large enough to average over the jumps where their points pass from one element to another.
 const WIDE_STEP: f64 = 0.5;
 
-/// A direction in which the body at rest may differ: displacements of all nodes, m, for one standard deviation.
+/// Displacements of all nodes of the body at rest, m, for one standard deviation.
 pub type Field = Vec<SVector<f64, 2>>;
 
-/// A body prepared for posteriors; threads share it.
 #[derive(Debug)]
 pub struct PosteriorModel {
     pub priors: Priors,
     pub body: Body<2>,
-    /// The system of the body with the Poisson's ratio of the priors; every muscle can contract.
+    /// The system with the Poisson's ratio of the priors; every muscle can contract.
     pub system: Arc<System<2>>,
     pub model: Model,
     pub muscles: Vec<String>,
     /// Nodes of the hyoid; empty for a body without one.
     pub hyoid: Vec<usize>,
-    /// Fields of the ends of the muscles: two for each end.
+    /// Fields of the ends of the muscles: two for each distinct end.
     pub ends: Vec<Field>,
     pub outline: Vec<Field>,
     /// Displacements of the hyoid's nodes, m, for a tilt of one radian, the greater horn downwards.
     pub(super) turn: Vec<SVector<f64, 2>>,
     /// The body with lower and with higher kappa; `None` if kappa is known.
     pub(super) kappa: Option<[System<2>; 2]>,
-    /// For bodies that are not made of springs alone, the changed bodies to either side for every other source.
+    /// Perturbed bodies of a continuum; `None` for bodies of springs.
     pub(super) sides: Option<PerturbedBodies>,
 }
 
 impl PosteriorModel {
-    /// Load of posture number `shape`, solved from given positions; the number after the last posture is the baseline.
+    /// Load of posture number `shape`, or of the baseline for the number after the last posture, solved from the positions `start`.
     pub fn load<'l>(
         &'l self,
         values: &ParameterValues,
@@ -72,7 +69,7 @@ impl PosteriorModel {
         !self.hyoid.is_empty() && !self.priors.hyoid.off
     }
 
-    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre that it moves back.
+    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre of `d.x`.
     fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
         if tilt == 0.0 {
             return load.with_bone(&self.hyoid, d);
@@ -81,7 +78,7 @@ impl PosteriorModel {
         nodes.fold(load, |load, (node, turn)| load.with_bone(node, d + turn * (tilt * d.x)))
     }
 
-    /// Derivatives of a function of a shape by the displacement of the hyoid, back and up, and by its tilt.
+    /// Derivatives of a function of a shape by the displacement of the hyoid along both axes, and by its tilt.
     pub(crate) fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
         let shift = adjoint.by_bone(&self.hyoid);
         let each = self.hyoid.iter().zip(&self.turn);
@@ -93,8 +90,8 @@ impl PosteriorModel {
         self.sides.is_none()
     }
 
-    /// The body at rest displaced by fields, each multiplied by a number of standard deviations. Inner nodes of the parts of muscles
-    /// outside the tissue are put back on straight lines. `None` where a cell would fold.
+    /// The body at rest displaced by fields, each multiplied by a number of standard deviations; the parts of muscles outside the tissue
+    /// stay straight. `None` where a cell would fold.
     pub fn displaced(&self, ends: &[f64], outline: &[f64]) -> Option<Body<2>> {
         let mut body = self.body.clone();
         let fields = self.ends.iter().zip(ends).chain(self.outline.iter().zip(outline));
@@ -119,14 +116,13 @@ impl PosteriorModel {
     }
 }
 
-/// Displacements of the hyoid's nodes, m, for a turn of one radian about its foremost node that moves the nodes behind it downwards.
+/// Displacements of the hyoid's nodes, m, for a turn of one radian about its foremost node by which the nodes behind it move downwards.
 fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
     let foremost = hyoid.iter().copied().min_by(|a, b| rest[*a].x.total_cmp(&rest[*b].x));
     let arms = hyoid.iter().map(|&node| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]));
     arms.map(|arm| SVector::from([arm.y, -arm.x])).collect()
 }
 
-/// The body as a continuum with these settings.
 fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
     if body.mesh.continuum.as_ref().is_some_and(|c| c.settings == *settings) {
         return Ok(body.clone());
@@ -141,7 +137,7 @@ fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, Po
 /// A cell that keeps less than this part of its area counts as folded.
 const LEAST_RATIO: f64 = 0.1;
 
-/// Fields of every distinct end of a muscle along every axis: one end moves by one standard deviation, and all other ends stay.
+/// Fields of every distinct muscle end along every axis: this end moves by one standard deviation, and the others stay.
 fn attachment_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.muscle_ends.off {
         return Vec::new();
@@ -154,12 +150,12 @@ fn attachment_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
         }
     }
     let (sd, reach) = (1e-3 * priors.muscle_ends.sd_mm, 1e-3 * priors.muscle_ends.reach_mm);
-    // Weights that are one at an end and zero at all others.
+    // These weights are one at an end and zero at all others.
     let weights = kernel(&places, reach).try_inverse();
     weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * sd)))
 }
 
-/// Independent fields that add up to a smooth random displacement of the outline with the covariance of the priors.
+/// Independent fields whose sum is a Gaussian random displacement of the outline with the covariance of the priors.
 fn outline_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.outline.off {
         return Vec::new();
@@ -172,7 +168,7 @@ fn outline_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
             places.push(nodes[node]);
         }
     }
-    // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K): the columns of the inverse of the transposed Cholesky factor.
+    // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K); the weights are the inverse of the transposed Cholesky factor of K.
     let n = places.len();
     let weights = kernel(&places, reach)
         .cholesky()
@@ -180,12 +176,11 @@ fn outline_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * sd)))
 }
 
-/// The bell curve at every place, at every other one.
 fn kernel(places: &[Point], reach: f64) -> DMatrix<f64> {
     DMatrix::from_fn(places.len(), places.len(), |i, j| bell((places[i] - places[j]).norm(), reach))
 }
 
-/// Fields made of bell curves at `places`, one for each place and axis; a column of `weights` are the amplitudes of the curves, m.
+/// Sums of bell curves at `places`, one for each column of `weights` (amplitudes, m) and axis.
 fn fields(nodes: &[Point], places: &[Point], reach: f64, weights: &DMatrix<f64>) -> Vec<Field> {
     let mut out = Vec::with_capacity(2 * places.len());
     for weights in weights.column_iter() {
@@ -230,7 +225,7 @@ impl PosteriorModel {
     }
 }
 
-/// A changed body with the same unknowns as the body of a posterior.
+/// A body that differs from that of a posterior at rest or in a constant, with the same unknowns.
 #[derive(Debug)]
 pub struct PerturbedBody {
     pub(super) system: System<2>,
@@ -239,10 +234,10 @@ pub struct PerturbedBody {
     pub(super) turn: Vec<SVector<f64, 2>>,
 }
 
-/// Two bodies changed in opposite directions, and by how many standard deviations.
+/// Bodies perturbed in opposite directions, and by how many standard deviations.
 pub type PerturbedPair = ([PerturbedBody; 2], f64);
 
-/// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
+/// Perturbed bodies for every source of error; none for a source that is known or has no effect in the body.
 #[derive(Debug)]
 pub struct PerturbedBodies {
     pub(super) ends: Vec<PerturbedPair>,
@@ -308,7 +303,7 @@ impl PerturbedBodies {
     }
 }
 
-/// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
+/// Systems with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
 fn with_other_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2>; 2]>, PosteriorError> {
     let prior = &posterior_model.priors.compressibility;
     if prior.off {
@@ -322,8 +317,8 @@ fn with_other_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2
     Ok(Some([low?, high?]))
 }
 
-/// Constants with `times` the body's own kappa and the same second Lamé constant. For springs kappa is the difference of the two Lamé
-/// constants, for other tissue it is the first one.
+/// Constants with `times` the kappa of the body and the same second Lamé constant. Kappa is the difference of the Lamé constants in
+/// springs, and the first one in other tissue.
 fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
     let constants = posterior_model.model.constants;
     let (lambda, mu) = constants.lame();

@@ -1,4 +1,4 @@
-//! Differences of a muscle's tension between two labels, over several speakers.
+//! Differences of a muscle's tension between two labels over several speakers.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,6 @@ use tongue_core::statistics::{mean_and_variance, student_95};
 use super::contrast::{Contrast, quoted};
 use super::verdict::Certainty;
 
-/// The same difference in several speakers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OverSpeakers {
     pub tier: String,
@@ -16,21 +15,21 @@ pub struct OverSpeakers {
     pub a: String,
     pub b: String,
     pub speakers: usize,
-    /// Number of speakers in whom the muscle surely, and at least probably, pulls harder in `a` than in `b`.
+    /// Numbers of speakers in whom the muscle surely, and at least probably, pulls harder in `a` than in `b`.
     pub surely_harder_in_a: usize,
     pub harder_in_a: usize,
     pub surely_harder_in_b: usize,
     pub harder_in_b: usize,
-    /// Mean difference of the population of speakers, `a` less `b`, N per metre of thickness.
+    /// Mean difference in the population of speakers, `a` less `b`, N per metre of thickness.
     pub mean_n: f64,
-    /// Its 95 % interval; `None` for fewer than three speakers. Errors that all speakers share, such as those of the model, are not in it.
+    /// Its 95 % interval; `None` for fewer than three speakers. It excludes errors that all speakers share, such as those of the model.
     pub interval_95: Option<[f64; 2]>,
 }
 
 impl OverSpeakers {
-    /// All differences that at least two speakers have, in the order in which they come first; each contrast is given with its tier.
+    /// Differences in at least two speakers, in the order of the contrasts, each of which is given with its tier.
     pub fn all<'a>(contrasts: impl IntoIterator<Item = (&'a str, &'a Contrast)>) -> Vec<Self> {
-        // Differences of the same tier, muscle and labels, the first of which says which label is `a`.
+        // Contrasts of the same tier, muscle and labels; the first one tells which label is `a`.
         let mut groups: Vec<Vec<(&str, &Contrast)>> = Vec::new();
         let mut numbers: BTreeMap<[&str; 4], usize> = BTreeMap::new();
         for (tier, c) in contrasts {
@@ -42,8 +41,8 @@ impl OverSpeakers {
         groups.iter().filter(|all| all.len() > 1).map(|all| Self::of(all)).collect()
     }
 
-    /// Such as "HGa: harder in /a/ than in /u/ in 9 of 9 speakers, surely in 7, on average by 12.3 (8.1 to 16.5) N/m"; `None` where half of
-    /// the speakers or fewer agree.
+    /// Such as "HGa: harder in /a/ than in /u/ in 9 of 9 speakers, surely in 7, on average by 12.3 (8.1 to 16.5) N/m"; `None` where at most
+    /// half of the speakers agree.
     pub fn said(&self) -> Option<String> {
         let in_a = (self.harder_in_a, self.surely_harder_in_a, [&self.a, &self.b], 1.0);
         let in_b = (self.harder_in_b, self.surely_harder_in_b, [&self.b, &self.a], -1.0);
@@ -89,8 +88,8 @@ impl OverSpeakers {
     }
 }
 
-/// The mean of the population of speakers from one estimate of each, and its 95 % interval by Student's distribution. All speakers count
-/// alike: weights by their intervals hold 92.9 % for four speakers who differ, because the variance between them is hardly known.
+/// Mean of the population from one estimate of each speaker, and its 95 % interval by Student's distribution. Speakers have equal weights:
+/// weights by their intervals hold 92.9 % for four speakers who differ, because the variance between them is hardly known.
 fn population_mean(estimates: &[f64]) -> (f64, Option<[f64; 2]>) {
     let (mean, variance) = mean_and_variance(estimates.iter().copied());
     let degrees = estimates.len() as f64 - 1.0;

@@ -1,7 +1,7 @@
-//! Parameters: what is sampled, what it means, and where it leads; draws.
+//! The sampled parameters, their physical values, and draws.
 //!
-//! Tensions are functions of scores: `F = s Z((1 + Phi(g)) / 2)` with `Z` the quantile of the normal distribution. A normal score gives a
-//! tension that is half-normal of scale `s`: never below zero, with its median at `g = 0` (0.67 s). Scores have neither bounds nor corners.
+//! Parameters are normal scores `g`. A tension is `F = s Z((1 + Phi(g)) / 2)` with `Z` the quantile of the normal distribution, which is
+//! half-normal of scale `s`: never negative, with its median, 0.67 s, at `g = 0`.
 
 use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
@@ -9,9 +9,8 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-/// Range of scores: they correspond to tensions from 1e-5 s to 5.7 s.
+/// Range of scores, for tensions from 1e-5 s to 5.7 s.
 pub(crate) const LOWEST: f64 = -4.6;
-/// See `LOWEST`.
 pub const HIGHEST: f64 = 5.3;
 
 fn density(x: f64) -> f64 {
@@ -29,7 +28,7 @@ fn from_middle(x: f64) -> f64 {
     density(x) * sum
 }
 
-/// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, so that small values are accurate to the last digits.
+/// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, which keeps the relative accuracy of small values.
 pub(crate) fn upper_tail(x: f64) -> f64 {
     if x < 2.5 {
         return 0.5 - from_middle(x);
@@ -55,7 +54,7 @@ fn of_upper_tail(p: f64) -> f64 {
     x
 }
 
-/// The `x` below which a normal number lies with probability `p`, `0 < p < 1`.
+/// Quantile of the normal distribution, `0 < p < 1`.
 pub(crate) fn normal_quantile(p: f64) -> f64 {
     if p > 0.5 { of_upper_tail(1.0 - p) } else { -of_upper_tail(p) }
 }
@@ -80,26 +79,24 @@ fn of_middle(p: f64) -> f64 {
     x
 }
 
-/// A sampled unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
-    /// Tension of a muscle in a posture: number of the posture, number of the muscle.
+    /// Tension of a muscle in a posture, by the numbers of posture and muscle.
     Tension(usize, usize),
     Tone(usize),
-    /// Displacement of the hyoid along an axis: number of the posture, number of the axis.
+    /// Displacement of the hyoid along an axis, by the numbers of posture and axis.
     Hyoid(usize, usize),
-    /// Tilt of the hyoid for every metre that it moves back.
+    /// Tilt of the hyoid for every metre that it moves back, rad/m.
     Tilt,
 }
 
-/// Tensions and displacement of the hyoid in one posture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Posture {
     pub tensions: Vec<f64>,
     pub hyoid: SVector<f64, 2>,
 }
 
-/// Physical quantities at a point in the space of scores.
+/// Physical values of the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterValues {
     pub postures: Vec<Posture>,
@@ -109,7 +106,7 @@ pub struct ParameterValues {
 }
 
 impl ParameterValues {
-    /// The same quantities with tensions and displacements multiplied by `part`.
+    /// Tensions and displacements multiplied by `part`; the tilt, an angle for each metre of displacement, is kept.
     pub fn scaled(&self, part: f64) -> Self {
         let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
         let postures = self.postures.iter();
@@ -118,18 +115,17 @@ impl ParameterValues {
     }
 }
 
-/// A solved point; nearby points are solved from its shapes.
+/// A solved point, from whose shapes its neighbours are solved.
 #[derive(Debug, Clone)]
 pub struct SolvedPoint {
     /// Positions of all nodes in each posture and, last, in the baseline, m.
     pub shapes: Vec<Arc<Vec<SVector<f64, 2>>>>,
-    /// Lengths of all muscles of the body in each of these shapes, one shape after the other, m.
+    /// Lengths of all muscles of the body in each of these shapes, shape by shape, m.
     pub lengths: Vec<f64>,
     /// Computed numbers of the auxiliary data.
     pub auxiliary: Vec<f64>,
 }
 
-/// A draw.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Draw {
     pub chain: usize,
@@ -139,7 +135,7 @@ pub struct Draw {
     pub lengths: Vec<f64>,
     /// Computed numbers of the auxiliary data.
     pub auxiliary: Vec<f64>,
-    /// Logarithm of its density in the scores, up to a constant.
+    /// Logarithm of the density in the scores, up to a constant.
     pub log: f64,
     /// The contribution of the measurements to `log`.
     pub log_likelihood: f64,
@@ -181,7 +177,7 @@ mod tests {
         for n in -44..=52 {
             let g = f64::from(n) * 0.1;
             let (z, slope) = tension(g);
-            // The part of half-normal tensions above it is the part of normal scores above the score.
+            // The probability of tensions above it is that of scores above the score.
             assert!((2.0 * upper_tail(z) / upper_tail(g) - 1.0).abs() < 1e-9, "{g}: {z}");
             let h = 1e-5;
             let difference = (tension(g + h).0 - tension(g - h).0) / (2.0 * h);

@@ -1,12 +1,11 @@
-//! Points of the tongue as data of a posterior: points of a contour, and coils, in one posture or in several.
+//! Points of a contour and coils as data of a posterior, in one posture or in several.
 //!
-//! Their errors are those of `track` for one frame; many points of a contour count by averages, as there. Another part is the same in all
-//! postures: the placement of the points in the frame of the body, the error of a body with a wrong shape, and the places where coils are
-//! glued. So the change from one posture to another is known better than each posture by itself. What the placement does to a number is
-//! linearised at the body at rest, about the placement that is most probable there. Linearised about zero, a turn of 18 degrees would be
-//! wrong by millimetres.
+//! Their own errors are those of `track` for one frame, with averages for many points of a contour. All postures share the placement of the
+//! points in the frame of the body, the error by the shape of the body, and the places where coils are glued; so the change between
+//! postures is known better than each posture. The effect of the placement is linearised at the body at rest about its most probable
+//! placement there; about zero, a turn of 18 degrees would be wrong by millimetres.
 //!
-//! Every error is that of a residual: the measured number less the computed one.
+//! Errors are those of residuals, measured less computed.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,14 +25,13 @@ use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::auxiliary::{AuxiliaryData, DataSource, PostureView};
 
-/// Step of a central difference along shift, turn and scale, in standard deviations.
+/// Step of central differences by shift, turn and scale, in standard deviations.
 const STEP: f64 = 1e-4;
-/// How often the placement is linearised anew.
+/// Number of linearisations of the placement.
 const ROUNDS: usize = 5;
-/// Step of a central difference along the surface, m.
+/// Step of central differences along the surface, m.
 const STEP_M: f64 = 1e-5;
 
-/// An error that several numbers share.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum SharedError {
     /// One of the unknowns of the placement.
@@ -48,14 +46,14 @@ struct Number {
     observable: Arc<dyn Observable<2>>,
     measured: f64,
     along: Along,
-    /// Shared errors, one standard deviation of each, in the unit of the number.
+    /// Each shared error, and its effect on the number for one standard deviation.
     shared: Vec<(SharedError, f64)>,
 }
 
 impl AuxiliaryData {
-    /// Points of a speaker's tongue in the frame of the body, each frame of another posture (`None`: the baseline). A contour gives the
-    /// distances of its points from the surface, m, or averages of the distances of many, and a coil its two coordinates, m. `None` where
-    /// the body has no surface or there are no points.
+    /// Points of a speaker's tongue in the frame of the body; each frame is another posture (`None`: the baseline). A contour gives
+    /// distances of its points from the surface, m, or averages of many such distances; a coil gives two coordinates, m. `None` where the
+    /// body has no surface or there are no points.
     pub fn points(body: &Body<2>, seen: &AlignedRecording, postures: &[Option<usize>]) -> Option<Self> {
         let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
@@ -83,7 +81,7 @@ impl AuxiliaryData {
     }
 }
 
-/// What is seen of a posture, and the variances of the own errors, mm². Postures are too far apart in time to have those in common.
+/// The observables of a posture, and the variances of their own errors, mm², which are independent of those of other postures.
 fn view(posture: Option<usize>, numbers: &[Number]) -> (PostureView, DVector<f64>) {
     let along: Vec<Along> = numbers.iter().map(|n| n.along).collect();
     let others = DVector::zeros(along.len());
@@ -92,7 +90,7 @@ fn view(posture: Option<usize>, numbers: &[Number]) -> (PostureView, DVector<f64
     (PostureView { posture, observables, averages }, own)
 }
 
-/// The rows of the numbers of postures, from those of their observables.
+/// Takes a matrix with one row for each observable of all views to one with a row for each number.
 fn averaged(views: &[PostureView], of_observables: &DMatrix<f64>) -> DMatrix<f64> {
     let mut from = 0;
     let mut rows = Vec::new();
@@ -104,7 +102,7 @@ fn averaged(views: &[PostureView], of_observables: &DMatrix<f64>) -> DMatrix<f64
     DMatrix::from_rows(&rows)
 }
 
-/// Covariance of the errors that numbers share, each with that of its frame: of the body, the placement and the places of coils, m².
+/// Covariance of the errors that numbers share, m²: by body, placement and places of coils. Numbers are given with their frames.
 fn shared_errors(numbers: &[(usize, &Number)]) -> DMatrix<f64> {
     let of_body = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
         let [(frame, a), (other, b)] = [numbers[i], numbers[j]];
@@ -119,15 +117,13 @@ fn shared_errors(numbers: &[(usize, &Number)]) -> DMatrix<f64> {
     by_source.values().fold(of_body, |sum, sds| sum + sds * sds.transpose())
 }
 
-/// The points of all frames on a body.
 struct Marks<'a> {
     surface: &'a TongueSurface,
     rest: &'a [Point],
-    /// About this place the points may be turned and scaled.
+    /// The point about which points are turned and scaled.
     centre: Point,
     seen: &'a AlignedRecording,
-    /// The placement about which its effect on a number is linearised: shift backwards and upwards, turn, and logarithm of the scale, in
-    /// standard deviations.
+    /// The placement about which is linearised: shift backwards and upwards, turn, and logarithm of the scale, in standard deviations.
     placement: DVector<f64>,
 }
 
@@ -139,8 +135,7 @@ impl Marks<'_> {
         self.centre + similarity.place(at - self.centre)
     }
 
-    /// The most probable placement of the points where the body is near its shape at rest, from which postures differ by some millimetres.
-    /// Only a place for a linearisation, it is found from every point of a contour.
+    /// The most probable placement if the postures differ from rest by some millimetres, for which all points of a contour count.
     fn most_probable_at_rest(&self) -> Option<DVector<f64>> {
         let (mut precision, mut gradient) = (DMatrix::identity(4, 4), DVector::zeros(4));
         for numbers in (0..self.seen.frames.len()).map(|f| self.of_frame(f)) {
@@ -163,7 +158,7 @@ impl Marks<'_> {
         [self.of_contour(frame), self.of_coils(frame)].concat()
     }
 
-    /// By how much the measured number at a point changes with its placement.
+    /// Derivatives of a function of a placed point by the placement, for one standard deviation each.
     fn by_placement(&self, at: Point, value: impl Fn(Point) -> f64) -> Vec<(SharedError, f64)> {
         Vec::from_iter((0..self.placement.len()).map(|source| {
             let [high, low] = [STEP, -STEP].map(|sds| {
@@ -175,7 +170,7 @@ impl Marks<'_> {
         }))
     }
 
-    /// The change of a number from no placement to the one where it is linearised.
+    /// First-order change of a number from no placement to the present one.
     fn times_placement(&self, shared: &[(SharedError, f64)]) -> f64 {
         shared.iter().zip(&self.placement).map(|((_, rate), sds)| rate * sds).sum()
     }
@@ -186,7 +181,7 @@ impl Marks<'_> {
         let points: Vec<Mark> =
             seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(_, m)| *m).collect();
         let along = distances_along(points.iter().map(|mark| Some(mark.at)), 1.0);
-        // Distances along a contour are counted from where the surface begins, so that those of several contours agree.
+        // Distances along contours are counted from the beginning of the surface, so that those of several contours agree.
         let feet: Vec<f64> = points.iter().map(|m| curve.nearest_place(&m.at, rest)).collect();
         let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };
         let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
@@ -229,7 +224,7 @@ impl Marks<'_> {
     }
 }
 
-/// The errors of the place of a coil on the tongue, m: of a measured one, or of the first one and the gaps up to it.
+/// The errors of a coil's place on the tongue, m: of its measured place, or of a measured or first coil and the gaps from there.
 fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
     let known = (0..=coil).rev().find(|&c| seen.measured[c]);
     let sd = |c: usize| match c {

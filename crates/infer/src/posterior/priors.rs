@@ -10,11 +10,11 @@ use tongue_core::body::ContinuumSettings;
 use tongue_core::limits::TENSION;
 use tongue_core::toml_text;
 
-/// The name that stands for every muscle without an entry of its own.
+/// Stands for every muscle without an entry of its own.
 const EVERY: &str = "*";
 
 /// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run and are not tuned on it. The discrepancy and the
-/// scales of the tensions had been found on the same three speakers by marginal likelihood, and the tilt of the hyoid on S1 to S4.
+/// scales of the tensions had been found on the same three speakers by marginal likelihood, the tilt of the hyoid on S1 to S4.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Priors {
@@ -44,7 +44,7 @@ pub struct Priors {
     pub young_modulus: YoungModulusPrior,
 }
 
-/// Structs of priors: `field: type = default`.
+/// A line `field: type = default` becomes a field and its default.
 macro_rules! priors {
     ($($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty = $default:expr,)* })*) => {$(
         $(#[$doc])*
@@ -72,7 +72,7 @@ priors! {
     /// Half-normal, independently for each muscle.
     BaselinePrior {
         /// Scale of the half-normal distribution, N per metre of thickness.
-        // The scale of the vowel's tensions, so that without data either tension is equally likely to be the larger one.
+        // The same as that of the vowel's tensions, so that without data either is equally likely to be the larger one.
         scale_n_per_m: f64 = sd::TENSION_N,
         /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
         fixed_n_per_m: BTreeMap<String, f64> = BTreeMap::new(),
@@ -160,14 +160,14 @@ priors! {
     DiscrepancyPrior {
         /// Standard deviation of a stretch, dimensionless.
         sd: f64 = sd::STRETCH,
-        /// What is added for a vowel that is sampled alone against a baseline in which muscles pull as in any vowel, that is, any but /ɯ/.
+        /// Standard deviation of a further error of a vowel that is sampled alone against a baseline other than /ɯ/, in which muscles pull.
         sd_of_baseline: f64 = 0.065,
         /// Whether the model is taken as exact.
         off: bool = false,
     }
 
-    /// Uniform within half a unit of the last digit, or within the half width that the table gives; approximated by a normal distribution
-    /// of the same variance.
+    /// Uniform within half a unit of the last digit, or within the half width of the table; approximated by a normal distribution of the
+    /// same variance.
     RoundingPrior {
         /// Whether the lengths are taken as exact.
         off: bool = false,
@@ -192,7 +192,7 @@ impl Priors {
         Ok(priors)
     }
 
-    /// The other standard deviations of the model, which no file of priors changes.
+    /// Standard deviations of the model that no file of priors changes.
     pub fn standard_deviations() -> &'static [sd::StandardDeviation] {
         sd::TABLE
     }
@@ -259,7 +259,7 @@ impl Priors {
         Ok(())
     }
 
-    /// Numbers that are so far from the usual ones that they seem to be in another unit, in sentences.
+    /// Sentences about numbers that are so unusual that they may be in another unit.
     pub fn doubts(&self) -> Vec<String> {
         let usual = [
             ("tension.scale_n_per_m", Some(self.tension.scale_n_per_m), [1.0, 200.0]),
@@ -300,7 +300,7 @@ impl Priors {
         if self.baseline.off { Some(0.0) } else { of(&self.baseline.fixed_n_per_m, muscle) }
     }
 
-    /// The settings of a continuum under these priors; `own` are its own settings.
+    /// Settings of a continuum under these priors; `own` are its present ones.
     pub fn continuum(&self, own: &ContinuumSettings) -> ContinuumSettings {
         let of = |off: bool, fixed: Option<f64>, median: f64, own: f64| {
             if off { own } else { fixed.unwrap_or(median) / 1e3 }
@@ -325,7 +325,7 @@ impl Priors {
         if prior.off || prior.fixed_mm.is_some() { 0.0 } else { prior.sd_ln }
     }
 
-    /// The name of a muscle that these priors fix and that the body lacks, if there is one.
+    /// A muscle that these priors fix and that the body lacks.
     pub(crate) fn unknown_muscle(&self, muscles: &[String]) -> Option<&str> {
         let named = self.tension.fixed_n_per_m.keys().chain(self.baseline.fixed_n_per_m.keys());
         let mut named = named.filter(|n| *n != EVERY).map(String::as_str);

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-/// Centre and intervals of draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quantiles {
     pub mean: f64,
@@ -26,17 +25,16 @@ pub(super) fn part_above_zero(values: &[f64]) -> f64 {
 }
 
 impl Quantiles {
-    /// The summary of draws of equal weight; not finite without draws.
+    /// Of draws with equal weights; not finite without draws.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         Self::weighted(values.into_iter().map(|v| (v, 1.0)).collect())
     }
 
-    /// The summary of weighted draws.
     pub fn weighted(mut draws: Vec<(f64, f64)>) -> Self {
         draws.sort_by(|a, b| a.0.total_cmp(&b.0));
         let total: f64 = draws.iter().map(|d| d.1).sum();
         let mean = draws.iter().map(|d| d.0 * d.1).sum::<f64>() / total;
-        // Every draw stands for its weight, half of it on either side; quantiles between draws are interpolated linearly.
+        // Half of a draw's weight lies on either side of it; quantiles between draws are interpolated linearly.
         let mut reached = 0.0;
         let places: Vec<f64> = draws
             .iter()
@@ -68,7 +66,7 @@ impl Quantiles {
     }
 }
 
-/// Shares that add up to one, from logarithms, and the logarithm of their sum before that.
+/// Shares that add up to one, from logarithms, and the logarithm of the sum.
 pub(super) fn shares(logs: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, f64) {
     let most = logs.clone().fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = logs.clone().map(|l| (l - most).exp()).sum();
@@ -96,7 +94,7 @@ mod tests {
             assert!((found - exact).abs() < 1e-4, "{found} {exact}");
         }
         let heavy = Quantiles::weighted((0..1000).map(|i| (f64::from(i), f64::from(i))).collect());
-        // Density 2x on (0, 1): half lies below the root of a half.
+        // The density is 2x on (0, 1), half of which lies below the root of a half.
         assert!((heavy.median / 1000.0 - 0.5f64.sqrt()).abs() < 2e-3, "{heavy:?}");
         assert!((effective(&[1.0; 8]) - 8.0).abs() < 1e-12 && effective(&[1.0, 0.0, 0.0]) == 1.0);
     }

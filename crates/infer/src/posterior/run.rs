@@ -1,4 +1,4 @@
-//! Sampling of a posterior, from measurements to draws.
+//! Sampling of a posterior.
 
 use serde::Serialize;
 
@@ -12,24 +12,21 @@ use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::{Draw, SolvedPoint};
 
-/// Number of chains: two groups of four.
 const CHAINS: usize = 8;
-/// Draws of each chain in each half of the warm-up: a minimum, and a number for each sampled unknown, so that the chains together learn
-/// its covariance.
+/// Draws of each chain in each half of the warm-up: the least number, and a number for each parameter.
 const WARM_UP: usize = 80;
 const WARM_UP_EACH: usize = 2;
-/// Thinning: the number of trajectories for each kept draw, and the additional number for each further posture. With seven for four postures
-/// the smallest effective sample size of 1000 draws is 640 to 810 (S1 to S3). With ten it is 670 to 770.
+/// Number of trajectories for each kept draw, and the addition for each further posture. With seven for four postures the smallest
+/// effective sample size of 1000 draws is 640 to 810 (S1 to S3), with ten 670 to 770.
 const THIN: usize = 4;
 const THIN_EACH: usize = 1;
-/// Draws of each chain of a short run, in its warm-up and after it, and its seed.
+/// Draws of each chain in the warm-up of a short run and after it, and its seed.
 const SHORT_WARM_UP: usize = 15;
 const SHORT_DRAWS: usize = 30;
 const SHORT_SEED: u64 = 7;
-/// The effective draws required (Vehtari and others 2021).
+/// Required effective draws (Vehtari and others 2021).
 const FEWEST_EFFECTIVE: f64 = 400.0;
 
-/// Size and seed of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
     pub draws: usize,
@@ -47,7 +44,7 @@ impl Sampling {
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     Mixed,
-    /// The chains have not mixed, or there are too few draws to tell: no interval can be trusted.
+    /// The chains have not mixed, or there are too few draws to tell, so no interval can be trusted.
     NotMixed,
 }
 
@@ -58,22 +55,19 @@ pub struct Effective {
     pub tail: f64,
 }
 
-/// How the chains of a posterior ran.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SamplerDiagnostics {
     pub status: Status,
-    /// Why the chains have not mixed, in words; empty where they have.
+    /// Why the chains have not mixed; empty where they have.
     pub why: String,
-    /// Number of kept draws.
     pub draws: usize,
     /// Largest rank-normalised split R-hat of all sampled and reported quantities, from the kept draws.
     pub r_hat: f64,
     pub ess: Effective,
-    /// Trajectories whose energy error was too large.
     pub divergences: usize,
-    /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
+    /// Trajectories that ended where there is no stable equilibrium, so that the density is zero.
     pub folds: usize,
-    /// How often a chain was sent back from a shape to which its tensions do not lead from rest; the density is zero there too.
+    /// Returns of a chain from shapes to which their tensions do not lead from rest; the density is zero there too.
     #[serde(rename = "off_branch")]
     pub refused: usize,
     pub equilibria: usize,
@@ -89,13 +83,11 @@ pub struct Posterior<'a> {
 }
 
 impl Posterior<'_> {
-    /// Whether the chains have mixed, so that intervals can be trusted.
     pub fn is_mixed(&self) -> bool {
         self.diagnostics.status == Status::Mixed
     }
 }
 
-/// Samples the posterior of measurements in a body.
 pub fn sample<'a>(
     posterior_model: &'a PosteriorModel,
     seen: Measurements,
@@ -106,7 +98,6 @@ pub fn sample<'a>(
     sample_at(density, map_estimate, settings)
 }
 
-/// Samples the posterior at a known mode.
 pub(crate) fn sample_at<'a>(
     density: Density<'a>,
     map_estimate: MapEstimate,
@@ -149,7 +140,6 @@ pub(crate) fn sample_at<'a>(
     Ok(Posterior { density, map_estimate, draws: numbered(chains), diagnostics })
 }
 
-/// Chains for a density with the likelihood `errors` of the residuals.
 pub(super) fn chains(
     density: &Density<'_>,
     errors: &dyn ResidualLikelihood,
@@ -168,8 +158,8 @@ pub(super) fn chains(
     hmc::sample(|| Evaluator::with(density, errors), whitened, solved, &settings)
 }
 
-/// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. With `only`,
-/// those of one group of chains; none if it could not begin.
+/// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. `only` selects
+/// one group of chains. None if the chains could not begin.
 pub fn short_run(
     density: &Density<'_>,
     map_estimate: &MapEstimate,
@@ -192,14 +182,13 @@ pub fn short_run(
     )))
 }
 
-/// The draws of chains, each with the number of its chain and its number in the chain.
 pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
     Vec::from_iter(chains.into_iter().enumerate().flat_map(|(chain, c)| {
         c.draws.into_iter().enumerate().map(move |(number, draw)| Draw { chain, number, ..draw })
     }))
 }
 
-/// Convergence diagnostics of every sampled or reported quantity, from the kept draws.
+/// Convergence diagnostics of every sampled or reported quantity.
 fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
         mixing(&chains.iter().map(|c| c.draws.iter().map(value).collect()).collect::<Vec<Vec<f64>>>())

@@ -1,4 +1,4 @@
-//! Predictions and scores of a measured stretch from weighted normal distributions.
+//! Predictive distributions and scores of a measured stretch.
 
 use nalgebra::DVector;
 use serde::Serialize;
@@ -8,13 +8,12 @@ use tongue_core::random::normal;
 use super::density::Density;
 use super::quantiles::{Quantiles, effective};
 
-/// Method of a prediction without the muscle's own measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PredictionMethod {
-    /// From weighted draws of the mixture of all posteriors that each leave out one stretch.
+    /// Weighted draws of the mixture of all posteriors that each leave out one stretch.
     Together,
-    /// From draws of the posterior without this stretch.
+    /// Draws of the posterior without this stretch.
     Sampled,
 }
 
@@ -29,14 +28,14 @@ pub struct LeftOut {
     pub effective: f64,
 }
 
-/// A normal distribution of a stretch, given a draw, and the weight of the draw.
+/// The normal distribution of a stretch given a draw, without its common standard deviation.
 #[derive(Debug, Clone, Copy)]
 pub struct MixtureComponent {
     pub mean: f64,
     pub weight: f64,
 }
 
-/// The prediction from weighted normal distributions with the same standard deviation.
+/// The prediction by a mixture of normal distributions of one standard deviation.
 pub fn left_out(
     parts: &[MixtureComponent],
     sd: f64,
@@ -69,7 +68,7 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = sorted.iter().map(|d| d.1).sum();
     let near = sorted.iter().map(|d| d.1 * (d.0 - measured).abs()).sum::<f64>() / total;
-    // The sum over all pairs: the distance between neighbours times the weights on both sides.
+    // The sum over all pairs is that of the gaps between neighbours times the weights on both sides.
     let (mut below, mut apart) = (0.0, 0.0);
     for pair in sorted.windows(2) {
         below += pair[0].1 / total;
@@ -78,8 +77,8 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
     near - apart
 }
 
-/// Conditional normal distribution of a stretch given the tensions: its coefficients for the residuals of the other stretches, and its
-/// standard deviation. `position` is that of the stretch in `whole`; `other` leaves it out.
+/// Normal distribution of a stretch's error given the other residuals: their coefficients in its mean, and its standard deviation. `other`
+/// leaves out the stretch at `position` of `whole`.
 pub fn conditional(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
     let (row, errors) = (whole.rows()[position], whole.discrepancies() + whole.rounding());
     let across = DVector::from_iterator(

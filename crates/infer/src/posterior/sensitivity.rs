@@ -1,7 +1,7 @@
-//! Sensitivity of a quantity to the prior of the tensions and to the measurements, by power scaling (Kallioinen, Paananen, Bürkner and
-//! Vehtari, Statistics and Computing 34, 2024). Prior or likelihood is raised to a power slightly above or below one, and the draws are
-//! reweighted. The sensitivity is the cumulative Jensen-Shannon distance between the weighted and the unweighted draws, for a doubling of
-//! the power.
+//! Sensitivity of a quantity to the prior of the tensions and to the measurements by power scaling (Kallioinen, Paananen, Bürkner and
+//! Vehtari, Statistics and Computing 34, 2024): prior or likelihood is raised to a power slightly above or below one, and the draws are
+//! reweighted. The sensitivity is the cumulative Jensen-Shannon distance between weighted and unweighted draws, for a doubling of the
+//! power.
 
 use serde::Serialize;
 
@@ -15,37 +15,36 @@ use super::quantiles::shares;
 const STEP: f64 = 0.01;
 /// Part of the draws that count as independent.
 const EFFECTIVE: f64 = 0.4;
-/// A quantity is called sensitive from this distance on (Kallioinen and others 2024, section 3.4).
+/// Distance from which a quantity is called sensitive (Kallioinen and others 2024, section 3.4).
 pub const SENSITIVE: f64 = 0.05;
 
-/// Distance by which a distribution moves when a power is doubled.
+/// Distances by which a distribution moves when a power is doubled.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sensitivity {
     /// Power of the prior of tensions in the postures and in the baseline.
     pub prior: f64,
     pub likelihood: f64,
-    /// Change of the probability that the quantity is above zero when the prior's scale doubles, to first order, and its standard error.
+    /// First-order change of the probability that the quantity is above zero when the prior's scale doubles, and its standard error.
     #[serde(skip)]
     pub probability_by_scale: [f64; 2],
 }
 
 impl Sensitivity {
-    /// Whether the prior has a considerable effect, and a larger one than the measurements.
+    /// Whether the prior has a considerable effect, larger than that of the measurements.
     pub(crate) fn is_of_prior(&self) -> bool {
         self.prior >= SENSITIVE && self.prior > self.likelihood
     }
 }
 
-/// Weights of all draws for a smaller and a larger power of the prior and of the likelihood.
+/// Weights of all draws for a smaller and a larger power of prior and likelihood.
 pub struct Scaled {
-    /// The logarithm of the prior less its mean.
+    /// Logarithm of the prior less its mean.
     prior_log: Vec<f64>,
     prior: [Vec<f64>; 2],
     likelihood: [Vec<f64>; 2],
 }
 
 impl Scaled {
-    /// The weights of draws from a density.
     pub fn new(density: &Density<'_>, draws: &[Draw]) -> Self {
         let priors = &density.posterior_model.priors;
         let (scale, base) = (priors.tension.scale_n_per_m, priors.baseline.scale_n_per_m);
@@ -65,10 +64,10 @@ impl Scaled {
         Self { prior_log, prior, likelihood }
     }
 
-    /// The sensitivity of a quantity with these values in all draws.
+    /// Sensitivity of a quantity with these values in all draws.
     pub fn evaluate(&self, values: &[f64]) -> Sensitivity {
-        // A half-normal prior raised to the power a has its scale divided by the square root of a: twice the scale is a quarter of the
-        // power, and the probability changes by the covariance with the prior's logarithm for each unit of ln a.
+        // A half-normal prior raised to the power a has its scale divided by the square root of a, so twice the scale is a quarter of the
+        // power. The probability changes by the covariance with the prior's logarithm for each unit of ln a.
         let by_scale = -2.0 * std::f64::consts::LN_2;
         let above = values.iter().filter(|v| **v > 0.0).count() as f64 / values.len() as f64;
         let rises = |v: &f64| if *v > 0.0 { 1.0 - above } else { -above };
@@ -80,7 +79,6 @@ impl Scaled {
     }
 }
 
-/// The distance for a doubling of the power.
 fn moved(values: &[f64], sides: &[Vec<f64>; 2]) -> f64 {
     sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * (1.0 + STEP).log2())
 }
@@ -90,13 +88,12 @@ fn weights(logs: &[f64]) -> [Vec<f64>; 2] {
     [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| shares(logs.iter().map(|l| l * (power - 1.0))).0)
 }
 
-/// Cumulative Jensen-Shannon distance, from 0 to 1, between values with weights and the same values with equal weights (Nguyen and
-/// Vreeken 2015).
+/// Cumulative Jensen-Shannon distance, from 0 to 1, between weighted and equally weighted values (Nguyen and Vreeken 2015).
 fn distance(values: &[f64], weights: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
     let equal = (values.len() as f64).recip();
-    // The larger one of the distances from below and from above, so that the sign of the values does not matter.
+    // The larger one of the distances in ascending and in descending order, so that the sign of the values does not matter.
     let from = |order: &[usize]| {
         let (mut p, mut q, mut sum, mut bound) = (0.0, 0.0, 0.0, 0.0);
         for pair in order.windows(2) {
@@ -119,7 +116,7 @@ mod tests {
     use super::*;
     use tongue_core::random::normal;
 
-    /// Sensitivity of a normal quantity with prior N(0, 1) and one measurement of it; both are known exactly.
+    /// Sensitivity of a quantity with prior N(0, 1) and one measurement, both of which are known exactly.
     fn of_measurement(measured: f64, sd: f64) -> [f64; 2] {
         let mut random = fastrand::Rng::with_seed(3);
         let precision = 1.0 + 1.0 / (sd * sd);

@@ -1,11 +1,10 @@
-//! Responses of muscle lengths to the shape of a body of springs at rest: exact derivatives, from the adjoint of every length.
+//! Sensitivities of muscle lengths to the shape of a body of springs at rest: exact derivatives by adjoints.
 //!
-//! At equilibrium the forces are functions of the positions, of the rest lengths `l0` of springs, of the rest areas `S0` of cells and of
-//! kappa. Let `u` be the adjoint of a length, its response to a force on every node. The derivative of the length by any of these is the
-//! product of `u` with the change of the forces: for a spring along `n` from a to b `-k n·(u_a - u_b)`, for a cell of strain
-//! `e = (S - S0)/S0` with gradient `g` of its area `kappa (1 + 2 e)/S0² sum g·u`, for the logarithm of kappa the product with the forces
-//! of the cells. Rest lengths and areas are functions of the node positions at rest, and kappa is proportional to the square of the mean
-//! length of a connection; so every length has a derivative by the rest position of every node.
+//! At equilibrium the forces are functions of the positions, the rest lengths `l0` of springs, the rest areas `S0` of cells and kappa. With
+//! `u` the adjoint of a length, its response to a force on every node, the derivative of the length is the product of `u` with the
+//! derivative of the forces: for a spring along `n` from a to b `-k n·(u_a - u_b)`; for a cell of strain `e = (S - S0)/S0` with gradient
+//! `g` of its area `kappa (1 + 2 e)/S0² sum g·u`; for the logarithm of kappa the product with the forces of the cells. Rest lengths and
+//! areas follow from the node positions at rest, and kappa is proportional to the square of the mean length of a connection.
 
 use nalgebra::{DMatrix, SVector};
 
@@ -17,16 +16,15 @@ use tongue_core::system::System;
 use super::finite_differences::{self, FiniteDifferences, GeometrySensitivity};
 use super::model::{Field, PosteriorModel};
 
-/// What the elements of a body contribute to the derivatives of all lengths of one shape.
+/// An element of the body in one shape.
 enum ElementTerm {
-    /// A spring: its nodes, its stiffness, N/m, and its direction in the shape and at rest.
+    /// A spring: nodes, stiffness (N/m), and directions in the shape and at rest.
     Line { nodes: [usize; 2], stiffness: f64, along: SVector<f64, 2>, at_rest: SVector<f64, 2> },
-    /// A cell: its nodes, the derivatives of its area by these in the shape and at rest, m, and what the work of a motion on the former
-    /// is multiplied by for the derivative by its area at rest and by the logarithm of kappa.
+    /// A cell: nodes, derivatives of its area by these in the shape and at rest (m), and the factors of the work of a motion on the former
+    /// in the derivatives by its area at rest and by the logarithm of kappa.
     Cell { nodes: [usize; 3], gradient: Corners<2>, at_rest: Corners<2>, by_area: f64, by_ln_kappa: f64 },
 }
 
-/// A shape of a body, for the derivatives of its lengths by the rest positions of the nodes.
 struct LinearisedShape<'a> {
     posterior_model: &'a PosteriorModel,
     elements: Vec<ElementTerm>,
@@ -38,7 +36,6 @@ struct LinearisedShape<'a> {
 }
 
 impl<'a> LinearisedShape<'a> {
-    /// At an equilibrium with these positions, m.
     fn new(posterior_model: &'a PosteriorModel, positions: &[SVector<f64, 2>]) -> Self {
         let system: &System<2> = &posterior_model.system;
         let rest = system.rest();
@@ -71,7 +68,7 @@ impl<'a> LinearisedShape<'a> {
         Self { posterior_model, elements, connections, total, held: system.held() }
     }
 
-    /// Derivatives, dimensionless, of a length by the rest position of every node, from its adjoint.
+    /// Derivatives of a length by the rest position of every node, from its adjoint, dimensionless.
     fn slope(&self, adjoint: &Adjoint<2>) -> Vec<SVector<f64, 2>> {
         let system = &self.posterior_model.system;
         let free = |n: usize| match system.pattern().unknown(n) {
@@ -109,7 +106,7 @@ impl<'a> LinearisedShape<'a> {
     }
 }
 
-/// Responses of all measurements at a solved point; `None` where another kappa leads to no equilibrium.
+/// The sensitivities at a solved point; `None` where another kappa leads to no equilibrium.
 pub(super) fn of_springs(
     posterior_model: &PosteriorModel,
     point: &GeometrySensitivity<'_>,
@@ -137,7 +134,6 @@ pub(super) fn of_springs(
         let by = |slope: &Vec<SVector<f64, 2>>, f: usize| -> f64 {
             slope.iter().zip(&fields[f]).map(|(s, d)| s.dot(d)).sum()
         };
-        // For every shape, muscle and field the derivative of the length.
         let lengths: Vec<DMatrix<f64>> =
             slopes.iter().map(|all| DMatrix::from_fn(count, fields.len(), |m, f| by(&all[m], f))).collect();
         DMatrix::from_fn(rows, fields.len(), |row, f| {

@@ -1,4 +1,4 @@
-//! Report of a posterior for one posture: changes, tensions, stretches. It is `posterior` of `fit.json`.
+//! Report of a posterior for one posture, which is `posterior` of `fit.json`.
 
 use serde::Serialize;
 
@@ -14,42 +14,37 @@ use super::run::{Posterior, SamplerDiagnostics};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
 
-/// Factor of another scale of the prior, and the part by which the upper end of an interval may move under it before this is reported.
+/// Factor of another scale of the prior, and the relative change of an interval's upper end under it that is reported.
 const OTHER_SCALE: f64 = 1.5;
 const MOST_MOVED: f64 = 0.15;
 
-/// Difference of a muscle's tensions in the posture and in the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Change {
     #[serde(flatten)]
     pub spread: Quantiles,
-    /// Probability that the muscle pulls harder than in the baseline.
     pub probability_rises: f64,
     pub sensitivity: Sensitivity,
     /// Whether the size of the change depends on the prior more than on the data.
     pub depends_on_prior: bool,
-    /// Whether the sign, if reported with a probability of 0.9 or more, would have less than 0.85 under half or twice the scale of the
-    /// prior.
+    /// Whether the sign has a probability of at least 0.9, but less than 0.85 under half or twice the scale of the prior.
     pub sign_depends_on_prior: bool,
 }
 
-/// A tension in the vowel, N per metre of thickness.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tension {
     #[serde(flatten)]
     pub spread: Quantiles,
     /// At the most probable point of the posterior.
     pub most_probable: f64,
-    /// The spread with the uncertainty of Young's modulus in its prior.
+    /// Includes the uncertainty of Young's modulus by its prior.
     pub with_young_modulus: Quantiles,
-    /// The part by which the upper end of the 95 % interval moves if the scale of the prior is half as large again.
+    /// Relative change of the upper end of the 95 % interval if the scale of the prior is half as large again.
     pub moved_by_prior: f64,
     pub sensitivity: Sensitivity,
     /// Whether the upper end of the interval depends on the prior more than on the data.
     pub depends_on_prior: bool,
 }
 
-/// Measured, fitted and predicted stretch of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StretchSummary {
     pub measured: f64,
@@ -58,7 +53,6 @@ pub struct StretchSummary {
     pub left_out: Option<LeftOut>,
 }
 
-/// The results, in the order of the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     pub changes_n: ByMuscle<Change>,
@@ -76,20 +70,20 @@ pub struct Summary {
 pub struct Report {
     #[serde(flatten)]
     pub diagnostics: SamplerDiagnostics,
-    /// Names of the postures that were sampled together; a single one where the posture was sampled alone.
+    /// Names of the postures that were sampled together.
     pub postures: Vec<String>,
-    /// The results; null where the chains have not mixed, because such intervals cannot be trusted.
+    /// `None` (null) where the chains have not mixed, because such intervals cannot be trusted.
     pub summary: Option<Summary>,
     pub poisson_ratio: f64,
     pub priors: Priors,
 }
 
 impl Report {
-    /// Reports of a posterior, one for each posture; with predictions of every muscle without its own measurement if `leave_out` is set.
+    /// A report for each posture; `leave_out` adds predictions of every muscle without its own measurement.
     pub fn of_each(posterior: &Posterior<'_>, leave_out: bool, seed: u64) -> Vec<Self> {
         let Posterior { density, map_estimate, draws, .. } = posterior;
         let mixed = posterior.is_mixed();
-        // Where that sampling cannot begin or has no draws, the rest is reported without it.
+        // Where that sampling fails, the rest is reported without it.
         let left_out = (leave_out && mixed).then(|| without_each(density, map_estimate).ok()).flatten();
         let left_out = left_out.map_or_else(
             || vec![None; density.seen.len()],
@@ -112,7 +106,6 @@ impl Report {
     }
 }
 
-/// A posterior and the data that its reports share.
 struct All<'a> {
     posterior: &'a Posterior<'a>,
     left_out: Vec<Option<LeftOut>>,
@@ -121,12 +114,12 @@ struct All<'a> {
     seed: u64,
 }
 
-/// Probability from which a sign is reported, and the probability that it must keep under another prior.
+/// Probability from which a sign is reported, and the one that it must keep under another prior.
 const TOLD_SIGN: f64 = 0.9;
 const LEAST_SIGN: f64 = 0.85;
 
 impl Change {
-    /// The summary of a difference of tensions in all draws, N per metre of thickness.
+    /// From the difference of tensions in all draws, N per metre of thickness.
     pub(super) fn new(values: &[f64], scaled: &Scaled) -> Self {
         let sensitivity = scaled.evaluate(values);
         let rises = part_above_zero(values);
@@ -190,8 +183,8 @@ impl Summary {
         }
     }
 
-    /// The number of stretches that were measured outside of their 95 % predictions by the others, and of these predictions, if the
-    /// measurements and the model contradict each other: at least three and half of them.
+    /// The number of stretches outside of their 95 % predictions by the others, and the number of predictions, if these are at least three
+    /// and half of all, so that measurements and model contradict each other.
     pub fn contradiction(&self) -> Option<(usize, usize)> {
         const FEWEST: usize = 3;
         let all = self.stretches.0.iter().filter_map(|(_, s)| s.left_out.as_ref().map(|l| (s, &l.spread)));
@@ -201,8 +194,8 @@ impl Summary {
     }
 }
 
-/// The part by which the upper end of a tension's interval moves if the scale of its prior is half as large again, from draws weighted by
-/// the ratio of both densities. Zero for a tension that the priors fix.
+/// Relative change of the upper end of a tension's interval if the scale of its prior is half as large again, from draws weighted by the
+/// ratio of the prior densities. Zero for a fixed tension.
 pub(super) fn moved_by_prior(
     posterior_model: &PosteriorModel,
     muscle: usize,
@@ -218,7 +211,6 @@ pub(super) fn moved_by_prior(
     Quantiles::weighted(weighed.collect()).interval_95[1] / upper - 1.0
 }
 
-/// Whether the upper end of a tension's interval depends on the prior more than on the data.
 pub(super) fn is_of_prior(moved_by_prior: f64, sensitivity: &Sensitivity) -> bool {
     moved_by_prior > MOST_MOVED || sensitivity.is_of_prior()
 }

@@ -1,4 +1,4 @@
-//! The first lines of a report: which muscles pull harder than in the baseline, how sure that is, and how hard they pull.
+//! The first lines of a report: which muscles pull harder than in the baseline, with what probability, and how hard.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,12 +20,12 @@ use super::run::short_run;
 use super::sensitivity::Scaled;
 use super::summary::{Report, is_of_prior, moved_by_prior};
 
-/// A sign is sure from this probability on.
+/// Probability from which a muscle "surely" pulls harder, or not harder.
 pub const DECIDED: f64 = 0.95;
-/// Probability from which a muscle "probably" pulls harder, or not harder; from `DECIDED` on it does "surely".
+/// Probability from which a muscle "probably" pulls harder, or not harder.
 pub const PROBABLE: f64 = 0.8;
 
-/// Degree of certainty that a muscle pulls harder than in the baseline, from its probability P.
+/// Certainty that a muscle pulls harder than in the baseline, by its probability P.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Certainty {
     /// P is at least .95.
@@ -46,7 +46,6 @@ pub enum Certainty {
 }
 
 impl Certainty {
-    /// The word for a probability that a muscle pulls harder than in the baseline.
     pub fn of(p_rises: f64) -> Self {
         match p_rises {
             p if p >= DECIDED => Self::SurelyHarder,
@@ -57,12 +56,10 @@ impl Certainty {
         }
     }
 
-    /// The text for output and files.
     pub fn text(self) -> &'static str {
         name_of(&self)
     }
 
-    /// Whether the word states that the muscle pulls harder.
     pub(crate) fn is_harder(self) -> bool {
         matches!(self, Self::SurelyHarder | Self::ProbablyHarder)
     }
@@ -71,11 +68,11 @@ impl Certainty {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MuscleVerdict {
     pub muscle: String,
-    /// Probability that it pulls harder than in the baseline.
+    /// Probability of pulling harder than in the baseline.
     pub p_rises: f64,
     pub word: Certainty,
     pub tension_n_per_m: [f64; 2],
-    /// Whether the size of the tension depends on the prior of tensions more than on the data.
+    /// Whether the size of the tension depends on the prior more than on the data.
     pub mostly_prior: bool,
 }
 
@@ -86,7 +83,6 @@ impl MuscleVerdict {
     }
 }
 
-/// The draws from which a verdict is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum VerdictFrom {
@@ -95,12 +91,11 @@ pub enum VerdictFrom {
     Draws,
 }
 
-/// The first statement about a fit, from the posterior of its row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     #[serde(rename = "verdict_from")]
     pub from: VerdictFrom,
-    /// The 95 % intervals of the hyoid's displacement, mm: to the back and up. `None` where it is held.
+    /// 95 % intervals of the hyoid's displacement, mm: to the back and up. `None` where it is fixed.
     #[serde(rename = "verdict_hyoid_mm", default, skip_serializing_if = "Option::is_none")]
     pub hyoid_mm: Option<[[f64; 2]; 2]>,
     /// In the order of the body's muscles.
@@ -116,10 +111,9 @@ pub struct ShortRun {
 }
 
 impl ShortRun {
-    /// The run for a fit.
     pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         if body.mesh.continuum.is_some() {
-            return Err("in this body it takes minutes, and --posterior 2000 gives it".to_owned());
+            return Err("in a continuum it takes minutes; --posterior 2000 computes it".to_owned());
         }
         let matched = TargetOnBody::new(&body.mesh, target).map_err(|e| e.to_string())?;
         let mut priors = Priors::default();
@@ -135,14 +129,13 @@ impl ShortRun {
         short_run(&density, &map_estimate, group)
     }
 
-    /// The verdict from the draws of all groups, in their order.
     pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
         Verdict::of_short_run(&Density::new(&self.posterior_model, self.seen.clone())?, draws)
     }
 }
 
 impl Verdict {
-    /// The verdict on a fit without draws, from a short run under the default priors.
+    /// The verdict from a short run under the default priors.
     pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         let run = ShortRun::new(body, model, target)?;
         run.draws(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
@@ -169,7 +162,6 @@ impl Verdict {
         Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: said.collect() })
     }
 
-    /// The verdict from draws; `None` where the chains have not mixed.
     pub fn of(report: &Report) -> Option<Self> {
         let summary = report.summary.as_ref()?;
         let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);
@@ -184,8 +176,7 @@ impl Verdict {
         self.muscles.iter().filter(|m| m.word == word).map(|m| m.muscle.as_str()).collect()
     }
 
-    /// Three sentences: which muscles pull harder than in the baseline or not, for which muscles that is unknown, and how hard those pull
-    /// that pull harder.
+    /// Three sentences: which muscles pull harder than in the baseline or not, for which that is unknown, and how hard the former pull.
     pub fn sentences(&self, baseline: &str) -> [String; 3] {
         let two = |surely: Certainty, probably: Certainty| {
             let parts =

@@ -1,10 +1,10 @@
-//! What the warm-up of the sampler learns: coordinates, and the step of the trajectories.
+//! What the warm-up of the sampler adapts: the coordinates and the step.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Probability of acceptance that the step is adapted to.
+/// Acceptance to which the step is adapted.
 const WANTED: f64 = 0.8;
-/// First step, and the longest useful step, in whitened coordinates.
+/// First and longest step in whitened coordinates.
 const FIRST_STEP: f64 = 0.5;
 const LONGEST_STEP: f64 = 1.6;
 
@@ -26,10 +26,10 @@ impl Whitened {
         self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
     }
 
-    /// Coordinates learned from visited points and the derivatives of the logarithm of the density there. In the present coordinates the
-    /// covariance is estimated as the matrix `M` with `M B M = A`, `A` the covariance of the points and `B` that of the derivatives, which
-    /// is exact for a normal density with few points (Seyboldt, Carlson and Carpenter 2026). Both are shrunk towards one with
-    /// the weight of as many draws as there are coordinates. `None` where they are not positive definite.
+    /// Coordinates learned from visited points and the derivatives of the logarithm of the density there. The covariance `M` in the present
+    /// coordinates solves `M B M = A`, with `A` the covariance of the points and `B` that of the derivatives, which is exact for a normal
+    /// density (Seyboldt, Carlson and Carpenter 2026). `A` and `B` are shrunk towards one with the weight of as many draws as there are
+    /// coordinates. `None` where they are not positive definite.
     pub(super) fn learned(&self, seen: &[&(DVector<f64>, DVector<f64>)]) -> Option<Self> {
         let n = self.centre.len();
         if seen.len() < 10 * n {
@@ -61,7 +61,7 @@ impl Whitened {
         Some(Self { centre, spread })
     }
 
-    /// Coordinates from the centre and the inverse of the covariance; `None` where this is not positive definite.
+    /// Coordinates from the centre and the inverse covariance; `None` where this is not positive definite.
     pub fn new(centre: DVector<f64>, precision: DMatrix<f64>) -> Option<Self> {
         let n = centre.len();
         let factor = precision.cholesky()?.unpack();
@@ -70,11 +70,9 @@ impl Whitened {
     }
 }
 
-/// Adapts the step to a wanted acceptance, after Hoffman and Gelman (2014), with their constants.
+/// Dual averaging of the step by Hoffman and Gelman (2014), with their constants.
 pub(super) struct DualAveraging {
-    /// The step that is tried next.
     pub trial: f64,
-    /// The step that was found.
     pub found: f64,
     count: f64,
     error: f64,
@@ -86,7 +84,7 @@ impl DualAveraging {
         Self { trial: FIRST_STEP, found: FIRST_STEP, count: 0.0, error: 0.0, mean_ln: FIRST_STEP.ln() }
     }
 
-    /// Learns from the probability with which a trajectory of this step was accepted.
+    /// Adapts the step to the acceptance of a trajectory with it.
     pub(crate) fn learn(&mut self, acceptance: f64) {
         const GAMMA: f64 = 0.05;
         const DELAY: f64 = 10.0;

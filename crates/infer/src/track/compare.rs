@@ -1,7 +1,7 @@
 //! Mean tensions over all frames with a label, and differences between labels, from the same draws of levels and courses.
 //!
-//! Recordings of one session share the draws of levels and of the shape at rest, so the errors of these cancel from a difference. Each
-//! session has draws of its own, so these errors do not cancel between sessions.
+//! Recordings of one session share the draws of levels and shape at rest, so their errors cancel from a difference; those of different
+//! sessions do not.
 
 use serde::Serialize;
 use tongue_core::random::seed_of;
@@ -15,12 +15,11 @@ use super::results::{Interval, LabelDraws};
 use super::segments::{CourseSummary, distinguishing, summaries};
 use crate::posterior::Contrast;
 
-/// Labels of a tier with more labels that repeat are not compared.
+/// Largest number of repeated labels of a tier that is compared.
 const MOST_LABELS: usize = 60;
 /// Largest number of draws by which labels are compared.
 const MOST_DRAWS: usize = 2000;
 
-/// A label that is compared with the others of its tier.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Compared {
     pub tier: String,
@@ -38,7 +37,7 @@ pub fn compared(recordings: &[&AlignedRecording]) -> Vec<Compared> {
     }))
 }
 
-/// Sets the labels of frames that are compared; `labels` are those of the recording.
+/// Sets [`Frame::compared`]; `labels` are those of the recording.
 pub fn mark(frames: &mut [Frame], labels: &[Label], compared: &[Compared]) {
     let numbers: Vec<Option<usize>> =
         labels.iter().map(|l| compared.iter().position(|c| c.tier == l.tier && c.label == l.name)).collect();
@@ -49,7 +48,7 @@ pub fn mark(frames: &mut [Frame], labels: &[Label], compared: &[Compared]) {
 }
 
 impl LabelDraws {
-    /// Of one repetition with so many frames, by the draws of the means over these.
+    /// One repetition, from draws of the means over its frames.
     pub(super) fn of(compared: usize, frames: usize, draws: &Means) -> Self {
         let kept = draws.0.iter().map(|all| &all[..all.len().min(MOST_DRAWS)]);
         let means = kept.clone().map(|all| all.iter().sum::<f64>() / all.len().max(1) as f64);
@@ -58,7 +57,7 @@ impl LabelDraws {
         Self { compared, repetitions: 1, frames, deviations: deviations.collect(), means }
     }
 
-    /// Adds other repetitions. Each draw deviates as one of all repetitions, drawn at random.
+    /// Adds other repetitions; each draw becomes that of one of all repetitions at random.
     pub(super) fn add(&mut self, other: &Self) {
         let part = other.frames as f64 / (self.frames + other.frames) as f64;
         self.means.iter_mut().zip(&other.means).for_each(|(a, b)| *a += part * (b - *a));
@@ -73,13 +72,11 @@ impl LabelDraws {
         }
     }
 
-    /// Draws of the mean tension of a muscle.
     fn mean(&self, muscle: usize) -> impl Iterator<Item = f64> {
         self.deviations[muscle].iter().map(move |by| self.means[muscle] + f64::from(*by))
     }
 }
 
-/// Mean tensions over all frames with a label.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LabelTension {
     pub label: String,
@@ -89,19 +86,18 @@ pub struct LabelTension {
     pub tensions: ByMuscle<Interval>,
 }
 
-/// Mean tensions over the labels of a tier, and the differences between them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     pub tier: String,
     pub labels: Vec<LabelTension>,
-    /// What is known of the mean tensions over labels, as of the tensions of single frames; courses are relative to the mean over labels.
+    /// Summaries of the mean tensions over labels; courses are relative to the mean over labels.
     pub muscles: Vec<CourseSummary>,
-    /// Of every muscle and every two labels.
+    /// Differences of every muscle between every two labels.
     pub contrasts: Vec<Contrast>,
 }
 
 impl Comparison {
-    /// The contrasts that are sure or probable, in this order, and large ones first.
+    /// Contrasts that are sure or probable, in this order, and large ones first.
     pub fn decided(&self) -> Vec<&Contrast> {
         let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.said().is_some()).collect();
         out.sort_by(|a, b| {
@@ -110,7 +106,7 @@ impl Comparison {
         out
     }
 
-    /// How often each label was said, and how many differences are decided.
+    /// The repetitions of each label, and the number of decided differences.
     pub fn said(&self) -> String {
         let labels: Vec<String> =
             self.labels.iter().map(|l| format!("{} {}", l.label, l.repetitions)).collect();
@@ -124,8 +120,8 @@ impl Comparison {
     }
 }
 
-/// Compares labels of the same tier by the draws of all recordings. A label of which fewer than two repetitions were tracked is left out,
-/// and so are tiers of which fewer than two labels are left.
+/// Compares labels of the same tier by the draws of all recordings. Labels with fewer than two tracked repetitions are left out, then tiers
+/// with fewer than two labels.
 pub fn compare<'a>(
     compared: &[Compared],
     names: &[String],

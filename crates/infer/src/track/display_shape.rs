@@ -1,4 +1,4 @@
-//! The displayed body: the speaker's most probable shape at rest, with the frames on it.
+//! The displayed body, which has the speaker's most probable shape at rest, and the frames on it.
 
 use std::slice;
 use std::sync::{Arc, OnceLock};
@@ -10,7 +10,7 @@ use tongue_core::statistics::least_by;
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
-use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, follow, minimise, stepped};
+use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, apply_steps, minimise, stepped};
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
@@ -18,30 +18,34 @@ use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
 use super::smoother::{FrameState, SmoothedRecording, Smoother};
 use crate::error_model::{Errors, Knots};
 
-/// Weight of the frames for the displayed shape, which is one body and has no intervals.
+/// Weight of the frames for the displayed shape, which has no intervals.
 const TRUST: f64 = 0.5;
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;
-/// Rounds in which the tensions follow a new shape.
+/// Rounds in which the tensions are adapted to a new shape.
 const SHAPE_ROUNDS: usize = 4;
-/// The search for it; damping is in units of the precision in the prior.
-const SEARCH: Rule =
-    Rule { steps: 40, won: 3e-3, first: 1.0, least: 0.0, most: 100.0, less: 0.4, ..Rule::UNDAMPED };
+/// Damping is in units of the prior precision.
+const SEARCH: Rule = Rule {
+    max_steps: 40,
+    relative_tolerance: 3e-3,
+    first_damping: 1.0,
+    least_damping: 0.0,
+    most_damping: 100.0,
+    damping_decrease: 0.4,
+    ..Rule::UNDAMPED
+};
 
-/// A shape with the frames on it.
 struct Candidate {
-    /// Of the directions of the shape.
     amounts: DVector<f64>,
     /// `None` for the placed body.
     body: Option<RestShape>,
     levels: DVector<f64>,
     sample: Vec<SmoothedRecording>,
     cost: f64,
-    /// Derivatives of every frame by the shape, computed once.
     rates: OnceLock<Vec<Vec<Option<ShapeJacobian>>>>,
 }
 
-/// The displayed body and the frames on it by which it was found.
+/// The displayed body and the frames by which it was found.
 pub(super) struct DisplayShape {
     /// `None` for the placed body.
     pub body: Option<RestShape>,
@@ -51,8 +55,8 @@ pub(super) struct DisplayShape {
 
 /// The search on bodies that have the speaker's shape.
 ///
-/// The static and the slow error are left out here, because they describe a body whose shape is not the speaker's. The prior limits the
-/// static error only once for all frames, so with many frames the search would change the static error instead of the shape.
+/// Static and slow errors, which describe a body of another shape, are left out. The prior limits the static error only once for all
+/// frames, so with many frames the search would change that error instead of the shape.
 pub(super) struct Display<'a> {
     context: &'a TrackingContext<'a>,
     settings: TrackSettings,
@@ -63,12 +67,12 @@ impl<'a> Display<'a> {
     pub fn new(context: &'a TrackingContext<'a>, settings: &TrackSettings) -> Self {
         let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
         let knots = Knots::new(errors, &[]);
-        // Of two shapes that fit the frames equally well the one with levels nearer to the middle of the prior is displayed.
+        // Of two shapes that fit equally well, the one with levels nearer to the middle of the prior is displayed.
         let link = Softplus { level_sd_n: SHOWN_LEVEL * settings.link.scale_n(), ..settings.link };
         Self { context, settings: TrackSettings { errors, link, ..settings.clone() }, knots }
     }
 
-    /// A recording without slow errors, at the states that it has on the placed body.
+    /// A recording without slow errors, in its states on the placed body.
     fn without_slow_errors(at: &Smoother<'_>, recording: &SmoothedRecording) -> SmoothedRecording {
         let mut out = at.start(Arc::clone(&recording.frames));
         for (here, before) in out.here.iter_mut().zip(&recording.here) {
@@ -78,7 +82,7 @@ impl<'a> Display<'a> {
         out
     }
 
-    /// A recording on the displayed body at its levels, from the states of the frames by which that body was found.
+    /// A recording on the displayed body at its levels, from the states of the sample by which that body was found.
     pub fn recording(
         &self,
         shown: &DisplayShape,
@@ -90,8 +94,7 @@ impl<'a> Display<'a> {
         out
     }
 
-    /// Finds recordings on a body, the placed one where there is none, from the states of a sample of their frames. Returns the levels,
-    /// which are held or found too.
+    /// Finds recordings on a body (`None`: the placed one) from the states of a sample of their frames. Returns the levels.
     fn on(
         &self,
         body: Option<&RestShape>,
@@ -108,9 +111,8 @@ impl<'a> Display<'a> {
         at.shared
     }
 
-    /// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for
-    /// shape and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved
-    /// again on each body, and a step that increases the total cost is tried again with more damping.
+    /// The most probable shape for frames evenly spaced over the recordings, by damped Gauss-Newton for shape and tensions together
+    /// (Levenberg 1944). The frames are solved again on each body, because the linearisation holds only near it.
     ///
     /// Where the shape is kept ([`RestShape::as_found`], or a body placed by coils), the frames are found on the body itself.
     pub fn fit_shape(
@@ -121,7 +123,7 @@ impl<'a> Display<'a> {
     ) -> DisplayShape {
         let mut at = Smoother::new(*self.context, &self.settings, &self.knots);
         at.shared.copy_from(&smoother.shared.rows(0, at.sizes.muscles));
-        // Two bodies can differ less in cost than a linearisation at a state nearby is wrong, so none is kept.
+        // The costs of two bodies may differ by less than the error of a kept linearisation.
         at.keeps = false;
         let plain: Vec<SmoothedRecording> =
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
@@ -140,7 +142,7 @@ impl<'a> Display<'a> {
             let rates = from.rates.get_or_init(rates);
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
             let by = stepped(&smoother, &from.sample, &damped, Some(of_shape))?;
-            Some(least_squares::TrialStep { size: by.0.amax(), by, promised: None, is_last: false })
+            Some(least_squares::TrialStep { size: by.0.amax(), by, predicted_decrease: None, is_last: false })
         };
         let moved = |from: &Candidate, (step, steps): &(DVector<f64>, Vec<StateStep>)| {
             let n = from.levels.len();
@@ -151,15 +153,15 @@ impl<'a> Display<'a> {
             let mut smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let mut sample = from.sample.clone();
             carry(&mut sample, &self.context.on(from.body.as_ref()), context);
-            follow(&smoother, &mut sample, &levels, steps);
+            apply_steps(&smoother, &mut sample, &levels, steps);
             smoother.shared = levels;
-            let cost =
-                minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
+            let cost = minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST
+                + shape.relative_cost(&there);
             let levels = smoother.shared.clone();
             let body = Some(body.expanded(&there));
             Some(Candidate { amounts: there, body, levels, sample, cost, rates: OnceLock::new() })
         };
-        let rule = Rule { steps: if shape.is_kept() { 0 } else { SEARCH.steps }, ..SEARCH };
+        let rule = Rule { max_steps: if shape.is_kept() { 0 } else { SEARCH.max_steps }, ..SEARCH };
         let Candidate { body, levels, sample, .. } =
             least_squares::descend(begin, &rule, |c| c.cost, step, moved).here;
         let mut recordings = recordings.to_vec();
@@ -174,7 +176,7 @@ pub(super) fn sampled(smoother: &Smoother<'_>, recordings: &[SmoothedRecording])
     smoother.thinned(recordings, frames.div_ceil(SHAPE_FRAMES).max(1))
 }
 
-/// Sets the state of every frame to that of the frame of a sample that is nearest in time.
+/// Sets the state of every frame to that of the nearest frame in time of a sample.
 pub(super) fn begin_beside(recording: &mut SmoothedRecording, sample: &SmoothedRecording) {
     let found: Vec<(f64, &FrameState)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
     for (frame, here) in recording.frames.iter().zip(&mut recording.here) {
@@ -186,7 +188,7 @@ pub(super) fn begin_beside(recording: &mut SmoothedRecording, sample: &SmoothedR
     }
 }
 
-/// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium moves.
+/// Moves all nodes of the frames with the body at rest, including those on bone, which no equilibrium moves.
 fn carry(recordings: &mut [SmoothedRecording], before: &TrackingContext<'_>, after: TrackingContext<'_>) {
     let (before, rest) = (before.system.rest(), after.system.rest());
     let positions = recordings.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());

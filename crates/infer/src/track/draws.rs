@@ -1,17 +1,17 @@
-//! Draws of a recording's tensions, a window of frames after another, with the uncertainty of the shape at rest, which is not fitted.
+//! Draws of a recording's tensions, window by window, with the uncertainty of the shape at rest, which is not fitted.
 //!
-//! The draws of a frame follow from those of the frame after it. All draws of a long recording would need 32 kB a frame, so only the
-//! generators of random numbers and the coloured noise at the ends of the windows are kept, and the draws of a window are made where they
-//! are needed: once for the means over the recording, once for the results.
+//! The draws of a frame follow from those of the frame after it. All draws of a long recording would need 32 kB for each frame, so only the
+//! states of the random generators and the coloured noise at the ends of windows are kept, and a window is drawn twice: for the means over
+//! the recording, and for the results.
 //!
-//! The problem is linearised once, at the most probable tensions on the placed body. Let `J` be the derivatives by the states `z` of all
-//! frames, `D` those by the shared unknowns (`theta`: levels of the muscles, shape at rest, static error), `S` the covariance of the
-//! errors and `Q` the precision of the states:
+//! The problem is linearised at the most probable tensions on the placed body. With `J` the derivatives by the states `z` of all frames,
+//! `D` those by the shared unknowns `theta` (levels, static error, shape at rest), `S` the covariance of the errors and `Q` the precision
+//! of the states:
 //! ```text
 //! A = (J'S^-1 J + Q)^-1 J'S^-1 D        H = P + w sum (D'S^-1 D - D'S^-1 J A)        theta ~ N(-H^-1 g, H^-1)
 //! ```
-//! Given `theta`, `z` is normal too. Intervals would be too narrow if the most probable shape were searched for together with the
-//! tensions of all frames (Neyman and Scott 1948). `w` is less than 1 because the model differs from the recorded tongue.
+//! Given `theta`, `z` is normal too. If shape and tensions of all frames were maximised together, intervals would be too narrow (Neyman and
+//! Scott 1948). `w` is less than 1 because the model differs from the recorded tongue.
 
 use std::ops::Range;
 
@@ -24,18 +24,17 @@ use super::eliminate::{Eliminated, WINDOW, windows};
 use super::smoother::{SmoothedRecording, Smoother};
 use tongue_core::{parallel, random};
 
-/// Draws of a frame: each list of numbers is in the order of the draws.
+/// Draws of a frame; each list runs over the draws.
 pub(super) struct FrameDraws {
-    /// For every muscle the tension, N per metre of thickness.
+    /// Tension of every muscle, N per metre of thickness.
     pub tensions: Vec<Vec<f32>>,
-    /// The displacements of the bones, in standard deviations.
+    /// Displacements of the bones, in standard deviations.
     pub bones: Vec<Vec<f32>>,
-    /// For every formant of the results, its change from the most probable one, Hz; empty without derivatives.
+    /// Difference of every formant from the most probable one, Hz; empty without derivatives.
     pub formants: Vec<Vec<f32>>,
 }
 
 impl FrameDraws {
-    /// Adds further draws.
     fn extend(&mut self, more: Self) {
         let own = [&mut self.tensions, &mut self.bones, &mut self.formants];
         for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.formants]) {
@@ -44,11 +43,10 @@ impl FrameDraws {
     }
 }
 
-/// Sums or means over frames of every muscle's tension, one number for each draw.
+/// Sums or means over frames of every muscle's tension, for each draw.
 pub(super) struct Means(pub Vec<Vec<f64>>);
 
 impl Means {
-    /// Zeros for as many muscles and draws.
     pub fn zeros(other: &Self) -> Self {
         Self(other.0.iter().map(|draws| vec![0.0; draws.len()]).collect())
     }
@@ -60,13 +58,9 @@ impl Means {
     }
 }
 
-/// What the draws of a recording are made of.
 pub(super) struct Sampler<'a> {
-    /// The recording with its states eliminated.
     pub linear: &'a Eliminated<'a>,
-    /// Derivatives of the formants of every frame.
     pub formant_jacobians: Vec<Option<DMatrix<f64>>>,
-    /// Draws of the shared unknowns.
     pub shared: &'a DMatrix<f64>,
     pub number: usize,
 }
@@ -75,12 +69,12 @@ struct DrawBatch {
     number: usize,
     /// The generator at the beginning of every window.
     generators: Vec<Rng>,
-    /// The coloured noise of the first frame after every window but the last.
+    /// Coloured noise of the first frame after every window but the last.
     after: Vec<DMatrix<f64>>,
 }
 
 impl Sampler<'_> {
-    /// The means over the recording, and then the draws of every window of frames, which `take` gets in the order of time.
+    /// Computes the means over the recording, and then the draws of every window in order of time for `take`.
     pub fn draw(&self, mut take: impl FnMut(Range<usize>, &[FrameDraws], &Means)) {
         let frames = self.linear.recording.frames.len();
         let windows = windows(frames);
@@ -101,7 +95,6 @@ impl Sampler<'_> {
         }
     }
 
-    /// The state of a batch of draws before the first window.
     fn batch(&self, number: usize, windows: &[Range<usize>]) -> DrawBatch {
         let seed = random::seed_of(!self.linear.smoother.settings.seed, self.number);
         let mut random = Rng::with_seed(random::seed_of(seed, number));
@@ -122,7 +115,7 @@ impl Sampler<'_> {
         DrawBatch { number, generators, after }
     }
 
-    /// The deviations of the states from their middles in a window of frames, of a batch of draws.
+    /// Deviations of the states in a window from their means, for a batch of draws.
     fn coloured(
         &self,
         window: &Range<usize>,
@@ -141,7 +134,6 @@ impl Sampler<'_> {
         noise
     }
 
-    /// The draws of a window of frames, from its batches.
     fn window(&self, window: &Range<usize>, batches: &[DrawBatch]) -> Vec<FrameDraws> {
         let Eliminated { smoother, recording, .. } = self.linear;
         let (m, bones, link) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.settings.link);
@@ -154,7 +146,7 @@ impl Sampler<'_> {
                 let step = &self.linear.steps[t];
                 let mut by = noise - &linear.answers[i] * &theta;
                 by.column_iter_mut().for_each(|mut c| c -= step.column(0));
-                // Changes of all unknowns of the equilibrium: tensions before the link, and displacements.
+                // Changes of all unknowns of the equilibrium: tensions before the transform, and displacements.
                 let mut changes = by.rows(0, m + bones).into_owned();
                 let mut levels = changes.rows_mut(0, m);
                 levels += theta.rows(0, m);
@@ -177,13 +169,13 @@ impl Sampler<'_> {
         all
     }
 
-    /// The part of draws of the shared unknowns that belongs to the shape at rest.
+    /// The rows of the shape at rest in draws of the shared unknowns.
     fn of_shape<'t>(&self, theta: &'t DMatrix<f64>) -> DMatrixView<'t, f64> {
         let first = self.linear.smoother.sizes.shared();
         theta.rows(first, theta.nrows() - first)
     }
 
-    /// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
+    /// Draws of the changes of a frame's formants, Hz.
     fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
         let Some(rates) = &self.formant_jacobians[t] else { return Vec::new() };
         let own = changes.nrows();
@@ -193,19 +185,17 @@ impl Sampler<'_> {
     }
 }
 
-/// Weight of the frames' information about levels and shape; 1 would be right for an exact model. The bodies of other speakers differ in
-/// more ways than the shape has directions, and these differences look like levels: with a weight of 0.5 the intervals hold 78 % of
-/// half-normal levels, with this one 93 %.
+/// Weight of the frames' information about levels and shape, which would be 1 for an exact model. Other speakers' bodies differ in more
+/// ways than the shape has directions, and these differences look like levels: with a weight of 0.5 the intervals hold 78 % of half-normal
+/// levels, with this one 93 %.
 const TRUST: f64 = 0.01;
-/// Largest number of frames whose information about levels and shape is counted in full; more frames together count as this many, because
-/// more frames do not make the model more like a tongue. If every frame counted, the step to the most probable shape of some hundred frames
-/// would be far longer than the range in which its linearisation holds.
+/// Number of frames whose information about levels and shape counts in full; more frames count as this many, because they do not make the
+/// model more accurate. Otherwise the step to the most probable shape of some hundred frames would leave the range of the linearisation.
 const MOST_FRAMES: usize = 120;
-/// Number of draws made at once; the second half of them mirrors the first.
+/// Number of draws made at once; the second half mirrors the first.
 pub(super) const BATCH: usize = 50;
 
-/// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each, from all recordings; `None` where the
-/// covariances cannot be factorised.
+/// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each.
 pub(super) fn draws(
     smoother: &Smoother<'_>,
     recordings: &[SmoothedRecording],
@@ -220,15 +210,15 @@ pub(super) fn draws(
         curvature += &one.curvature;
         gradient += &one.gradient;
     }
-    // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
+    // The static error is an error, so its prior has the reduced weight too when the shape is estimated.
     let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let of_frames = TRUST * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
-    let judged = |i: usize| if (m..m + k).contains(&i) { TRUST } else { 1.0 };
-    let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
+    let weight = |i: usize| if (m..m + k).contains(&i) { TRUST } else { 1.0 };
+    let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (weight(i) * weight(j)).sqrt());
     let factor = symmetric_cholesky(&(weighed + &curvature * of_frames))?;
-    // The most probable values, relative to those at the mode.
-    let middle = -factor.solve(&(DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * of_frames));
-    // With each draw of levels and shape the static error is drawn anew, with the full weight of the frames.
+    // Most probable values, relative to the mode.
+    let middle = -factor.solve(&(DVector::from_fn(all, |i, _| pull[i] * weight(i)) + &gradient * of_frames));
+    // For each draw of levels and shape the static error is drawn anew, with the full weight of the frames.
     let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
     let error = if k > 0 { Some(symmetric_cholesky(&of_error)?) } else { None };
     let batches = smoother.settings.draws.div_ceil(BATCH).max(1);

@@ -1,7 +1,7 @@
-//! The states of a recording eliminated from the normal equations: what remains are those of the unknowns that all frames share.
+//! Elimination of a recording's states from the normal equations, which leaves those of the shared unknowns.
 //!
-//! The responses of the states to the shared unknowns need 10 kB a frame. Only those of a recording of one window of frames are kept. Of
-//! a longer one the blocks at the ends of its windows are kept, and the rest of a window is made again where it is needed.
+//! The responses of the states to the shared unknowns need 10 kB for each frame. They are kept for a recording of one window; for a longer
+//! one the blocks at the ends of windows are kept, and a window is computed again where it is needed.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,20 +13,17 @@ use super::settings::Sizes;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows, in_chunks};
 
-/// Number of frames in a window.
 pub(super) const WINDOW: usize = 4 * CHUNK;
 
-/// The windows of a recording of so many frames.
 pub(super) fn windows(frames: usize) -> Vec<Range<usize>> {
     (0..frames).step_by(WINDOW).map(|from| from..(from + WINDOW).min(frames)).collect()
 }
 
-/// What the observations of a frame contribute to curvature and gradient.
+/// Contribution of a frame's observations to Hessian and gradient.
 struct Contribution {
-    /// Of the state.
     own: DMatrix<f64>,
     gradient: DVector<f64>,
-    /// Between the state and the shape, and of the shape.
+    /// Blocks of state and shape, of the shape, and the gradient of the shape.
     of_shape: Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)>,
 }
 
@@ -56,22 +53,22 @@ pub(super) struct Eliminated<'a> {
     pub by_shape: &'a [Option<ShapeJacobian>],
     columns: usize,
     pub factors: Factors,
-    /// The steps of the states themselves, in columns.
+    /// The steps of the states at fixed shared unknowns, in columns.
     pub steps: Vec<DMatrix<f64>>,
-    /// Curvature and gradient of the shared unknowns after the elimination.
+    /// Of the shared unknowns, after the elimination.
     pub curvature: DMatrix<f64>,
     pub gradient: DVector<f64>,
-    /// For every window but the first, the last block before it after the forward elimination; for every window but the last, the
-    /// responses of the first frame after it.
+    /// For every window but the first, the last block before it after the forward elimination; for every window but the last, the responses
+    /// of the first frame after it.
     before: Vec<DMatrix<f64>>,
     after: Vec<DMatrix<f64>>,
-    /// The only window of a recording that has one.
+    /// The window of a recording that has only one.
     kept: Option<Arc<Window>>,
 }
 
 impl<'a> Eliminated<'a> {
-    /// Eliminates the states of a recording; `by_shape` are the derivatives of its frames by so many `columns`, empty without a shape.
-    /// `damping` holds the tensions and displacements of each frame, in units of their precision in the prior.
+    /// `by_shape` are the derivatives of the frames by `columns` directions of the shape, empty without a shape. `damping` is that of the
+    /// tensions and displacements of each frame, in units of their prior precision.
     pub fn new(
         smoother: &'a Smoother<'a>,
         recording: &'a SmoothedRecording,
@@ -155,7 +152,6 @@ impl<'a> Eliminated<'a> {
         Some(out)
     }
 
-    /// The rows and responses of a window.
     pub fn window(&self, window: &Range<usize>) -> Arc<Window> {
         if let Some(kept) = &self.kept {
             return Arc::clone(kept);
@@ -164,14 +160,13 @@ impl<'a> Eliminated<'a> {
         Arc::new(Window { rows, answers: self.answers(window, across) })
     }
 
-    /// Finds the blocks at the ends of the windows of a long recording.
+    /// Computes the blocks at the ends of the windows of a long recording.
     fn set_window_ends(&mut self, windows: &[Range<usize>]) {
         for window in windows.iter().take(windows.len().saturating_sub(1)) {
             let (_, mut blocks) = self.rows_and_coupling(window, None);
             self.factors.forward(&mut blocks, window.start, self.before.last());
             self.before.extend(blocks.pop());
         }
-        // From the last window to the first.
         let mut after = Vec::new();
         for window in windows.iter().skip(1).rev() {
             let (_, mut blocks) = self.rows_and_coupling(window, None);
@@ -208,7 +203,7 @@ impl<'a> Eliminated<'a> {
         states.unzip()
     }
 
-    /// The responses of the states of a window to the shared unknowns, with which they are coupled by `across`.
+    /// Responses of the states of a window to the shared unknowns, with which they are coupled by `across`.
     fn answers(&self, window: &Range<usize>, mut across: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
         let number = window.start / WINDOW;
         let before = number.checked_sub(1).and_then(|n| self.before.get(n));
@@ -218,7 +213,7 @@ impl<'a> Eliminated<'a> {
     }
 }
 
-/// The rows and contributions of the frames of a window; `None` where a frame has no observations or no equilibrium.
+/// `None` where a frame has no observations or no equilibrium.
 type Contributions = Vec<Option<(WhitenedRows, Contribution)>>;
 
 fn contributions(

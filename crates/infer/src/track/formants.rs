@@ -1,8 +1,7 @@
-//! Formants of every frame of a recording, of a tract around the tracked tongue.
+//! Formants of a tract around the tracked tongue.
 //!
-//! A formant has its exact value at the most probable shape of a frame. How far it is known from what was seen is the spread of the draws,
-//! in which it is linear: the draws change the tensions, the displaced bones and the shape at rest, and what was seen ties these together.
-//! The errors of the walls themselves ([`TRACT_SD`](crate::acoustics::TRACT_SD)) are not part of that spread.
+//! A formant has its exact value at the most probable shape of a frame, and the standard deviation of its linear response to draws of
+//! tensions, displaced bones and shape at rest. Errors of the walls ([`TRACT_SD`](crate::acoustics::TRACT_SD)) are not included.
 
 use std::sync::Arc;
 
@@ -22,14 +21,13 @@ use crate::error_model::Along;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrackedFormant {
-    /// Its frequency at the most probable shape, Hz.
     pub hz: f64,
-    /// Standard deviation of the draws, Hz: what the observations leave open between walls that count as known.
+    /// Standard deviation over the draws, Hz, with walls that count as known.
     pub sd_hz: f64,
 }
 
-/// Makes the lowest formants of a tract a part of the results of frames. Jaw and larynx of the tract follow the bones of each frame; the
-/// opening of the lips is that of `posture`.
+/// Adds the lowest formants of a tract to the results of frames. Jaw and larynx follow the bones of each frame; the opening of the lips is
+/// that of `posture`.
 pub fn add_formants(
     frames: &mut [Frame],
     airway: &Arc<VocalTract>,
@@ -52,14 +50,14 @@ pub fn add_formants(
     }
 }
 
-/// The angle of a jaw, degrees, whose mark, at rest at this place from its joint, is shifted: the rotation that is nearest to the shift.
+/// Angle of a jaw, degrees: the rotation nearest to the shift of its mark, whose place at rest is given relative to the joint.
 fn opened_deg(mark: Point, shift: Point) -> f64 {
     let turned = Point::new(-mark.y, mark.x);
     (turned.dot(&shift) / mark.norm_squared()).to_degrees()
 }
 
 /// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
-/// without an equilibrium or an airway.
+/// without an equilibrium or with a closed tract.
 pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
     if recording.frames.iter().all(|f| f.formants.is_empty()) {
         return vec![None; recording.frames.len()];
@@ -72,7 +70,7 @@ pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) 
             if !frame.formants.iter().all(|h| h.value(positions).is_finite()) {
                 return None;
             }
-            // As hidden points, whose derivatives are in thousandths of a unit.
+            // Formants are taken as hidden points, whose derivatives are in thousandths of a unit.
             let hidden = frame.formants.iter().enumerate().map(|(i, formant)| FrameObservation {
                 name: format!("F{}", i + 1),
                 observation: Observation::new(formant.clone(), 0.0),
@@ -94,7 +92,7 @@ pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) 
     })
 }
 
-/// The formants of a frame at a shape, with the spread of their draws; empty where there are none.
+/// Formants of a frame with the spread of their draws; empty where there are none.
 pub(super) fn tracked_formants(
     frame: &Frame,
     positions: &[Point],

@@ -1,4 +1,4 @@
-//! One frame: its observations of a body, and their derivatives by the scores of the tensions.
+//! The observations of a frame, and its equilibrium.
 
 use nalgebra::{DVector, SVector};
 
@@ -15,39 +15,36 @@ use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{Followed, TrackingContext};
 use crate::error_model::{Along, distances_along};
 
-/// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
+/// Number of frames over which the place of a bone is averaged, because its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;
 
-/// The prepared observations of one frame.
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
     pub time_s: f64,
-    /// Observations that are fitted, with their standard deviations; those of the contour come first, in their order along it.
+    /// Fitted observations with their standard deviations; contour points come first, in order along the contour.
     pub observations: Vec<FrameObservation>,
-    /// Held-out ones, of weight 1; the fit predicts their distances from the simulated places.
+    /// Held-out observations, of weight 1.
     pub hidden: Vec<FrameObservation>,
     /// Formants that are part of the results ([`add_formants()`](super::add_formants())).
     pub formants: Vec<FormantFrequency>,
-    /// For every followed bone, its shift from rest, m.
+    /// Shift of every followed bone from rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
-    /// Numbers of the labels that apply at this time.
+    /// Numbers of the labels at this time.
     pub labels: Vec<usize>,
-    /// Of those that are compared, also their numbers among these ([`mark()`](super::mark())).
+    /// Labels that are compared, with their numbers among these ([`mark()`](super::mark())).
     pub compared: Vec<(usize, usize)>,
 }
 
-/// A contour point or a coordinate of a coil.
 #[derive(Debug, Clone)]
 pub struct FrameObservation {
     pub name: String,
-    /// Its distance from the surface, or the simulated less the measured coordinate, m.
+    /// Distance of the point from the surface, or simulated less measured coordinate, m.
     pub observation: Observation<2>,
-    /// Its place along the contour, and its error.
     pub along: Along,
 }
 
 impl FrameObservation {
-    /// The nodes on which its value depends, and the derivative by their positions, not weighted.
+    /// Derivative of the value, not weighted, by the positions of the nodes on which it depends.
     pub(super) fn slope(&self, positions: &[Point]) -> Vec<(usize, Point)> {
         let mut slope = Vec::with_capacity(4);
         self.observation.observable.gradient(positions, &mut |node, s| slope.push((node, s)));
@@ -55,7 +52,7 @@ impl FrameObservation {
     }
 }
 
-/// The frames of a recording for a body. `hide` are names of contour points and coils that are not fitted.
+/// The frames of a recording for a body; contour points and coils in `hide` are not fitted.
 pub fn frames(
     seen: &AlignedRecording,
     surface: &TongueSurface,
@@ -72,11 +69,11 @@ pub fn frames(
             .zip(&means)
             .map(|(f, m)| m[t].map_or_else(Point::zeros, |at| at - f.mark))
             .collect();
-        one(seen, frame, surface, shifts, hide, &along)
+        frame_of(seen, frame, surface, shifts, hide, &along)
     }))
 }
 
-/// Distance of every contour point from the first one along the mean contour, mm. The noise of single frames would make it longer.
+/// Distance of every contour point from the first one along the mean contour, mm; noise makes that along a single contour longer.
 fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
     let means = (0..seen.contour.len()).map(|i| {
         let marks = seen.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
@@ -86,7 +83,7 @@ fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
     distances_along(means, 1e3)
 }
 
-fn one(
+fn frame_of(
     seen: &AlignedRecording,
     frame: &AlignedFrame,
     surface: &TongueSurface,
@@ -123,25 +120,24 @@ fn one(
     out
 }
 
-/// A frame with its unknowns, before the link and in standard deviations of the bones, and the positions from which it is solved, if there
-/// are any.
+/// A frame, its unknowns (tensions before the transform, displacements of bones in standard deviations), and the positions from which it is
+/// solved, if any.
 pub(super) type FramePosture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
 
-/// Solves frames of one body, one after another.
 pub struct FrameSolver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
     pub(super) freed: &'a [MovableBone<2>],
     pub(super) link: Softplus,
     pub settings: SolveSettings,
-    /// For several frames at once, from the first time that it is used.
+    /// Lanes for several frames, made when they are first used.
     group: Option<LaneGroup<'a, 2>>,
     pub(super) workspace: Workspace<2>,
     pub(super) tensions: Vec<f64>,
 }
 
 impl<'a> FrameSolver<'a> {
-    /// Of a body: there are two scores for each freed bone, after those of the tensions.
+    /// Solves frames with unknowns for each contracting muscle and then two for each freed bone.
     pub fn new(context: TrackingContext<'a>, link: Softplus) -> Self {
         let TrackingContext { system, followed, freed, .. } = context;
         let workspace = Workspace::new(system);
@@ -192,13 +188,12 @@ impl<'a> FrameSolver<'a> {
         }
     }
 
-    /// A group of lanes; `None` where lanes cannot take the body.
+    /// `None` where lanes cannot take the body.
     pub(super) fn group(&mut self) -> Option<&mut LaneGroup<'a, 2>> {
         let lanes = Lanes::new(self.system);
         lanes.are_used().then(|| self.group.get_or_insert_with(|| lanes.group()))
     }
 
-    /// The load of a frame at these scores, from given positions or from rest.
     pub(super) fn load<'l>(&self, (frame, x, start): FramePosture<'l>) -> Load<'l, 2>
     where
         'a: 'l,
@@ -206,7 +201,7 @@ impl<'a> FrameSolver<'a> {
         Load { bones: self.bones(frame, x), start, ..Load::new(self.tensions_of(x)) }
     }
 
-    /// The nodes of all moved bones of a frame and their displacements at these scores, m.
+    /// Nodes and displacements, m, of all moved bones of a frame.
     fn bones(&self, frame: &Frame, x: &DVector<f64>) -> Vec<(&'a [usize], SVector<f64, 2>)> {
         let followed = self.followed.iter().zip(&frame.shifts).map(|(f, shift)| (f.nodes.as_slice(), *shift));
         let scores = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
@@ -215,13 +210,12 @@ impl<'a> FrameSolver<'a> {
         followed.chain(freed).collect()
     }
 
-    /// The factorised response at the last solved equilibrium.
     pub fn response(&mut self) -> Option<Response<'_, 2>> {
         Response::new(self.system, &mut self.workspace).ok()
     }
 }
 
-/// Simulated less measured values of all observations, in standard deviations.
+/// Simulated less measured values of all fitted observations, in standard deviations.
 pub fn residuals(frame: &Frame, positions: &[SVector<f64, 2>]) -> DVector<f64> {
     let residuals = frame.observations.iter().map(|o| o.observation.residual(positions));
     DVector::from_iterator(frame.observations.len(), residuals)

@@ -1,5 +1,5 @@
-//! The search for the most probable states of all frames: the Gauss-Newton method with a separate damping for every frame (Levenberg 1944,
-//! Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none; this does not shorten the steps of other frames.
+//! The search for the most probable states of all frames by Gauss-Newton with a separate damping for every frame (Levenberg 1944, Marquardt
+//! 1963), so that a nonlinear frame does not shorten the steps of others.
 
 use std::sync::Arc;
 
@@ -13,45 +13,42 @@ use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
 
-/// Largest number of rounds of the search for the most probable tensions.
+/// Largest number of rounds of the search.
 pub(super) const ROUNDS: usize = 40;
-/// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
-/// after two quiet rounds in any case.
-const WON: f64 = 5e-4;
-/// In recordings with more frames than this, some frames are held back in every round, so a round in which only a few are counts as quiet.
+/// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which few frames were held back,
+/// or after two quiet rounds.
+const RELATIVE_DECREASE: f64 = 5e-4;
+/// Number of frames above which a few may be held back in a quiet round.
 const MANY_FRAMES: usize = 150;
-/// Parts of the step that a frame tries.
+/// Parts of the step that are tried for a frame.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
-/// A frame's step is too long if its cost exceeds both the previous and the expected cost by this factor plus this amount.
+/// A step is rejected if the frame's cost exceeds both the previous and the expected cost by this factor plus this amount.
 const TOO_FAR: (f64, f64) = (1.1, 1.0);
-/// Damping: in the first round, at least for a frame that was held back, and the value from which on a frame stays where it is; in units
+/// Damping of a frame in the first round, least damping after a rejected step, and damping from which the frame stays where it is, in units
 /// of the precision of a course.
 const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
 /// Factor of the damping of a frame that responded as expected.
-const LESS: f64 = 0.2;
-/// A frame keeps its linearisation until an unknown is farther from where it was made than this, in standard deviations of a course.
-const NEAR: f64 = 0.08;
-/// Largest difference of unknowns that are the same but for rounding.
-const SAME: f64 = 1e-9;
+const DAMPING_DECREASE: f64 = 0.2;
+/// Largest distance of an unknown from a linearisation that is kept, in standard deviations of a course.
+const KEPT_RANGE: f64 = 0.08;
+/// Largest difference of unknowns that are equal but for rounding.
+const ROUNDING: f64 = 1e-9;
 
-/// A frame after a step.
-struct Tried {
+struct TrialResult {
     here: FrameState,
-    /// The cost of its errors before the step, if there was an equilibrium, and after it.
+    /// Cost of its errors before the step, if there was an equilibrium.
     was: Option<f64>,
     cost: f64,
     damping: f64,
 }
 
-/// A step of the states of a recording.
 pub(super) struct StateStep {
     states: Vec<DVector<f64>>,
-    /// The cost of each frame if it responded linearly.
+    /// Cost of each frame by its linearisation.
     expected: Vec<f64>,
 }
 
-/// Minimises the cost in at most this number of rounds and returns the cost at the end; `progress` is called with the number of every
-/// round.
+/// Minimises the cost in at most this number of rounds and returns it; `progress` gets the number of every round.
 pub(super) fn minimise(
     smoother: &mut Smoother<'_>,
     recordings: &mut [SmoothedRecording],
@@ -66,13 +63,13 @@ pub(super) fn minimise(
     }
     let mut damping: Vec<Vec<f64>> = recordings.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
     let frames: usize = recordings.iter().map(|c| c.frames.len()).sum();
-    let won = WON * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
+    let tolerance = RELATIVE_DECREASE * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
     let mut quiet = 0;
     for round in 0..rounds {
         let Some((step, steps)) = stepped(smoother, recordings, &damping, None) else { break };
         let shared = &smoother.shared + step;
         let all = recordings.iter().zip(&steps).zip(&damping);
-        let tried: Vec<Vec<Tried>> = all
+        let tried: Vec<Vec<TrialResult>> = all
             .map(|((recording, step), damping)| solved(smoother, recording, &shared, step, damping))
             .collect();
         let before = prior(smoother, recordings, &smoother.shared, |nth, t| &recordings[nth].here[t].z);
@@ -88,7 +85,7 @@ pub(super) fn minimise(
             }
         }
         progress(round + 1);
-        quiet = if gain.abs() <= won * cost { quiet + 1 } else { 0 };
+        quiet = if gain.abs() <= tolerance * cost { quiet + 1 } else { 0 };
         if gain > 0.0 {
             smoother.shared = shared;
             for (recording, tried) in recordings.iter_mut().zip(tried) {
@@ -108,7 +105,6 @@ pub(super) fn minimise(
     costs(smoother, recordings)
 }
 
-/// Total cost of states and shared unknowns.
 fn costs(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> f64 {
     let frames = recordings.iter().flat_map(|recording| {
         (0..recording.frames.len())
@@ -117,18 +113,16 @@ fn costs(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> f64 {
     prior(smoother, recordings, &smoother.shared, |nth, t| &recordings[nth].here[t].z) + frames.sum::<f64>()
 }
 
-/// A shape that takes a step together with the states.
 #[derive(Clone, Copy)]
 pub(super) struct ShapeStep<'a> {
     pub shape: &'a RestShape,
-    /// Its derivatives in every frame of every recording.
     pub rates: &'a [Vec<Option<ShapeJacobian>>],
-    /// The weight of its prior, and its damping in units of that prior's precision.
+    /// Weight of its prior, and its damping in units of that prior's precision.
     pub weight: f64,
     pub damping: f64,
 }
 
-/// The step of the shared unknowns, those of the shape behind the others, and of every state.
+/// Step of the shared unknowns, followed by those of the shape, and of every state.
 pub(super) fn stepped(
     smoother: &Smoother<'_>,
     recordings: &[SmoothedRecording],
@@ -171,9 +165,8 @@ pub(super) fn stepped(
     Some((step, steps))
 }
 
-/// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can, on a body that is not the
-/// one of their linearisations.
-pub(super) fn follow(
+/// Moves the states by a step to the shared unknowns `shared`, each frame as far as it can, on another body than the linearised one.
+pub(super) fn apply_steps(
     smoother: &Smoother<'_>,
     recordings: &mut [SmoothedRecording],
     shared: &DVector<f64>,
@@ -207,7 +200,6 @@ fn prior<'z>(
     sum
 }
 
-/// Cost of the errors of a frame.
 fn own_cost(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
@@ -220,8 +212,7 @@ fn own_cost(
     Some(whitened.norm_squared())
 }
 
-/// Linearisations of the frames that are `open`, in their states. Frames that have not been solved yet start from the first one of their
-/// chunk, and that one from rest.
+/// Linearisations of the frames that are `open`. Frames without a solution start from the first one of their chunk, and that one from rest.
 fn linearised(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
@@ -245,12 +236,11 @@ fn linearised(
     })
 }
 
-/// Linearises frames at the end of the search that have another state than their linearisations. A frame without an equilibrium there goes
-/// back to the state of its last one.
+/// Linearises frames that have moved from their linearisations. A frame without an equilibrium goes back to its last one.
 fn relinearise(smoother: &Smoother<'_>, recording: &mut SmoothedRecording) {
     let has_moved = |t: usize| {
         let linear = recording.here[t].linear.as_ref();
-        linear.is_some_and(|l| (&l.x - smoother.unknowns_of(recording, t)).amax() > SAME)
+        linear.is_some_and(|l| (&l.x - smoother.unknowns_of(recording, t)).amax() > ROUNDING)
     };
     for (t, linear) in linearised(smoother, recording, has_moved) {
         match (linear, recording.here[t].linear.clone()) {
@@ -271,13 +261,15 @@ fn solved(
     shared: &DVector<f64>,
     step: &StateStep,
     damping: &[f64],
-) -> Vec<Tried> {
+) -> Vec<TrialResult> {
     in_chunks(0..recording.frames.len(), |chunk| {
         let mut solver = smoother.solver();
         let to_trial = |&t: &usize| Trial::new(smoother, recording, shared, step, (t, damping[t]));
         let trials: Vec<Trial<'_>> = chunk.iter().map(to_trial).collect();
-        let mut tried: Vec<Option<Tried>> =
-            trials.iter().map(|trial| trial.unseen().or_else(|| trial.near())).collect();
+        let mut tried: Vec<Option<TrialResult>> = trials
+            .iter()
+            .map(|trial| trial.without_data().or_else(|| trial.with_kept_linearisation()))
+            .collect();
         for part in PARTS {
             let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
             let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
@@ -285,26 +277,28 @@ fn solved(
                 (&recording.frames[trials[i].t], x, recording.here[trials[i].t].positions.as_deref())
             }));
             for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
-                tried[i] = linear.and_then(|linear| trials[i].judged(part, linear));
+                tried[i] = linear.and_then(|linear| trials[i].accepted(part, linear));
             }
         }
-        tried.into_iter().zip(&trials).map(|(tried, trial)| tried.unwrap_or_else(|| trial.stayed())).collect()
+        tried
+            .into_iter()
+            .zip(&trials)
+            .map(|(tried, trial)| tried.unwrap_or_else(|| trial.unmoved()))
+            .collect()
     })
 }
 
-/// A frame that is to take a step.
 struct Trial<'a> {
     smoother: &'a Smoother<'a>,
     recording: &'a SmoothedRecording,
-    /// The shared unknowns after the step.
     shared: &'a DVector<f64>,
     t: usize,
-    /// Its state after the whole step.
+    /// State after the whole step.
     z: DVector<f64>,
-    /// The unknowns of its equilibrium before and after it.
-    was: DVector<f64>,
-    whole: DVector<f64>,
-    /// The cost before, if there is an equilibrium, and the cost after the whole step if the frame responded linearly.
+    /// Unknowns of the equilibrium before and after the whole step.
+    unknowns_before: DVector<f64>,
+    unknowns_after: DVector<f64>,
+    /// Cost before, if there is an equilibrium, and cost after the whole step by the linearisation.
     cost: Option<f64>,
     expected: f64,
     damping: f64,
@@ -320,57 +314,68 @@ impl<'a> Trial<'a> {
     ) -> Self {
         let before = &recording.here[t];
         let z = &before.z + &step.states[t];
-        let (was, whole) = (smoother.unknowns(&before.z, &smoother.shared), smoother.unknowns(&z, shared));
+        let (unknowns_before, unknowns_after) =
+            (smoother.unknowns(&before.z, &smoother.shared), smoother.unknowns(&z, shared));
         let cost = own_cost(smoother, recording, t, before, &smoother.shared);
-        Self { smoother, recording, shared, t, z, was, whole, cost, expected: step.expected[t], damping }
+        Self {
+            smoother,
+            recording,
+            shared,
+            t,
+            z,
+            unknowns_before,
+            unknowns_after,
+            cost,
+            expected: step.expected[t],
+            damping,
+        }
     }
 
     fn before(&self) -> &'a FrameState {
         &self.recording.here[self.t]
     }
 
-    /// The cost of its errors after the step.
     fn cost_at(&self, here: &FrameState) -> Option<f64> {
         own_cost(self.smoother, self.recording, self.t, here, self.shared)
     }
 
     /// The result for a frame without data.
-    fn unseen(&self) -> Option<Tried> {
+    fn without_data(&self) -> Option<TrialResult> {
         if self.recording.errors[self.t].is_some() {
             return None;
         }
         let here = FrameState { z: self.z.clone(), linear: None, positions: self.before().positions.clone() };
-        Some(Tried { here, was: None, cost: 0.0, damping: self.damping })
+        Some(TrialResult { here, was: None, cost: 0.0, damping: self.damping })
     }
 
-    /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold, or if none is kept.
-    fn near(&self) -> Option<Tried> {
-        let moved = &self.whole - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
+    /// The whole step with the kept linearisation; `None` if the step is too long for it, or if none is kept.
+    fn with_kept_linearisation(&self) -> Option<TrialResult> {
+        let moved = &self.unknowns_after - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
         let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.course_sd_n);
-        if !moved.iter().enumerate().all(|(i, by)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 }) {
+        if !moved.iter().enumerate().all(|(i, by)| by.abs() < KEPT_RANGE * if i < muscles { sd } else { 1.0 })
+        {
             return None;
         }
         let here = FrameState { z: self.z.clone(), ..self.before().clone() };
         let cost = self.cost_at(&here)?;
-        Some(Tried { here, was: self.cost, cost, damping: self.damping * LESS })
+        Some(TrialResult { here, was: self.cost, cost, damping: self.damping * DAMPING_DECREASE })
     }
 
-    /// The unknowns of the equilibrium after a part of the step.
+    /// Unknowns of the equilibrium after a part of the step.
     fn unknowns(&self, part: f64) -> DVector<f64> {
-        &self.was + (&self.whole - &self.was) * part
+        &self.unknowns_before + (&self.unknowns_after - &self.unknowns_before) * part
     }
 
-    /// The state after a part of the step. A shorter step applies to tensions and displacements only, because the residuals are linear in
-    /// the errors.
+    /// State after a part of the step, which applies to tensions and displacements only, because the residuals are linear in the errors.
     fn state(&self, part: f64) -> DVector<f64> {
         let mut z = self.z.clone();
-        let mut x = z.rows_mut(0, self.was.len());
-        x -= (&self.whole - &self.was) * (1.0 - part);
+        let mut x = z.rows_mut(0, self.unknowns_before.len());
+        x -= (&self.unknowns_after - &self.unknowns_before) * (1.0 - part);
         z
     }
 
-    /// The frame after a part of the step; `None` if that is too long.
-    fn judged(&self, part: f64, linear: Linearisation) -> Option<Tried> {
+    /// The result of a part of the step; `None` if that is too long.
+    fn accepted(&self, part: f64, linear: Linearisation) -> Option<TrialResult> {
         let positions = Some(Arc::clone(&linear.positions));
         let here = FrameState { z: self.state(part), linear: Some(Arc::new(linear)), positions };
         let there = self.cost_at(&here)?;
@@ -378,17 +383,17 @@ impl<'a> Trial<'a> {
         let off = (there - self.expected).abs();
         let expected = self.cost.map_or(0.0, |c| (c - self.expected).abs());
         let damping = match part {
-            1.0 if off <= 0.25 * expected + 0.01 => self.damping * LESS,
+            1.0 if off <= 0.25 * expected + 0.01 => self.damping * DAMPING_DECREASE,
             1.0 if off <= 0.75 * expected + 0.1 => self.damping,
             _ => (self.damping * 4.0).max(DAMPING.1),
         };
-        (there <= most).then_some(Tried { here, was: self.cost, cost: there, damping })
+        (there <= most).then_some(TrialResult { here, was: self.cost, cost: there, damping })
     }
 
-    /// The frame where it was, after a step of which no part is short enough.
-    fn stayed(&self) -> Tried {
+    /// The result where no part of the step is short enough.
+    fn unmoved(&self) -> TrialResult {
         let here = FrameState { z: self.state(0.0), ..self.before().clone() };
         let cost = self.cost_at(&here).unwrap_or(0.0);
-        Tried { here, was: self.cost, cost, damping: (self.damping * 10.0).max(DAMPING.1) }
+        TrialResult { here, was: self.cost, cost, damping: (self.damping * 10.0).max(DAMPING.1) }
     }
 }

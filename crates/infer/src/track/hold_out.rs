@@ -1,12 +1,11 @@
-//! Held-out points, predicted by the model and by methods without mechanics. The purpose of the model is to find tensions, not to
-//! interpolate, but results in which it is worse are reported too.
+//! Held-out points predicted by the model, whose purpose is to find tensions, and by methods without mechanics.
 //!
-//! - Points of a contour are predicted by a natural spline through the other points, and by principal components and a Gaussian of the
-//!   speaker's recordings. The error is the distance of the hidden point from the predicted contour.
-//! - Coils are predicted by their mean place, by the straight line between the coils beside them, and by a Gaussian of the speaker's
-//!   recordings. The error is the distance from the predicted place.
+//! - Points of a contour: a natural spline through the other points, and principal components and a Gaussian of the speaker's recordings.
+//!   The error is the distance from the predicted contour.
+//! - Coils: their mean place, the straight line between the coils beside them, and a Gaussian of the speaker's recordings. The error is the
+//!   distance from the predicted place.
 //!
-//! What is learned of a speaker comes from his or her other recordings, or from the same one if there is no other.
+//! The methods learn from the speaker's other recordings, or from the same one if there is no other.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -16,29 +15,25 @@ use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 use super::Tracked;
 
-/// Number of principal components.
 const COMPONENTS: usize = 4;
-/// Length by which a contour is extended in a straight line beyond its last point, m: hidden tips lie there.
+/// Length by which a contour is extended in a straight line beyond its last point, m, where hidden tips lie.
 const BEYOND_M: f64 = 30e-3;
-/// This part of the largest variance is added to every variance, so that the covariance of few frames can be inverted.
+/// Part of the largest variance that is added to every variance, so that the covariance of few frames can be inverted.
 const RIDGE: f64 = 1e-3;
 
-/// Errors of one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BaselinePredictor {
     pub name: String,
-    /// Number of hidden points in all frames.
     pub points: usize,
     pub median_mm: f64,
     /// Root mean square error, mm.
     pub pooled_mm: f64,
 }
 
-/// Comparison of predictions of the held-out points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
     pub points: Vec<String>,
-    /// Where the other methods learned from: `other recordings`, or `the same recording` if there is only one.
+    /// What the other methods learned from: `other recordings`, or `the same recording` if there is only one.
     pub trained_on: &'static str,
     /// The methods, the model first.
     pub opponents: Vec<BaselinePredictor>,
@@ -56,8 +51,7 @@ impl BaselinePredictor {
     }
 }
 
-/// The model and the other methods on hidden points; `None` if no points are hidden. `seen` are the observations of every recording, and
-/// `tracked` are the results of the model without the hidden points.
+/// Errors of the model and the other methods at hidden points; `None` without hidden points. `tracked` is found without these.
 pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Option<HeldOut> {
     let trained_on = if seen.len() > 1 { "other recordings" } else { "the same recording" };
     let opponents = (!hide.is_empty()).then(|| opponents(seen, tracked, hide))?;
@@ -107,15 +101,15 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
     all.into_iter().flatten().collect()
 }
 
-/// The points of a contour, or the coils, of a frame: numbers and places, m, of those that are shown to a method, and of the hidden ones.
+/// Contour points or coils of a frame: numbers and places, m, of those that a method sees, and of the hidden ones.
 struct SplitFrame<'a> {
     shown: &'a [usize],
     visible: Vec<Point>,
     hidden: Vec<(usize, Point)>,
 }
 
-/// Calls `judge` with every frame in which all shown points were seen, and with what was learned from other recordings of the same points
-/// (from the same one if there is no other). `names` are those of the points of a recording, and `marks` what was seen of them in a frame.
+/// Calls `judge` for every frame that shows all visible points, with what was learned from other recordings of the same points. `names` are
+/// those of the points of a recording, `marks` their places in a frame.
 fn each_frame(
     seen: &[&AlignedRecording],
     hide: &[String],
@@ -142,7 +136,7 @@ fn each_frame(
     }
 }
 
-/// The model's error of every hidden point, m. A coil stands there twice, once for each coordinate; its error is the length of both.
+/// Errors of the model at hidden points, m; both coordinates of a coil give one distance.
 fn missed(frame: &Tracked) -> Vec<f64> {
     let mut out: Vec<(&str, f64)> = Vec::new();
     for hidden in &frame.hidden {
@@ -182,7 +176,7 @@ impl Learned {
         Some(Self { mean, covariance })
     }
 
-    /// The numbers of the coordinates of the shown points, and these coordinates less their means.
+    /// Numbers of the coordinates of the visible points, and these coordinates less their means.
     fn away(&self, frame: &SplitFrame<'_>) -> (Vec<usize>, DVector<f64>) {
         let rows: Vec<usize> = frame.shown.iter().flat_map(|i| [2 * i, 2 * i + 1]).collect();
         let seen = frame.visible.iter().flat_map(|p| [p.x, p.y]);
@@ -190,7 +184,7 @@ impl Learned {
         (rows, away)
     }
 
-    /// All points: the sum of components that fits the visible ones best.
+    /// All points by the components that fit the visible ones best.
     fn by_components(&self, frame: &SplitFrame<'_>) -> Vec<Point> {
         let eigen = self.covariance.clone().symmetric_eigen();
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
@@ -202,7 +196,7 @@ impl Learned {
         points(&weights.map_or_else(|| self.mean.clone(), |w| &self.mean + basis * w))
     }
 
-    /// All points: their means given the visible ones.
+    /// Conditional means of all points given the visible ones.
     fn by_gaussian(&self, frame: &SplitFrame<'_>) -> Vec<Point> {
         let (rows, away) = self.away(frame);
         let mut seen = self.covariance.select_rows(&rows).select_columns(&rows);

@@ -1,4 +1,4 @@
-//! How what is observed in frames changes with unknowns: several frames at once in lanes, and one at a time where lanes do not serve.
+//! Derivatives of the observations of frames by unknowns, for several frames in lanes or for one frame in any body.
 
 use std::sync::Arc;
 
@@ -12,26 +12,25 @@ use tongue_core::statics::lanes::{LANES, Load, UnitChange};
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
 
-/// Unit of the derivatives of the residuals. Those of the distances of hidden points are millimetres.
+/// Unit of the derivatives of residuals; those of hidden points are in millimetres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DerivativeUnit {
     StandardDeviations,
     Millimetres,
 }
 
-/// Derivatives by unknowns of the residuals of a frame and, in the rows behind them, of the distances of its hidden points.
+/// Derivatives of the residuals of a frame and, in the last rows, of the distances of its hidden points.
 pub(super) struct Rates {
     /// Simulated less measured values, in standard deviations.
     pub residuals: DVector<f64>,
-    /// Positions of all nodes, m.
     pub positions: Vec<Point>,
     pub by_unknown: DMatrix<f64>,
-    /// For each row, the nodes on which it depends with the derivative by their positions, and a factor.
+    /// For each row, its derivative by the positions of nodes, and a factor.
     rows: Vec<(Vec<(usize, Point)>, f64)>,
 }
 
 impl Rates {
-    /// The rows of a frame whose equilibrium has these positions, with columns of zeros; `None` where a residual is not finite.
+    /// The rows of a frame with these positions, with columns of zeros; `None` where a residual is not finite.
     fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: DerivativeUnit) -> Option<Self> {
         let found = frame.observations.iter().map(|o| o.observation.residual_and_slope(&positions));
         let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
@@ -61,18 +60,16 @@ impl Rates {
         }
     }
 
-    /// The derivatives of the residuals.
     pub fn of_seen(&self) -> DMatrix<f64> {
         self.by_unknown.rows(0, self.residuals.len()).into_owned()
     }
 
-    /// The derivatives of the distances of the hidden points.
     pub fn of_hidden(&self) -> DMatrix<f64> {
         let seen = self.residuals.len();
         self.by_unknown.rows(seen, self.rows.len() - seen).into_owned()
     }
 
-    /// The same rates; `None` where a derivative of a residual is not finite.
+    /// `None` where a derivative of a residual is not finite.
     fn finite(self) -> Option<Self> {
         self.by_unknown.rows(0, self.residuals.len()).iter().all(|v| v.is_finite()).then_some(self)
     }
@@ -82,9 +79,8 @@ fn times(slope: Vec<(usize, Point)>, unit: f64) -> (Vec<(usize, Point)>, f64) {
     (slope.into_iter().map(|(node, s)| (node, s * unit)).collect::<Vec<_>>(), 1.0)
 }
 
-/// Unknowns by which frames are differentiated, and how their columns of derivatives are found.
+/// Unknowns by which frames are differentiated.
 pub(super) trait DerivativeColumns {
-    /// The unit of the derivatives of the residuals.
     const UNIT: DerivativeUnit;
 
     fn count(&self) -> usize;
@@ -92,15 +88,15 @@ pub(super) trait DerivativeColumns {
     /// The changes in lanes, one for each column; `None` where lanes do not take them.
     fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>>;
 
-    /// The derivative of the change of a column by its unknown, at unknowns `x`.
+    /// Derivative of the change of a column by its unknown, at unknowns `x`.
     fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64;
 
-    /// Sets all columns for any body, at the equilibrium that the solver found last; `None` where its stiffness has no factor.
+    /// Sets all columns in any body at the solver's last equilibrium; `None` where its stiffness cannot be factorised.
     fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()>;
 }
 
 impl FrameSolver<'_> {
-    /// The derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
+    /// Derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
     pub(super) fn rates<C: DerivativeColumns>(
         &mut self,
         columns: &C,
@@ -112,7 +108,7 @@ impl FrameSolver<'_> {
         found.map(|(found, posture)| found.or_else(|| self.rates_alone(columns, *posture))).collect()
     }
 
-    /// As [`FrameSolver::rates`] for as many frames as there are lanes; `None` too where lanes do not serve.
+    /// [`FrameSolver::rates`] of at most as many frames as there are lanes; `None` also where lanes cannot be used.
     fn rates_of_group<C: DerivativeColumns>(
         &mut self,
         columns: &C,
@@ -139,7 +135,7 @@ impl FrameSolver<'_> {
         all.into_iter().map(|rates| rates?.finite()).collect()
     }
 
-    /// The derivatives of one frame by the solver for any body; needs one factorisation more than the equilibrium.
+    /// [`FrameSolver::rates`] of one frame in any body; needs one factorisation more than the equilibrium.
     fn rates_alone<C: DerivativeColumns>(
         &mut self,
         columns: &C,
@@ -152,22 +148,18 @@ impl FrameSolver<'_> {
     }
 }
 
-/// The linearisation of a frame at given unknowns.
 #[derive(Debug, Clone)]
 pub struct Linearisation {
-    /// The unknowns at which it was made.
     pub x: DVector<f64>,
     /// Simulated less measured values, in standard deviations.
     pub residuals: DVector<f64>,
-    /// Derivative of the residuals by the unknowns.
     pub jacobian: DMatrix<f64>,
-    /// Positions of all nodes, m.
     pub positions: Arc<[Point]>,
-    /// Derivative by the unknowns of the distances of the hidden points from the surface, mm, positive outside.
+    /// Derivative of the distances of hidden points from the surface, mm, positive outside.
     pub hidden_jacobian: DMatrix<f64>,
 }
 
-/// The unknowns of a frame: a column for each contracting muscle, then two for each freed bone.
+/// A column for each contracting muscle, then two for each freed bone.
 struct Unknowns<'a> {
     muscles: &'a [usize],
     freed: &'a [MovableBone<2>],
@@ -176,7 +168,7 @@ struct Unknowns<'a> {
 }
 
 impl<'a> Unknowns<'a> {
-    /// The bone of a column behind those of the muscles, and the axis along which it is displaced.
+    /// The bone and axis of a column after those of the muscles.
     fn bone(&self, column: usize) -> (&'a MovableBone<2>, usize) {
         let number = column - self.muscles.len();
         (&self.freed[number / 2], number % 2)
@@ -222,7 +214,7 @@ impl DerivativeColumns for Unknowns<'_> {
 }
 
 impl FrameSolver<'_> {
-    /// The linearisations of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
+    /// `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
     pub fn linearise_all(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Linearisation>> {
         let count = postures.iter().map(|(_, x, _)| x.len()).max().unwrap_or(0);
         let (muscles, freed, link) = (self.system.contracting(), self.freed, self.link);

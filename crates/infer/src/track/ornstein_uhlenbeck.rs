@@ -1,20 +1,19 @@
-//! The prior that couples the tensions of successive frames, and the block tridiagonal systems for all frames at once.
+//! The prior of the states of successive frames, and its block tridiagonal systems.
 //!
-//! The prior of a course: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
-//! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so
-//! `Q + G` with a block `G` a frame is factorised frame by frame (Rauch, Tung and Striebel 1965 in the form of information).
-//! Tensions are a smooth function of unbounded numbers, `F = s ln(1 + exp(h / s))`, so that a slack muscle is not on a bound.
+//! A course is a stationary Ornstein-Uhlenbeck process about zero with precision `P` and time constant `tau`: `z_(t+1) = rho z_t + e`, `e ~
+//! N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so `Q + G` with a block `G` for each frame is
+//! factorised frame by frame (Rauch, Tung and Striebel 1965 in information form). Tensions are a smooth function of unbounded numbers, `F =
+//! s ln(1 + exp(h / s))`, so that a slack muscle is not on a bound.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::least_squares::symmetric_cholesky;
 use crate::standard_deviations as sd;
 
-/// Smallest interval between frames, as a part of the memory; frames that are closer count as this far apart, because rounding would
-/// otherwise leave no digits.
+/// Smallest interval between frames in time constants; less would lose all digits by rounding.
 const NEAREST: f64 = 1e-4;
 
-/// The prior of a chain of frames as its precision `Q`.
+/// The prior of a recording's states as their precision `Q`.
 #[derive(Debug, Clone)]
 pub(super) struct OrnsteinUhlenbeck {
     precision: DMatrix<f64>,
@@ -25,7 +24,7 @@ pub(super) struct OrnsteinUhlenbeck {
 }
 
 impl OrnsteinUhlenbeck {
-    /// The prior of states with this precision in each single frame, remembered for `memory_s` (s; 0: all frames are independent).
+    /// The prior of states with this precision in each frame and time constant, s (0: frames are independent).
     pub fn new(precision: DMatrix<f64>, memory_s: f64, times: &[f64]) -> Self {
         let mut diagonal = vec![1.0; times.len()];
         let mut off_diagonal = Vec::with_capacity(times.len().saturating_sub(1));
@@ -51,7 +50,7 @@ impl OrnsteinUhlenbeck {
         out
     }
 
-    /// Factorises `Q + G`; `None` where that is not positive definite.
+    /// `None` where `Q + G` is not positive definite.
     pub fn factorise(&self, curvature: Vec<DMatrix<f64>>) -> Option<Factors> {
         let mut own: Vec<Cholesky<f64, Dyn>> = Vec::with_capacity(curvature.len());
         let mut gains: Vec<DMatrix<f64>> = Vec::with_capacity(self.off_diagonal.len());
@@ -70,10 +69,9 @@ impl OrnsteinUhlenbeck {
     }
 }
 
-/// A factorised `Q + G`.
 #[derive(Debug, Clone)]
 pub(super) struct Factors {
-    /// For every frame, the factorised diagonal block after elimination of the frames before it.
+    /// For every frame, the factor of the diagonal block after elimination of the frames before it.
     own: Vec<Cholesky<f64, Dyn>>,
     /// For every frame but the last, the matrix by which its elimination acts on the next.
     gains: Vec<DMatrix<f64>>,
@@ -86,7 +84,7 @@ impl Factors {
         self.backward(right, 0, None);
     }
 
-    /// The forward elimination in a window of frames that begins with the frame `from`; `before` is the block of the frame before it.
+    /// Forward elimination in a window of frames from `from` on; `before` is the block of the frame before it.
     pub fn forward(&self, right: &mut [DMatrix<f64>], from: usize, before: Option<&DMatrix<f64>>) {
         for t in 0..right.len() {
             if let Some(before) = t.checked_sub(1).map(|t| &right[t]).or(before) {
@@ -96,7 +94,7 @@ impl Factors {
         }
     }
 
-    /// The back substitution in such a window; `after` is the solution of the frame after it.
+    /// Back substitution in a window; `after` is the solution of the frame after it.
     pub fn backward(&self, right: &mut [DMatrix<f64>], from: usize, after: Option<&DMatrix<f64>>) {
         for t in (0..right.len()).rev() {
             self.own[from + t].solve_mut(&mut right[t]);
@@ -104,8 +102,7 @@ impl Factors {
         }
     }
 
-    /// Turns independent standard normal numbers into draws of `N(0, (Q + G)^-1)` in such a window, in place; `after` are the draws of the
-    /// frame after it.
+    /// Turns standard normal numbers of a window into draws of `N(0, (Q + G)^-1)` in place; `after` are those of the frame after it.
     pub fn colour(&self, normals: &mut [DMatrix<f64>], from: usize, after: Option<&DMatrix<f64>>) {
         for t in (0..normals.len()).rev() {
             self.own[from + t].l_dirty().tr_solve_lower_triangular_mut(&mut normals[t]);
@@ -113,7 +110,7 @@ impl Factors {
         }
     }
 
-    /// Adds to block `t` of a window what the block after it contributes.
+    /// Adds the contribution of the next block.
     fn carry_back(
         &self,
         blocks: &mut [DMatrix<f64>],
@@ -127,17 +124,15 @@ impl Factors {
     }
 }
 
-/// The link of tensions, and their prior: `h = middle + M + e(t)` with `M ~ N(0, level²)` shared by all frames and `e` an
+/// Transform of tensions and their prior: `h = middle + M + e(t)` with `M ~ N(0, level²)` shared by all frames and `e` an
 /// Ornstein-Uhlenbeck process. Independent priors of the frames would treat the mean of all frames as known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Softplus {
-    /// The constant `s`, where the exponential turns into a straight line, N per metre of thickness.
+    /// The constant `s` at which the exponential turns into a straight line, N per metre of thickness.
     pub bend_n: f64,
     /// Prior mean of `h`, N/m.
     pub middle_n: f64,
-    /// Standard deviation of the level, N/m.
     pub level_sd_n: f64,
-    /// Standard deviation of the course, N/m.
     pub course_sd_n: f64,
 }
 
@@ -148,7 +143,7 @@ impl Default for Softplus {
 }
 
 impl Softplus {
-    /// A link with all values in proportion to a scale of the tensions, N/m; the default is 20 N/m.
+    /// A transform in proportion to a scale of the tensions, N/m; the default is 20 N/m.
     pub fn of_scale(scale_n: f64) -> Self {
         let by = scale_n / sd::TENSION_N;
         Self {
@@ -171,17 +166,17 @@ impl Softplus {
         (self.bend_n * value, 1.0 / (1.0 + (-t).exp()))
     }
 
-    /// The tension in the middle of the bend, N/m: a muscle below it cannot be distinguished from a slack one.
+    /// Tension at `h = 0`, N/m, below which a muscle cannot be distinguished from a slack one.
     pub fn slack_n(&self) -> f64 {
         self.tension(0.0).0
     }
 
-    /// Quantile of a tension in the prior, N/m; `z` is the standard normal quantile of the same probability.
+    /// Prior quantile of a tension, N/m; `z` is the standard normal quantile of the same probability.
     pub fn prior_quantile(&self, z: f64) -> f64 {
         self.tension(self.middle_n + z * self.level_sd_n.hypot(self.course_sd_n)).0
     }
 
-    /// Standard deviation of a tension in the prior, N/m.
+    /// Prior standard deviation of a tension, N/m.
     pub fn prior_sd_n(&self) -> f64 {
         let moment = |power: i32| {
             let grid = (-60..=60).map(|i| 0.1 * f64::from(i)).map(|z| (z, (-0.5 * z * z).exp()));
@@ -234,7 +229,7 @@ mod tests {
         for (a, b) in solved.iter().zip(blocks(&(&inverse * right))) {
             assert!((a - b).amax() < 1e-10);
         }
-        // Window by window, the last first, the draws are the same bits.
+        // Draws made window by window, the last first, are the same bits.
         let whole = blocks(&DMatrix::from_fn(all, 2, |i, j| (i + 3 * j) as f64 * 0.1));
         let mut at_once = whole.clone();
         factors.colour(&mut at_once, 0, None);

@@ -1,16 +1,15 @@
-//! Predictions of held-out contour points and coils, from the mechanics and from the points beside them.
+//! Predictions of held-out contour points and coils by the mechanics and the points beside them.
 //!
-//! Let `r` be the distance of a point from the surface at rest, and `d` its distance from the surface under the tensions that were found.
-//! Along the contour `y = (1 - w) r + w d` is taken as a normal process with an unknown mean:
+//! With `r` the distance of a point from the surface at rest and `d` that from the surface under the tensions found, `y = (1 - w) r + w d`
+//! along the contour is a Gaussian process with unknown mean:
 //! ```text
 //! cov(y_i, y_j) = s² (exp(-(q_i - q_j)² / 2 l²) + M + n² [same point])
 //! ```
-//! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight
-//! `w` of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point, or every
-//! third row of as many points as are hidden in a row, is held out in turn and tensions are found without it (stacking, Wolpert 1992). The
-//! errors of these predictions also give the intervals. A point is missed nearly alike in all frames, so the points are counted and not the
-//! frames, and points closer than 9 mm as fewer: the half width is that of Student's distribution for their number less that of the
-//! parameters that they choose.
+//! whose conditional mean at a held-out place, given the visible points of the frame, is the prediction (kriging). The weight `w` of the
+//! mechanics, the length `l` and the noise `n` have the highest predictive density when every third visible point, or every third row of as
+//! many points as are hidden in a row, is held out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these
+//! predictions give the intervals. A point has nearly the same error in all frames, so points are counted instead of frames, and points
+//! closer than 9 mm as fewer: the half width is that of Student's distribution for their number less that of the chosen parameters.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -31,15 +30,15 @@ const LENGTHS_MM: [f64; 4] = [10.0, 15.0, 20.0, 30.0];
 const NOISES: [f64; 4] = [0.03, 0.1, 0.2, 0.4];
 /// Variance of the mean in units of that of the process.
 const MEAN: f64 = 4.0;
-/// Number of parts into which the seen points are divided, and the number of frames by which the candidates are judged.
+/// Number of parts into which the visible points are divided, and number of frames by which candidates are judged.
 const FOLDS: usize = 3;
 const JUDGES: usize = 60;
-/// Fewest points between the ends of a contour for which candidates are judged: two degrees of freedom are left.
+/// Fewest points between the ends of a contour for which candidates are judged, which leaves two degrees of freedom.
 const INNER: usize = 5;
-/// Number of parameters of a candidate: of so many degrees of freedom the choice deprives the errors of the judged points.
+/// Number of chosen parameters, which is subtracted from the degrees of freedom of the errors.
 const CHOSEN: f64 = 3.0;
 
-/// Points of a contour: their places along it and their distances from the surface at rest and under tensions, all in mm.
+/// Points of a contour, in mm: places along it, and distances from the surface at rest and under tensions.
 #[derive(Default)]
 struct ContourLine {
     places: Vec<f64>,
@@ -47,7 +46,6 @@ struct ContourLine {
     pulled: Vec<f64>,
 }
 
-/// The seen and the hidden points of a frame.
 struct Split {
     seen: ContourLine,
     hidden: ContourLine,
@@ -60,25 +58,23 @@ struct Process {
     noise: f64,
 }
 
-/// Of coils, both coordinates are such a process, of all coils of the frame; of three or four of them none can be held out in turn. It was
-/// chosen on the simulated speakers 1000 to 1319 of `tests/slow/hidden_coils_are_predicted.rs`, and the half width of the intervals on 1000
-/// to 1059 and 2000 to 2099.
-const OF_COILS: Judged = Judged(Process { weight: 0.35, length_mm: 20.0, noise: 0.4 }, 6.8);
-/// Fewest seen coils by which a hidden one is predicted so.
+/// The process of both coordinates of coils. Three or four coils are too few to hold one out in turn, so it was chosen on the simulated
+/// speakers 1000 to 1319 of `tests/slow/hidden_coils_are_predicted.rs`, and the half width on 1000 to 1059 and 2000 to 2099.
+const OF_COILS: FittedProcess = FittedProcess(Process { weight: 0.35, length_mm: 20.0, noise: 0.4 }, 6.8);
+/// Fewest visible coils by which a hidden one is predicted.
 const FEWEST_COILS: usize = 2;
 
-/// Predictions of the hidden points of every frame of a recording: contour points by the candidate that was judged best. `None` for a point
-/// that has too few others.
+/// Predictions of the hidden points of every frame, contour points by the best candidate; `None` for a point with too few others.
 pub(super) fn predict_hidden(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
-    judged: Option<&Judged>,
+    fitted: Option<&FittedProcess>,
 ) -> Vec<Vec<Option<HeldOutPrediction>>> {
     Vec::from_iter((0..recording.frames.len()).map(|t| {
         let hidden = &recording.frames[t].hidden;
         let mut out = vec![None; hidden.len()];
-        for (channel, judged) in [(0, judged), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
-            let Some(Judged(process, reach)) = judged else { continue };
+        for (channel, fitted) in [(0, fitted), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
+            let Some(FittedProcess(process, reach)) = fitted else { continue };
             let split = split(smoother, recording, t, channel);
             let split = split.filter(|s| channel == 0 || s.seen.places.len() >= FEWEST_COILS);
             let errors = split.and_then(|s| process.errors(&s)).unwrap_or_default();
@@ -94,15 +90,17 @@ pub(super) fn predict_hidden(
 }
 
 /// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.
-pub(super) struct Judged(Process, f64);
+pub(super) struct FittedProcess(Process, f64);
 
-/// Judges the candidates; `None` for recordings without hidden contour points, and for contours of too few points.
-pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> Option<Judged> {
+/// The best candidate; `None` for recordings without hidden contour points, and for contours of too few points.
+pub(super) fn best_process(
+    smoother: &Smoother<'_>,
+    recordings: &[SmoothedRecording],
+) -> Option<FittedProcess> {
     if !recordings.iter().flat_map(|c| c.frames.iter()).any(|f| f.hidden.iter().any(|h| h.along.channel == 0))
     {
         return None;
     }
-    // Names of the points, places along the contour, and whether they are hidden.
     let mut points: Vec<(&str, f64, bool)> = Vec::new();
     for frame in recordings.iter().flat_map(|c| c.frames.iter()) {
         let seen = frame.observations.iter().map(|o| (o, false));
@@ -160,14 +158,14 @@ pub(super) fn judged(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) 
         }
     }
     let sum: f64 = squares.values().map(|own| mean_and_variance(own.iter().copied()).0).sum();
-    let judged = squares.len() as f64;
-    let independent = judged.min(1.0 + (inner[inner.len() - 1].1 - inner[0].1) / POINTS_APART_MM);
+    let fitted = squares.len() as f64;
+    let independent = fitted.min(1.0 + (inner[inner.len() - 1].1 - inner[0].1) / POINTS_APART_MM);
     let freedom = independent - CHOSEN;
     (freedom >= 2.0)
-        .then(|| Judged(process, student_95(freedom) * (sum / judged * independent / freedom).sqrt()))
+        .then(|| FittedProcess(process, student_95(freedom) * (sum / fitted * independent / freedom).sqrt()))
 }
 
-/// Makes these points of a frame hidden ones in place of those that it has.
+/// Hides these points of a frame instead of its present ones.
 fn without(frame: &mut Frame, hide: &[&str]) {
     let all = frame.observations.drain(..);
     (frame.hidden, frame.observations) = all.partition(|o| hide.contains(&o.name.as_str()));
@@ -232,7 +230,7 @@ mod tests {
             let apart: f64 = places[i] - places[j];
             MEAN + (-apart * apart / 288.0).exp() + if i == j { 0.01 } else { 0.0 }
         });
-        // The last row of the inverse of the joint covariance has the conditional distribution of the last value.
+        // The last row of the precision gives the conditional distribution of the last value.
         let precision = joint.try_inverse().unwrap();
         let values = [0.8, 1.24, -0.48];
         let expected: f64 = -(0..3).map(|i| precision[(3, i)] * values[i]).sum::<f64>() / precision[(3, 3)];

@@ -1,7 +1,7 @@
-//! Checks how a speaker can reach the shape of a frame: with tensions that grow together from rest, or in another way.
+//! How the shape of a frame can be reached: with tensions that grow together from rest, or in another way.
 //!
-//! Two shapes can be equilibria at the same tensions. Increasing all tensions together leads from rest to one of them. The other may be
-//! reached from the posture before or after it, or if some muscles pull before the others. Such a shape is a valid result.
+//! Of two equilibria at the same tensions the load path from rest leads to one. The other may be reached from the posture before or after
+//! it, or if some muscles pull before others; it is then a valid result.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -14,33 +14,28 @@ use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 
-/// Parts of the path from one posture to another at which the body is solved.
+/// Parts of the path between two postures at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// How the shape of a frame can be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reached {
-    /// From rest, with all tensions growing together.
     FromRest,
     /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
     OtherWay,
 }
 
-/// The search for the nearest shape that is reached.
-const NEAREST: Rule = Rule { steps: 8, less: 0.3, least: 1.0, ..Rule::UNDAMPED };
+const NEAREST: Rule = Rule { max_steps: 8, damping_decrease: 0.3, least_damping: 1.0, ..Rule::UNDAMPED };
 
-/// Whether the shape of a frame can be reached.
 pub(super) enum Reachability {
-    /// The shape itself can be reached.
     Own(Reached),
-    /// The shape itself cannot be reached, but this one can, m: of those at similar tensions it is the nearest to the observations.
+    /// The shape cannot be reached. This one, m, can; at similar tensions it is the nearest to the observations.
     Nearest(Vec<SVector<f64, 2>>),
     /// No equilibrium is found from rest.
     Lost,
 }
 
-/// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
-pub(super) fn ways(
+/// How the shape of every frame with an equilibrium can be reached; `unknowns` are those of the equilibria.
+pub(super) fn reachabilities(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
     unknowns: &[DVector<f64>],
@@ -82,22 +77,22 @@ pub(super) fn ways(
 }
 
 impl FrameSolver<'_> {
-    /// Whether the tensions lead from rest, with the bones of this frame, to the equilibrium as they grow together, jumps allowed. Three
-    /// steps are tried first, which take less time than a trace.
+    /// Whether the load path of the tensions, with the bones of this frame, leads to the equilibrium, jumps included. Three steps are tried
+    /// first, which take less time than a trace.
     pub fn reached_with_jumps(
         &mut self,
         frame: &Frame,
         x: &DVector<f64>,
         positions: &[SVector<f64, 2>],
     ) -> bool {
-        /// Parts of the tensions at which the body is solved on the way from rest.
+        /// Parts of the tensions at which the body is solved from rest.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let whole = self.tensions_of(x);
         self.carry(frame, x);
         self.workspace.start_from_rest(self.system);
         let arrives = LOADS.iter().all(|load| {
             self.tensions = whole.iter().map(|f| f * load).collect();
-            self.is_led()
+            self.solves_directly()
         });
         if arrives && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M {
             return true;
@@ -107,7 +102,7 @@ impl FrameSolver<'_> {
         matches!(how, Some(FromRest::Branch | FromRest::Jumped { .. }))
     }
 
-    /// How the equilibrium of a frame can be reached from rest; `None` where no way was found.
+    /// `None` where no path was found.
     fn reached(
         &mut self,
         (frame, x): (&Frame, &DVector<f64>),
@@ -116,10 +111,10 @@ impl FrameSolver<'_> {
         if self.reached_with_jumps(frame, x, positions) {
             return Some(Reached::FromRest);
         }
-        self.pulled_in_turn(frame, x, positions).then_some(Reached::OtherWay)
+        self.reached_in_turn(frame, x, positions).then_some(Reached::OtherWay)
     }
 
-    /// Whether equilibria lead from the shape of one posture to that of another without a descent from a ridge.
+    /// Whether equilibria lead from the shape of one posture to that of another without a descent from a saddle.
     fn leads_from_neighbour(
         &mut self,
         ((from, x), start): ((&Frame, &DVector<f64>), &[SVector<f64, 2>]),
@@ -135,14 +130,14 @@ impl FrameSolver<'_> {
             }
             self.carry(&between, &(x + (y - x) * part));
             self.tensions = before.iter().zip(&after).map(|(a, b)| a + (b - a) * part).collect();
-            self.is_led()
+            self.solves_directly()
         });
         arrives && largest_distance(self.workspace.positions(), end) <= SAME_SHAPE_M
     }
 
-    /// The shape reached from rest that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from
-    /// the shape to which the tensions `x` lead as they grow together. Tensions are held to `x` with the standard deviation of a course;
-    /// other unknowns with 1. That first shape itself if the steps end in one that is not reached; `None` without an equilibrium from rest.
+    /// The shape reached from rest that is nearest to the observations of a frame, by Gauss-Newton for that frame alone from the end of the
+    /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation of a course, other unknowns with 1. That end
+    /// itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
     fn nearest_reached(
         &mut self,
         frame: &Frame,
@@ -179,29 +174,29 @@ impl FrameSolver<'_> {
     }
 
     /// Whether the positions are reached from rest if one muscle, or all but one, pulls before the others.
-    fn pulled_in_turn(&mut self, frame: &Frame, x: &DVector<f64>, positions: &[SVector<f64, 2>]) -> bool {
+    fn reached_in_turn(&mut self, frame: &Frame, x: &DVector<f64>, positions: &[SVector<f64, 2>]) -> bool {
         let whole = self.tensions_of(x);
         let muscles = self.system.contracting().to_vec();
-        let mut ways = muscles.iter().flat_map(|&m| [(m, true), (m, false)]).map(|(muscle, alone)| {
+        let mut orders = muscles.iter().flat_map(|&m| [(m, true), (m, false)]).map(|(muscle, alone)| {
             let pulls = whole.iter().enumerate().map(|(m, f)| if (m == muscle) == alone { *f } else { 0.0 });
             pulls.collect::<Vec<f64>>()
         });
-        ways.any(|first| {
+        orders.any(|first| {
             self.carry(frame, x);
             self.workspace.start_from_rest(self.system);
             let stages = [vec![0.0; whole.len()], first, whole.clone()];
             let arrives = stages.windows(2).all(|pair| {
                 PARTS.iter().all(|part| {
                     self.tensions = pair[0].iter().zip(&pair[1]).map(|(a, b)| a + (b - a) * part).collect();
-                    self.is_led()
+                    self.solves_directly()
                 })
             });
             arrives && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M
         })
     }
 
-    /// Solves from the present shape of the workspace, and returns whether no descent from a ridge was needed.
-    fn is_led(&mut self) -> bool {
+    /// Solves from the present shape, and tells whether this needed no descent from a saddle.
+    fn solves_directly(&mut self) -> bool {
         let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
         done.status == SolveStatus::Converged && done.connection == Connection::Direct
     }
@@ -220,7 +215,7 @@ mod tests {
         let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
         let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
-        // Tensions, N/m, at which the tongue has two shapes: Newton's method from rest finds the one to which they do not lead together.
+        // At these tensions, N/m, the tongue has two shapes: Newton's method from rest finds the one to which the load path does not lead.
         let tensions = [77.0, 47.6, 14.4, 89.0, 0.0, 4.7, 38.6, 70.2];
         let link = Softplus::default();
         let x = DVector::from_iterator(8, tensions.map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln()));
@@ -236,7 +231,7 @@ mod tests {
         };
         assert_eq!(reached(&mut solver, together), Some(Reached::FromRest));
         assert_eq!(reached(&mut solver, &other), Some(Reached::OtherWay));
-        // Without observations the nearest shape that is reached is that of the tensions themselves, and not Newton's.
+        // Without observations the nearest reached shape is the end of the load path, not that of Newton's method.
         let nearest = solver.nearest_reached(&frame, &x, 12.0).unwrap();
         assert!(largest_distance(&nearest, together) <= SAME_SHAPE_M);
         // Positions that are no equilibrium are not reached.

@@ -1,10 +1,10 @@
-//! Repeatability: where a recording's labels or prompts repeat, the intraclass correlation of every muscle's course over the repetitions.
+//! Repeatability of a muscle's course over repetitions of labels or prompts: the intraclass correlation.
 //!
-//! Every repetition is resampled to the same number of points from its beginning to its end. At each point of each label the repetitions
-//! are judges of one number: ICC(1) by one-way analysis of variance, with groups of different sizes (Shrout and Fleiss 1979; Donner and
-//! Koval 1980). Courses are smooth, so any two intervals correlate a little: the same is computed for labels shifted by a random time in
-//! each recording, which continues at its beginning where it ends. Words that begin and end alike correlate whatever they are: the same is
-//! computed for labels that are exchanged at random between repetitions, and for courses less their mean over all labels at each point.
+//! Every repetition is resampled to the same number of points. At each point of each label the repetitions are judges of one number: ICC(1)
+//! by one-way analysis of variance with groups of different sizes (Shrout and Fleiss 1979; Donner and Koval 1980). Two controls are
+//! computed in the same way. As smooth courses of any two intervals correlate, labels are shifted by a random time in each recording,
+//! cyclically. As words that begin and end alike correlate, labels are exchanged at random between repetitions, and courses are taken less
+//! their mean over all labels at each point.
 
 use std::collections::BTreeMap;
 
@@ -17,51 +17,44 @@ use tongue_input::measured::recording::Label;
 use super::results::Tracked;
 use super::segments::{Groups, distinguishing};
 
-/// Number of points to which a repetition is resampled.
 const POINTS: usize = 11;
-/// Number of random shifts and of random exchanges of the labels.
+/// Number of random shifts, and of random exchanges of labels.
 const CHANCES: usize = 200;
-/// Fewest frames of a repetition.
 const FEWEST_FRAMES: usize = 3;
 
-/// A recording: the times of its frames, s, of every frame the course of each muscle, and its labels.
 struct Repeatable<'a> {
     times: Vec<f64>,
     courses: Vec<Vec<f64>>,
     labels: &'a [Label],
 }
 
-/// Repeatability of the course of one muscle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Repeated {
     /// ICC(1) over repetitions.
     pub icc: f64,
-    /// Mean of the same over shifted labels.
+    /// Mean ICC(1) over shifts of the labels.
     pub by_chance: f64,
-    /// The 95th percentile of the same over shifted labels.
+    /// 95th percentile of ICC(1) over shifts of the labels.
     pub chance_95: f64,
-    /// Mean of the same over labels that are exchanged between repetitions.
+    /// Mean ICC(1) over exchanges of labels between repetitions.
     pub by_exchange: f64,
-    /// The 95th percentile of the same over exchanged labels.
+    /// 95th percentile of ICC(1) over exchanges.
     pub exchange_95: f64,
-    /// ICC(1) of the course less its mean over all labels at each point, which is what distinguishes the labels.
+    /// ICC(1) of the course less its mean over all labels at each point, which distinguishes the labels.
     pub of_label: f64,
-    /// The 95th percentile of `of_label` over exchanged labels.
+    /// 95th percentile of `of_label` over exchanges.
     pub of_label_95: f64,
 }
 
-/// Repeatability of the courses in recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Repeatability {
-    /// The tier whose labels repeat.
     pub tier: String,
-    /// Labels that repeat, and how often each does.
+    /// Labels that repeat, with their number of repetitions.
     pub labels: BTreeMap<String, usize>,
     pub muscles: ByMuscle<Repeated>,
 }
 
-/// Repeatability in recordings, each given by its frames and its labels, with courses of these muscles; `None` if no tier has two labels
-/// that repeat.
+/// Repeatability of these muscles in recordings, which are given by their frames and labels; `None` if no tier has two labels that repeat.
 pub fn repeatability<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
     muscles: &[String],
@@ -113,7 +106,6 @@ fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeata
     Some(Repeatability { tier, labels, muscles: ByMuscle::new(muscles, measured) })
 }
 
-/// The same repetitions with their labels exchanged at random.
 fn exchanged(groups: &Groups, random: &mut fastrand::Rng) -> Groups {
     let mut places: Vec<_> = groups.iter().flat_map(|(_, all)| all.iter().copied()).collect();
     random.shuffle(&mut places);
@@ -125,8 +117,7 @@ fn span(times: &[f64]) -> f64 {
     times.first().zip(times.last()).map_or(0.0, |(a, b)| b - a)
 }
 
-/// For every muscle, groups of numbers that should be equal, one group for each label and point, with the labels of each recording
-/// shifted by a time.
+/// For every muscle, groups of numbers that should be equal, one for each label and point, with labels shifted by a time.
 fn numbers(
     recordings: &[Repeatable<'_>],
     groups: &Groups,
@@ -148,7 +139,7 @@ fn numbers(
     numbers
 }
 
-/// The courses at a time, interpolated linearly between frames; a recording continues at its beginning where it ends.
+/// Courses at a time, interpolated linearly and continued cyclically.
 fn at(recording: &Repeatable<'_>, time: f64) -> Vec<f64> {
     let (Some(&first), length) = (recording.times.first(), span(&recording.times)) else { return Vec::new() };
     let time = if time > first + length { time - length } else { time };
@@ -161,7 +152,7 @@ fn at(recording: &Repeatable<'_>, time: f64) -> Vec<f64> {
     low.iter().zip(high).map(|(l, h)| l + (h - l) * part).collect()
 }
 
-/// ICC(1) of groups of numbers from which this many means were taken: 1 if they are as measured.
+/// ICC(1) of groups of numbers from which `means` means were taken (1: only the common one).
 fn icc(groups: &[Vec<f64>], means: usize) -> f64 {
     let total: usize = groups.iter().map(Vec::len).sum();
     let (n, count, means) = (total as f64, groups.len() as f64, means as f64);
@@ -211,14 +202,14 @@ mod tests {
     #[test]
     fn what_repeats_is_told_from_what_does_not() {
         let times: Vec<f64> = (0..300).map(|i| 0.01 * f64::from(i)).collect();
-        // The tier with one label for everything has most repetitions, and does not distinguish.
+        // The tier with one label for everything has most repetitions but does not distinguish.
         let mut labels: Vec<Label> =
             [("pa", 0.1, 0.5), ("ta", 0.6, 1.0), ("pa", 1.1, 1.7), ("ta", 1.8, 2.1), ("pa", 2.3, 2.8)]
                 .map(|(name, from_s, to_s)| label("word", name, from_s, to_s))
                 .to_vec();
         labels.extend((0..9).map(|i| label("all", "ultrasound", 0.3 * f64::from(i), 0.3 * f64::from(i + 1))));
-        // One movement differs between the words, at a speed that depends on the word's length; one does not depend on words; one is
-        // common to both words.
+        // One movement differs between the words, at a speed that depends on the word's length; one does not depend on words; one is common
+        // to both words.
         let courses: Vec<Vec<f64>> = Vec::from_iter(times.iter().map(|&t| {
             let inside = labels.iter().find(|l| l.tier == "word" && l.holds(t));
             let part = inside.map_or(0.0, |l| (t - l.from_s) / (l.to_s - l.from_s));
@@ -234,7 +225,7 @@ mod tests {
         assert!(differs.icc > 0.98 && differs.chance_95 < differs.icc, "{found:?}");
         assert!(differs.of_label > 0.98 && differs.by_exchange < 0.7, "{found:?}");
         assert!(none.icc < 0.5 && none.of_label < none.of_label_95, "{found:?}");
-        // What is common to all words repeats as well with exchanged labels, and is nothing of one label's own.
+        // What is common to all words repeats as well with exchanged labels, and does not distinguish a label.
         assert!(common.icc > 0.8 && common.by_exchange > 0.8, "{found:?}");
         assert!(common.by_chance < 0.5 && common.of_label < common.of_label_95, "{found:?}");
         assert_eq!(repeated(&[recording(&labels[..3])], &names), None);

@@ -1,4 +1,4 @@
-//! Results for a frame: levels and courses of tensions with their 95 % intervals, displacements of bones, and reasons for doubt.
+//! Results for a frame: levels and courses of tensions with 95 % intervals, displacements of bones, and alarms.
 
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
@@ -15,13 +15,13 @@ use crate::inverse::BONE_SD_M;
 use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::recording::Fault;
 
-/// A frame whose points are missed by more than this is no result: root mean square distance in standard deviations of the points. The same
-/// in standard deviations that include the errors of the body is out of reach.
+/// Largest root mean square residual of a result, in standard deviations of the points; above it a fit is poor. In standard deviations that
+/// include the errors of the body, the frame is out of reach above it.
 const MISSED_SD: f64 = 3.0;
-/// The same as a distance from the placed body, m: twice the standard deviation of its place. The linearisation does not hold for larger
-/// distances.
+/// Largest root mean square distance of the observations from the placed body, m: twice the standard deviation of its place, beyond which
+/// the linearisation does not hold.
 const REACH_M: f64 = 10e-3;
-/// Tensions from this multiple of the scale on are reported as at the bound.
+/// Tensions above this multiple of the scale are reported as at the bound.
 const BOUND: f64 = 5.4;
 /// A direction of tensions is resolved if its standard deviation is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
@@ -29,55 +29,49 @@ const RESOLVED: f64 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
-    /// Tensions were found and there is no reason for doubt.
     Converged,
     /// A tension is at its upper bound.
     AtBound,
-    /// The frame and its neighbours resolve no direction of the tensions: the result is that of the prior.
+    /// The frame and its neighbours resolve no direction of the tensions, so the result is that of the prior.
     Unresolved,
-    /// There are no observations: the tensions follow from the frames around it and the prior.
+    /// There are no observations, so tensions follow from the frames around it and the prior.
     Gap,
-    /// The most probable shape misses the observations by more than three times their standard deviation.
+    /// The shape misses the observations by more than three standard deviations.
     PoorFit,
     /// The observations cannot be reached by this body, or are wrong.
     OutOfReach,
-    /// No way was found in which a speaker could reach the equilibrium: not from rest, with all muscles together or some before the
-    /// others, and not from the posture before or after it.
+    /// The equilibrium was reached neither from rest, with muscles together or some before others, nor from a neighbouring frame.
     #[serde(rename = "off_branch")]
     NotReached,
 }
 
 impl FrameStatus {
-    /// Whether the intervals of a frame can be trusted. Those of an unresolved frame and of one without data are wide.
+    /// Whether the intervals of a frame can be trusted; those of an unresolved frame and of a gap are wide.
     pub fn is_trusted(self) -> bool {
         matches!(self, Self::Converged | Self::Unresolved | Self::Gap)
     }
 }
 
-/// A shape that is reached from rest replaces one that is not if its distance from the observations is larger by no more than this, m: less
-/// than the noise of a point.
+/// Addition to the distance from the observations, m, up to which a reached shape replaces one that is not; less than a point's noise.
 const AS_WELL_M: f64 = 0.3e-3;
 
-/// The displacement found for a bone that was not observed.
+/// Displacement found for a bone that was not observed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Displacement {
-    /// Shift from its place at rest, m.
     pub shift_m: [f64; 2],
-    /// Lower ends of the ranges of 95 % of the draws of both coordinates, m. On a body that is known they hold 76 to 97 % of the true ones
+    /// Lower ends of the ranges of 95 % of the draws of both coordinates, m. On a known body they hold 76 to 97 % of the true values
     /// (docs/model.md, Coverage).
     pub low_m: [f64; 2],
-    /// Upper ends of these ranges, m.
     pub high_m: [f64; 2],
 }
 
-/// A held-out point: its distance from the place that the fit predicts, with the interval of that prediction.
+/// Distance of a held-out point from its predicted place, with the interval of that prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutPrediction {
     pub point: String,
-    /// Distance of the point from its predicted place, m: across the contour; for a coil, which is reported once for each axis, along
-    /// that axis.
+    /// Distance of the point from its predicted place, m: across the contour, or along an axis for a coil, which is reported for each axis.
     pub missed_m: f64,
-    /// Ends of the 95 % interval of that distance, m; `None` where too few points beside it were seen to judge by.
+    /// 95 % interval of that distance, m; `None` where too few points beside it were seen.
     pub interval_m: Option<[f64; 2]>,
 }
 
@@ -87,33 +81,31 @@ pub struct Tracked {
     pub status: FrameStatus,
     /// Tensions of the contracting muscles, N per metre of thickness.
     pub levels: Vec<Interval>,
-    /// The tensions less their mean over the recording in the same draw, N per metre of thickness.
+    /// Tensions less their mean over the recording in the same draw, N per metre of thickness.
     pub courses: Vec<Interval>,
-    /// Displacements of the freed bones, m.
     pub bones: Vec<Displacement>,
-    /// Root mean square distance of the fitted observations from the most probable shape, m; `None` if there are none.
+    /// Root mean square distance of the fitted observations from the most probable shape, m; `None` without observations.
     pub rms_m: Option<f64>,
-    /// The same in standard deviations of the observations, as they are given.
+    /// Root mean square residual in standard deviations of the observations.
     #[serde(default)]
     pub rms_sd: Option<f64>,
-    /// The held-out points.
     pub hidden: Vec<HeldOutPrediction>,
     /// Number of directions of the tensions whose standard deviation is below half of the prior's.
     pub resolved: usize,
     /// Whether the shape is reached in another way than by growing all tensions together.
     #[serde(default)]
     pub other_way: bool,
-    /// For a frame whose own shape cannot be reached: root mean square distance of the fitted observations from the nearest shape that is
-    /// reached, m. If that meets them as well, the positions and formants are of it; its tensions differ a little from the levels.
+    /// Where the shape cannot be reached: root mean square distance of the fitted observations from the nearest shape that is, m. If that
+    /// meets them as well, positions and formants are those of it, and its tensions differ a little from the levels.
     #[serde(default)]
     pub reached_rms_m: Option<f64>,
-    /// Positions of all nodes, m; empty where they were not asked for ([`TrackSettings::shapes`]).
+    /// Positions of all nodes, m; empty where they are not wanted ([`TrackSettings::shapes`]).
     pub positions: Vec<SVector<f64, 2>>,
-    /// Its lowest formants, if they are wanted ([`add_formants()`](super::add_formants())); empty where there is no airway or the frame has
-    /// no data.
+    /// The lowest formants, if they are wanted ([`add_formants()`](super::add_formants())); empty where the tract is closed or the frame
+    /// has no data.
     #[serde(default)]
     pub formants: Vec<TrackedFormant>,
-    /// Faults that the fit found in the observations of the frame.
+    /// Faults that the fit found in the observations.
     pub faults: Vec<Fault>,
 }
 
@@ -126,34 +118,31 @@ impl Tracked {
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrackedRecording {
-    /// Positions of all nodes of the displayed body at rest, m: the body with its most probable shape.
+    /// Positions of all nodes of the displayed body at rest, m.
     pub rest: Vec<SVector<f64, 2>>,
     pub frames: Vec<Tracked>,
     pub segments: Vec<LabelMean>,
     /// Draws of the means over labels that are compared.
     #[serde(default)]
     pub compared: Vec<LabelDraws>,
-    /// Draws of the tensions over labels, where they were asked for ([`TrackSettings::kept_draws`]).
+    /// Draws of the tensions over labels, where they are wanted ([`TrackSettings::kept_draws`]).
     #[serde(default)]
     pub label_courses: Vec<LabelCourse>,
 }
 
-/// A frame after the search, with all that its results need.
 pub(super) struct FrameSolution<'a> {
-    /// Its recording, found on the body with the most probable shape, and its number there.
+    /// Its recording on the body with the most probable shape, and its number there.
     pub recording: &'a SmoothedRecording,
     pub t: usize,
     /// Its unknowns on that body.
     pub x: &'a DVector<f64>,
-    /// Positions of all nodes of the body as it was placed, m; hidden points are predicted with them.
+    /// Positions of all nodes of the placed body, m, by which hidden points are predicted.
     pub placed: Option<&'a [SVector<f64, 2>]>,
-    /// How its shape can be reached, if that is known.
-    pub way: Option<&'a Reachability>,
-    /// Predictions of its hidden points, where there are enough others for them.
+    pub reachability: Option<&'a Reachability>,
+    /// Predictions of its hidden points; `None` where there are too few others.
     pub predicted: &'a [Option<HeldOutPrediction>],
     /// Whether its observations cannot be right.
     pub lost: bool,
-    /// Means over the recording.
     pub means: &'a Means,
 }
 
@@ -200,12 +189,12 @@ pub(super) fn tracked(
     let is_near = placed.is_none_or(|p| residuals.is_empty() || rms(&frame::residuals(frame, p)) < REACH_M);
     let is_met = in_sd(&residuals, &|a| settings.errors.sd(a)) <= MISSED_SD;
     let resolved = resolved(tensions, settings.link.prior_sd_n());
-    let nearest = match found.way {
+    let nearest = match found.reachability {
         Some(Reachability::Nearest(there)) => Some((there, frame::residuals(frame, there))),
         _ => None,
     };
     let reached_rms_m = nearest.as_ref().map(|(_, residuals)| rms(residuals));
-    let is_lost = matches!(found.way, Some(Reachability::Lost));
+    let is_lost = matches!(found.reachability, Some(Reachability::Lost));
     let as_well = !is_lost && reached_rms_m.zip(rms_m).is_none_or(|(there, own)| there <= own + AS_WELL_M);
     let nearest = nearest.filter(|_| as_well);
     let rms_sd = in_sd(nearest.as_ref().map_or(&residuals, |(_, there)| there), &|a| a.sd_mm);
@@ -242,7 +231,7 @@ pub(super) fn tracked(
         bones: bones.collect(),
         rms_m: if status == FrameStatus::NotReached { rms_m } else { reached_rms_m.or(rms_m) },
         rms_sd: is_seen.then_some(rms_sd),
-        other_way: matches!(found.way, Some(Reachability::Own(Reached::OtherWay))),
+        other_way: matches!(found.reachability, Some(Reachability::Own(Reached::OtherWay))),
         reached_rms_m,
         hidden: hidden.collect(),
         resolved,
@@ -257,7 +246,6 @@ fn interval(draws: &[f32]) -> Interval {
     Interval::of(draws.iter().map(|d| f64::from(*d)))
 }
 
-/// Number of directions of tensions that the draws resolve.
 fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
     let n = tensions.len();
     let means: Vec<f64> = tensions.iter().map(|t| mean(t)).collect();
@@ -274,10 +262,8 @@ fn mean(draws: &[f32]) -> f64 {
     draws.iter().map(|d| f64::from(*d)).sum::<f64>() / draws.len().max(1) as f64
 }
 
-/// Probabilities of the quantiles: the lower end, the median and the upper end of a 95 % interval.
 const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
 
-/// A number with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
     pub median: f64,
@@ -287,13 +273,13 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// The summary of draws; all values are NaN if there are none.
+    /// From draws; all values are NaN without draws.
     pub fn of(draws: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = draws.collect();
         let count = all.len() as f64;
         let (_, variance) = mean_and_variance(all.iter().copied());
         let mut quantiles = [f64::NAN; 3];
-        // Draws below `done` are in their final order, which is all that the next quantile needs.
+        // Draws below `done` are in their final order, which the next quantile needs.
         let mut done = 0;
         for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
             let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
@@ -311,8 +297,8 @@ impl Interval {
         Self { median, low, high, variance }
     }
 
-    /// For a tension: an interval that begins below the bend of the link is extended to 0. The bend keeps derivatives smooth, but a slack
-    /// muscle cannot be distinguished there from one that pulls weakly.
+    /// Extends the interval of a tension that begins below [`Softplus::slack_n`] to 0, because a slack muscle cannot be distinguished there
+    /// from one that pulls weakly.
     pub(super) fn or_slack(mut self, link: &Softplus) -> Self {
         if self.low < link.slack_n() {
             self.low = 0.0;
@@ -329,8 +315,8 @@ impl Interval {
     }
 }
 
-/// Mean tensions over the frames of a label that can be trusted. A body that is not quite the speaker's errs in every repetition of a
-/// posture alike, so repetitions do not make the mean more certain: each draw deviates from it as one of the repetitions does.
+/// Mean tensions over the trusted frames of a label. A body that differs from the speaker's errs in every repetition alike, so repetitions
+/// do not make the mean more certain: each draw deviates from it as one of the repetitions does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelDraws {
     /// Its number among the labels that are compared.
@@ -339,35 +325,34 @@ pub struct LabelDraws {
     pub frames: usize,
     /// Mean over frames and draws of every contracting muscle, N per metre of thickness.
     pub means: Vec<f64>,
-    /// For every muscle and draw, the deviation of the mean over one repetition from its mean over all draws, N per metre of thickness.
+    /// For every muscle and draw, the mean over one repetition less its mean over all draws, N per metre of thickness.
     pub deviations: Vec<Vec<f32>>,
 }
 
-/// Means of all tensions over the frames of a label, less those over the recording.
+/// Mean tensions over the frames of a label less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelMean {
     pub label: usize,
     pub frames: usize,
-    /// Changes of the contracting muscles, N per metre of thickness.
+    /// Of the contracting muscles, N per metre of thickness.
     pub changes: Vec<Interval>,
 }
 
-/// Draws of the tensions over one label, from its first frame to its last.
+/// Draws of the tensions from the first frame of a label to its last.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelCourse {
-    /// Its number among the labels of the recording.
     pub label: usize,
-    /// At most eleven of its frames, evenly spread over all of them; without those that cannot be trusted.
+    /// At most eleven of its frames, evenly spread; untrusted frames are left out.
     pub points: Vec<LabelPoint>,
 }
 
-/// Draws of a frame of a label, N per metre of thickness, for each muscle in the order of the draws of the run.
+/// Draws of a frame of a label for each muscle, N per metre of thickness, in the order of the draws of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelPoint {
     pub time_s: f64,
-    /// Where in the label it lies: 0 at its first frame, 1 at its last.
+    /// Place in the label: 0 at its first frame, 1 at its last.
     pub part: f64,
     pub tensions: Vec<Vec<f32>>,
-    /// The tensions less their mean over the recording in the same draw.
+    /// Tensions less their mean over the recording in the same draw.
     pub courses: Vec<Vec<f32>>,
 }

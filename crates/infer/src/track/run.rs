@@ -1,4 +1,4 @@
-//! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
+//! Tracking of all recordings of a speaker: the most probable tensions, outliers, draws, and results.
 
 use std::collections::BTreeMap;
 use std::slice;
@@ -15,8 +15,8 @@ use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::frame::Frame;
 use super::gauss_newton::{ROUNDS, minimise};
-use super::prediction::{judged, predict_hidden};
-use super::reachability::ways;
+use super::prediction::{best_process, predict_hidden};
+use super::reachability::reachabilities;
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
@@ -26,17 +26,17 @@ use super::smoother::{FEWEST, SmoothedRecording, Smoother, in_chunks};
 use super::{draws, formants};
 use crate::error_model::Knots;
 
-/// A residual larger than this many standard deviations is a fault of the observation.
+/// Residuals above this number of standard deviations are faults of the observations.
 const MOST_SD: f64 = 4.0;
 
-/// What follows a search: its progress, and what becomes of each recording.
+/// What a search reports, and which recordings it searches.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Called with the finished part of the whole.
+    /// Gets the finished and the total number of steps.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
-    /// Whether the recording of this number is searched. All of them say what the recordings share.
+    /// Whether the recording of this number is searched; all recordings determine the shared unknowns.
     pub is_wanted: &'a (dyn Fn(usize) -> bool + Sync),
-    /// Gets each recording as soon as it is found, with its number.
+    /// Gets each recording with its number as soon as it is found.
     pub take: &'a (dyn Fn(usize, TrackedRecording) + Sync),
 }
 
@@ -52,7 +52,7 @@ impl Watch<'_> {
     }
 }
 
-/// Covariances cannot be factorised, which has not been observed for finite recordings.
+/// A covariance cannot be factorised, which has not been observed for finite recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotFinite;
 
@@ -77,9 +77,9 @@ pub fn track(
     } else {
         smoother.thinned(&recordings, frames.div_ceil(settings.shared_frames.max(1)))
     };
-    let (usual, outliers) = placed(&mut smoother, &mut sample, None, &|round| progress(round, passes));
+    let (usual, outliers) = fit_placed(&mut smoother, &mut sample, None, &|round| progress(round, passes));
     progress(ROUNDS, passes);
-    let process = judged(&smoother, &sample);
+    let process = best_process(&smoother, &sample);
     let display = Display::new(context, settings);
     let shown = context.shape.map(|shape| display.fit_shape(shape, &smoother, &sample));
     progress(ROUNDS + 1, passes);
@@ -99,7 +99,7 @@ pub fn track(
         if !is_whole {
             recording = recordings[number].clone();
             begin_beside(&mut recording, &sample[number]);
-            let (_, own) = placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
+            let (_, own) = fit_placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
             (faults, lost) = own.into_iter().next().unwrap_or_default();
         }
         let own = (!is_whole).then(|| shape_jacobians(&smoother, &recording));
@@ -127,17 +127,15 @@ pub fn track(
     .collect()
 }
 
-/// A speaker's shape at rest.
 #[derive(Debug, Clone)]
 pub struct RestFound {
-    /// The nodes, m.
     pub nodes: Vec<Point>,
-    /// Root mean square distance of the observations from the tongue that is fitted to each frame, m.
+    /// Root mean square distance of the observations from the tongue fitted to each frame, m.
     pub rms_m: f64,
 }
 
-/// The shape at rest with which a speaker's recordings are displayed, found from up to 60 of their frames, spread evenly. `progress` is
-/// called with the finished part of the whole. `None` where no frame has an equilibrium with enough points.
+/// The shape at rest with which a speaker's recordings are displayed, from up to 60 frames spread evenly over them. `None` where no frame
+/// has an equilibrium with enough points.
 pub fn rest_shape(
     context: &TrackingContext<'_>,
     shape: &RestShape,
@@ -150,7 +148,7 @@ pub fn rest_shape(
     let recordings: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
     let mut recordings = sampled(&smoother, &recordings);
-    placed(&mut smoother, &mut recordings, None, &|round| progress(round, ROUNDS));
+    fit_placed(&mut smoother, &mut recordings, None, &|round| progress(round, ROUNDS));
     let DisplayShape { body, recordings, .. } =
         Display::new(context, settings).fit_shape(shape, &smoother, &recordings);
     let frames = recordings.iter().flat_map(|recording| recording.frames.iter().zip(&recording.here));
@@ -168,7 +166,6 @@ pub fn rest_shape(
     Some(RestFound { nodes: context.on(body.as_ref()).system.rest().to_vec(), rms_m })
 }
 
-/// Knots of the errors, over all that the recordings show of the contour.
 fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
     let observations = recordings.iter().flatten().flat_map(|f| &f.observations);
     Knots::new(settings.errors, observations.map(|o| &o.along))
@@ -177,9 +174,9 @@ fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
 /// Faults that the search found in every frame of a recording, and whether the frame is lost.
 type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
 
-/// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the usual
-/// residual, in standard deviations, which is that of these recordings unless it is given, and the outliers of every recording.
-fn placed(
+/// Finds the most probable tensions on the placed body without outliers. Returns the usual residual, in standard deviations, found in these
+/// recordings if it is not given, and the outliers of every recording.
+fn fit_placed(
     smoother: &mut Smoother<'_>,
     recordings: &mut [SmoothedRecording],
     usual: Option<f64>,
@@ -187,7 +184,9 @@ fn placed(
 ) -> (f64, Vec<Outliers>) {
     minimise(smoother, recordings, ROUNDS, progress);
     let usual = usual.unwrap_or_else(|| {
-        let far = recordings.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(smoother, c, t)));
+        let far = recordings
+            .iter()
+            .flat_map(|c| (0..c.frames.len()).flat_map(|t| absolute_residuals(smoother, c, t)));
         1.4826 * upper_median(far).unwrap_or(0.0)
     });
     let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
@@ -198,17 +197,17 @@ fn placed(
 }
 
 /// Absolute residuals of a frame, in standard deviations; none without an equilibrium.
-fn far(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize) -> Vec<f64> {
+fn absolute_residuals(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize) -> Vec<f64> {
     let Some(residuals) = smoother.residuals_mm(recording, t, &recording.here[t], &smoother.shared) else {
         return Vec::new();
     };
     residuals.iter().zip(&recording.frames[t].observations).map(|(r, o)| r.abs() / o.along.sd_mm).collect()
 }
 
-/// Removes observations of a recording that are much farther from the surface than their error and than is `usual`, because they are not
-/// points of this tongue.
+/// Removes observations whose distance is much larger than their error and the usual residual, so that they are not points of this tongue.
 fn without_outliers(smoother: &Smoother<'_>, recording: &mut SmoothedRecording, usual: f64) -> Outliers {
-    let all: Vec<Vec<f64>> = (0..recording.frames.len()).map(|t| far(smoother, recording, t)).collect();
+    let all: Vec<Vec<f64>> =
+        (0..recording.frames.len()).map(|t| absolute_residuals(smoother, recording, t)).collect();
     let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
     for ((t, frame), far) in Arc::make_mut(&mut recording.frames).iter_mut().enumerate().zip(&all) {
         let mut lost = frame.observations.len() >= FEWEST && recording.here[t].linear.is_none();
@@ -230,7 +229,7 @@ fn without_outliers(smoother: &Smoother<'_>, recording: &mut SmoothedRecording, 
     (of_frames, lost_frames)
 }
 
-/// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.
+/// Results for every frame of a recording on the body with the most probable shape; the draws are those of the placed body.
 fn summarise(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
@@ -240,7 +239,11 @@ fn summarise(
 ) -> TrackedRecording {
     let count = recording.frames.len();
     let unknowns: Vec<_> = (0..count).map(|t| smoother.unknowns_of(recording, t)).collect();
-    let ways = if smoother.settings.reachability { ways(smoother, recording, &unknowns) } else { Vec::new() };
+    let reachabilities = if smoother.settings.reachability {
+        reachabilities(smoother, recording, &unknowns)
+    } else {
+        Vec::new()
+    };
     let mut segments = Segments::new(&recording.frames, smoother.settings.kept_draws);
     let mut frames: Vec<Tracked> = Vec::with_capacity(count);
     draws.draw(|window, drawn, means| {
@@ -252,7 +255,7 @@ fn summarise(
                     t,
                     x: &unknowns[t],
                     placed: draws.linear.recording.here[t].positions.as_deref(),
-                    way: ways.get(t).and_then(Option::as_ref),
+                    reachability: reachabilities.get(t).and_then(Option::as_ref),
                     predicted: &predicted[t],
                     lost: lost[t],
                     means,

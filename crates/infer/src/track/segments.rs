@@ -1,6 +1,6 @@
-//! Mean tensions over the frames of labels that can be trusted, relative to their mean over the recording, and statistics of all frames.
+//! Mean tensions over the trusted frames of labels less those over the recording, and statistics of all frames.
 //!
-//! Only tiers that distinguish count: an interval that has the same label in every recording says nothing.
+//! Only tiers with several repeated labels count, as a label that is the same in every recording distinguishes nothing.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -20,21 +20,21 @@ const PARTS: usize = 10;
 /// The labels of a recording while its frames are taken one after another.
 pub(super) struct Segments<'a> {
     frames: &'a [Frame],
-    /// The last frame of every label; `None` for labels without frames.
+    /// Last frame of every label; `None` for labels without frames.
     last: Vec<Option<usize>>,
-    /// Sums over the frames of labels that have begun: number of the label, frames, sums of each muscle and draw.
+    /// Labels that have begun: number, frames, and sums over these.
     open: Vec<(usize, usize, Means)>,
     done: Vec<LabelMean>,
     /// Draws of the labels that are compared.
     draws: BTreeMap<usize, LabelDraws>,
     kept_draws: usize,
-    /// For frames whose draws are kept, the labels and the parts of these.
+    /// For frames whose draws are kept, the labels and the places in these, 0 to 1.
     parts: BTreeMap<usize, Vec<(usize, f64)>>,
     courses: BTreeMap<usize, Vec<LabelPoint>>,
 }
 
 impl<'a> Segments<'a> {
-    /// Of a recording whose first draws, as many as `kept_draws`, are kept over its labels.
+    /// `kept_draws` is the number of draws that are kept over labels.
     pub fn new(frames: &'a [Frame], kept_draws: usize) -> Self {
         let count = frames.iter().flat_map(|f| &f.labels).max().map_or(0, |most| most + 1);
         let mut of_label: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -55,7 +55,7 @@ impl<'a> Segments<'a> {
         Self { frames, last, open, done, draws, kept_draws, parts, courses }
     }
 
-    /// Takes the draws of a window of frames, and what was found of all frames so far; `means` are those over the recording.
+    /// Takes the draws of a window of frames and the results of all frames so far; `means` are those over the recording.
     pub fn take(&mut self, window: Range<usize>, found: &[Tracked], draws: &[FrameDraws], means: &Means) {
         let from = window.start;
         for t in window {
@@ -102,7 +102,6 @@ impl<'a> Segments<'a> {
         }
     }
 
-    /// The means of all labels, in their order, and the draws of those that are compared or kept.
     pub fn finish(mut self) -> TrackedRecording {
         self.done.sort_by_key(|segment| segment.label);
         let label_courses = self.courses.into_iter().map(|(label, points)| LabelCourse { label, points });
@@ -118,11 +117,11 @@ impl<'a> Segments<'a> {
 /// A tier with no more labels than this is preferred to one with more.
 const FEW: usize = 12;
 
-/// The labels of a tier that repeat: for each its name, and the recording, beginning and end of every repetition, s.
+/// Labels that repeat: name, and recording, beginning and end of every repetition, s.
 pub(super) type Groups = Vec<(String, Vec<(usize, f64, f64)>)>;
 
-/// Tiers with at least two labels that repeat, the one that is compared first: few labels before many, then most repetitions. A repetition
-/// has at least so many frames; recordings are given by the times of their frames, s, and their labels.
+/// Tiers with at least two labels that repeat, in order of preference: few labels before many, then most repetitions. A repetition has at
+/// least `fewest` frames. Recordings are given by the times of their frames, s, and their labels.
 pub(super) fn distinguishing(recordings: &[(Vec<f64>, &[Label])], fewest: usize) -> Vec<(String, Groups)> {
     let mut tiers: Vec<(String, Groups)> = Vec::new();
     for (number, (times, labels)) in recordings.iter().enumerate() {
@@ -148,34 +147,30 @@ pub(super) fn distinguishing(recordings: &[(Vec<f64>, &[Label])], fewest: usize)
     tiers
 }
 
-/// What is known of the course of one muscle over all frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CourseSummary {
     pub muscle: String,
-    /// Whether its course can be read: it varies by more than it is uncertain, and single frames are narrow enough.
+    /// Whether the course varies more than it is uncertain, and intervals of single frames are narrow enough.
     pub known: bool,
-    /// Variance of its course over the frames as part of that and the mean variance of its draws.
+    /// Variance of the course over the frames as part of that and the mean variance of its draws.
     pub reliability: f64,
-    /// Mean width of the 95 % intervals of its course, N per metre of thickness.
     pub course_width_n: f64,
-    /// Mean width of the 95 % intervals of its level, N per metre of thickness.
     pub level_width_n: f64,
-    /// This width as a part of that of the prior: 1 where only the prior says how hard the muscle pulls, 0 where only the data do.
+    /// `level_width_n` as a part of the prior's: 1 where only the prior determines the level, 0 where only the data do.
     pub unknown_part: f64,
 }
 
 /// Reliability above which a course may be known.
 const RELIABLE: f64 = 0.5;
-/// Largest mean width of the intervals of a course that is known, as a part of the prior's scale: 24 N/m at 20 N/m.
+/// Largest mean width of the intervals of a known course, as a part of the prior's scale: 24 N/m at 20 N/m.
 pub const NARROW: f64 = 1.2;
 
-/// What is known of every muscle over all frames.
 pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
     let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();
     summaries(names, &each, link)
 }
 
-/// The same of anything that has levels and courses of all muscles.
+/// [`course_summaries`] from levels and courses of all muscles.
 pub(super) fn summaries(
     names: &[String],
     all: &[(&[Interval], &[Interval])],
@@ -202,10 +197,9 @@ pub(super) fn summaries(
     }))
 }
 
-/// Part of the frames of a recording that may be untrusted before the recording is.
+/// Largest part of untrusted frames in a trusted recording.
 pub const MOST_UNTRUSTED: f64 = 0.05;
 
-/// Whether too many frames of a recording cannot be trusted.
 pub fn is_untrusted(frames: &[Tracked]) -> bool {
     let bad = frames.iter().filter(|f| !f.status.is_trusted()).count();
     bad as f64 > MOST_UNTRUSTED * frames.len() as f64

@@ -1,5 +1,3 @@
-//! Settings of tracking, and what recordings are tracked on.
-
 use super::ornstein_uhlenbeck::Softplus;
 use super::shape::RestShape;
 use crate::error_model::{Errors, Knots};
@@ -8,40 +6,40 @@ use tongue_core::geometry::Point;
 use tongue_core::random::seed_of;
 use tongue_core::system::System;
 
-/// Settings for finding the tensions of recordings.
+/// Settings of tracking.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackSettings {
-    /// Prior of the tensions, and their link to the unknowns of the search.
+    /// Prior of the tensions, and their transform.
     pub link: Softplus,
-    /// Time over which tensions and slow errors are remembered, s; 0: frames are independent.
+    /// Time constant of tensions and slow errors, s; with 0 frames are independent.
     pub memory_s: f64,
     pub errors: Errors,
     pub draws: usize,
     pub seed: u64,
-    /// Largest number of frames of a recording whose positions are part of the results; they are equally spaced.
+    /// Largest number of frames of a recording whose positions are part of the results, equally spaced.
     pub shapes: usize,
     /// Whether it is checked how the shape of every frame can be reached from rest.
     pub reachability: bool,
-    /// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static
-    /// error and shape are then held, with the covariance that those frames give them, while each recording is searched for its states.
+    /// Largest number of frames by which the shared unknowns are found. More are spread evenly over all recordings; levels, static error
+    /// and shape are then held, with the covariance from those frames, while the states of each recording are found.
     pub shared_frames: usize,
     /// Number of draws of the tensions over labels that are part of the results ([`LabelCourse`](super::LabelCourse)).
     pub kept_draws: usize,
 }
 
 impl TrackSettings {
-    /// Whether the positions of frame `t` of so many are part of the results.
+    /// Whether the positions of frame `t` are part of the results.
     pub fn is_shown(&self, t: usize, frames: usize) -> bool {
         self.shapes > 0 && t.is_multiple_of(frames.div_ceil(self.shapes).max(1))
     }
 
-    /// The settings for one of several speakers: what is unknown of one is independent of what is unknown of another.
+    /// The settings for one of several speakers, whose draws are independent of those of others.
     pub fn of_speaker(self, name: &str) -> Self {
         let seed = name.bytes().fold(self.seed, |seed, byte| seed_of(seed, usize::from(byte)));
         Self { seed, ..self }
     }
 
-    /// Settings for tensions of this scale (default: 20 N per metre of thickness) and this memory (default: 0.1 s).
+    /// Settings for this scale of tensions (default: 20 N per metre of thickness) and this time constant (default: 0.1 s).
     pub fn new(scale_n: f64, memory_s: f64) -> Self {
         Self {
             link: Softplus::of_scale(scale_n),
@@ -57,24 +55,21 @@ impl TrackSettings {
     }
 }
 
-/// A bone of a body that follows its observed place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
     pub name: String,
     pub nodes: Vec<usize>,
-    /// Place where its mark is seen when the bone is at its rest position, m.
+    /// Place of its mark when the bone is at rest, m.
     pub mark: Point,
 }
 
-/// A body on which recordings are tracked.
 #[derive(Clone, Copy)]
 pub struct TrackingContext<'a> {
     pub system: &'a System<2>,
-    /// Bones that are moved to their observed places.
     pub followed: &'a [Followed],
-    /// Bones whose displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions).
+    /// Bones of unknown displacement ([`BONE_SD_M`](crate::inverse::BONE_SD_M), correlated in time like tensions).
     pub freed: &'a [MovableBone<2>],
-    /// Uncertainty of its shape; `None` if the shape is known.
+    /// Uncertainty of the shape at rest; `None` if it is known.
     pub shape: Option<&'a RestShape>,
 }
 
@@ -84,7 +79,7 @@ impl<'a> TrackingContext<'a> {
         Self { system, followed: &[], freed: &[], shape: None }
     }
 
-    /// The same on the body at rest of `body`, if there is one.
+    /// The context with the body at rest of `body`, if there is one.
     pub(super) fn on<'b>(&self, body: Option<&'b RestShape>) -> TrackingContext<'b>
     where
         'a: 'b,
@@ -102,19 +97,17 @@ impl<'a> TrackingContext<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
     pub muscles: usize,
-    /// Displacements of freed bones.
     pub bones: usize,
-    /// Knots of the errors.
     pub knots: usize,
 }
 
 impl Sizes {
-    /// Unknowns of a frame: courses, displacements, slow error.
+    /// Number of unknowns of a frame: courses, displacements, slow error.
     pub fn state(&self) -> usize {
         self.muscles + self.bones + self.knots
     }
 
-    /// Number of unknowns that all frames share on a fixed body: levels, static error.
+    /// Number of unknowns that all frames share on a body of known shape: levels, static error.
     pub fn shared(&self) -> usize {
         self.muscles + self.knots
     }

@@ -1,7 +1,5 @@
-//! The uncertainty of a body's shape at rest: how far its parts may be displaced.
-//!
-//! The outline moves with the control points of [`ControlPoints`], and cells resist changes of their areas. In addition the whole body
-//! may be shifted, turned, scaled and sheared, and the ends of muscles may move on the outline or in the tissue.
+//! The uncertainty of a body's shape at rest: displacements of the control points of [`ControlPoints`] and the ends of muscles, and shift,
+//! turn, scale and shear of the whole body. Cells resist changes of their areas.
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -11,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::adapt::{
     self, ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten,
 };
-use crate::least_squares::by_differences;
+use crate::least_squares::jacobian_by_differences;
 use crate::standard_deviations as sd;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Effect};
@@ -20,40 +18,39 @@ use tongue_core::observe::TongueSurface;
 use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
 
-/// What placing leaves open: shift, m, and turn, rad.
+/// Standard deviations of what placing leaves open: shift, m, and turn, rad.
 const SHIFT_SD_M: f64 = 1e-3 * sd::LEFT_SHIFT_MM;
 const TURN_SD: f64 = sd::LEFT_TURN_DEG.to_radians();
-/// A unit of a direction that moves a coil along the surface, m.
+/// Unit of a direction that moves a coil along the surface, m.
 const COIL_UNIT_M: f64 = 1e-3;
-/// Step of a difference, in units of a direction: 1 mm or one standard deviation.
+/// Step of differences along a direction, in its units: 1 mm or one standard deviation.
 pub(super) const STEP: f64 = 1e-3;
 
-/// Directions in which a body may differ, with their prior: normal, mean zero.
+/// Directions in which a body may differ, and the normal prior of their amounts.
 #[derive(Debug, Clone)]
 pub struct ShapePrior {
-    /// For every direction, the displacements of the nodes for one unit, m.
+    /// For every direction, the displacements of all nodes for one unit, m.
     pub(super) directions: Vec<Vec<Point>>,
-    /// Coils that may be elsewhere along the surface; the last directions move them. For each, the weights of the nodes in its motion.
+    /// Coils with an uncertain place along the surface, with the weights of the nodes in its motion; each has one of the last directions.
     pub(super) coils: Vec<(String, Vec<(usize, f64)>)>,
     /// The directions that shift, turn and scale.
     placing: Range<usize>,
-    /// The precision of the amounts, and the gradient of the cost at zero (bones that were not placed where they are observed), without
-    /// the cost of cells.
+    /// Precision of the amounts and gradient of the cost at zero amounts (by observed places of bones), without the cost of cells.
     own: (DMatrix<f64>, DVector<f64>),
-    /// The precision with the cost of cells.
+    /// Precision with the cost of cells.
     pub precision: DMatrix<f64>,
-    /// The gradient with the cost of cells.
+    /// Gradient with the cost of cells.
     pub gradient: DVector<f64>,
 }
 
 impl ShapePrior {
-    /// The prior for a body in the frame of its recordings; `seen` gives the median places of its bones where they are known.
+    /// The prior for a body in the frame of its recordings; `seen` gives the median places of its bones.
     pub fn of(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Result<Self, RestError> {
         let mesh = &body.mesh;
         let ControlPoints { points, precision: own, weights } = ControlPoints::of(body)?;
         let axes = [Point::x(), Point::y()];
         let mut directions: Vec<Vec<Point>> = Vec::new();
-        // The control points in millimetres, x and y in turn.
+        // Control points in millimetres, x and y in turn.
         let n = points.len();
         for control in 0..n {
             directions.extend(axes.map(|a| weights.iter().map(|w| a * (w[control] * 1e-3)).collect()));
@@ -84,7 +81,7 @@ impl ShapePrior {
             let (Some(mark), Some(at)) = (mark_of(body, bone), seen(bone)) else { continue };
             let Some(node) = body.bone(bone).iter().find(|&&i| mesh.nodes[i] == mark) else { continue };
             for axis in 0..2 {
-                // The observed place of a bone says nothing about the ends of muscles.
+                // The observed place of a bone does not depend on the ends of muscles.
                 let rate = |k: usize| if k < kept + 2 { directions[k][*node][axis] / sd } else { 0.0 };
                 let row = DVector::from_fn(all, |k, _| rate(k));
                 gradient += &row * ((mark[axis] - at[axis]) / sd);
@@ -102,8 +99,7 @@ impl ShapePrior {
         Ok(prior.at(mesh, &DVector::zeros(all)))
     }
 
-    /// The prior with the uncertainty of a placement by coils instead of the default, and with directions that move the coils along the
-    /// surface.
+    /// The prior with the uncertainty of a placement by coils instead of the default, and with directions that move the coils.
     fn placed(mut self, mesh: &Mesh<2>, surface: &TongueSurface, by: &Placement) -> Self {
         let (first, all) = (self.placing.start, self.directions.len());
         let units = [SHIFT_SD_M, SHIFT_SD_M, TURN_SD, sd::LEFT_SCALE];
@@ -132,7 +128,7 @@ impl ShapePrior {
         self.at(mesh, &DVector::zeros(count))
     }
 
-    /// The nodes after a displacement by these amounts of the directions, m.
+    /// Nodes displaced by these amounts, m.
     fn moved(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
         let mut nodes = mesh.nodes.clone();
         for (direction, amount) in self.directions.iter().zip(amounts.iter()) {
@@ -141,22 +137,22 @@ impl ShapePrior {
         nodes
     }
 
-    /// The same nodes without the part of the placing directions, m.
+    /// Nodes displaced by these amounts without those of the placing directions, m.
     fn unplaced(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
         let shape =
             DVector::from_fn(amounts.len(), |i, _| if self.placing.contains(&i) { 0.0 } else { amounts[i] });
         self.moved(mesh, &shape)
     }
 
-    /// For every cell, the change of the logarithm of its area, in standard deviations and weighted.
+    /// Change of the logarithm of every cell's area, in weighted standard deviations.
     fn area_logs(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> DVector<f64> {
         DVector::from_iterator(mesh.cells.len(), area_residuals(mesh, &self.unplaced(mesh, amounts)))
     }
 
-    /// The same prior expanded about these amounts: its second derivative and its gradient there.
+    /// The prior expanded about these amounts.
     fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
-        let growth =
-            by_differences(amounts, &|amounts| Some(self.area_logs(mesh, amounts)), STEP).unwrap_or_default();
+        let growth = jacobian_by_differences(amounts, &|amounts| Some(self.area_logs(mesh, amounts)), STEP)
+            .unwrap_or_default();
         let (precision, gradient) = &self.own;
         self.gradient = gradient + precision * amounts + growth.tr_mul(&self.area_logs(mesh, amounts));
         self.precision = precision + growth.tr_mul(&growth);
@@ -164,7 +160,7 @@ impl ShapePrior {
     }
 }
 
-/// A body of a mesh with its nodes elsewhere.
+/// The system of a mesh with its nodes at `nodes`.
 fn assembled(
     mesh: &Mesh<2>,
     nodes: &[Point],
@@ -178,27 +174,26 @@ fn assembled(
     System::with(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
 }
 
-/// The uncertainty of a body's shape, with slightly changed bodies.
+/// The uncertainty of a body's shape, with slightly perturbed bodies.
 pub struct RestShape {
     pub prior: ShapePrior,
-    /// The mesh about which the amounts of directions count, and the nodes of this body.
+    /// The mesh at zero amounts, and the nodes of this body.
     mesh: Mesh<2>,
     nodes: Vec<Point>,
     model: Model,
     contracting: Vec<usize>,
-    /// A wall that the tongue does not pass, such as its palate.
+    /// A wall that the tongue does not pass, such as the palate.
     wall: Option<Contact>,
-    /// The body itself.
     pub system: System<2>,
-    /// For every direction, the body a small step along it, and that body for lanes; each from the first time that it is used. Most
-    /// bodies of a search for a shape are left before that.
+    /// The body a small step along every direction, and these bodies for lanes, made when they are first used; most bodies of a search for
+    /// a shape are not.
     changed: OnceLock<Option<Vec<System<2>>>>,
     in_lanes: OnceLock<Option<Vec<Reshaped<2>>>>,
     is_kept: bool,
 }
 
 impl RestShape {
-    /// The shape of a body in the frame of its recordings, as [`ShapePrior::of`].
+    /// The shape of a body in the frame of its recordings ([`ShapePrior::of`]).
     pub fn of(
         body: &Body<2>,
         model: &Model,
@@ -210,7 +205,7 @@ impl RestShape {
         Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
     }
 
-    /// The same for a body that was placed by coils.
+    /// The shape of a body that was placed by coils.
     pub fn of_coils(
         body: &Body<2>,
         model: &Model,
@@ -235,20 +230,18 @@ impl RestShape {
         Ok(Self { prior, mesh, nodes, model, contracting, wall, system, changed, in_lanes, is_kept: false })
     }
 
-    /// The same, unless the body cannot be assembled a small step along one of the directions.
+    /// Checks that the body can be assembled a small step along every direction.
     fn checked(self) -> Result<Self, RestError> {
         let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d).map(drop));
         all.into_iter().collect::<Result<(), _>>().map(|()| self)
     }
 
-    /// The body a small step along a direction.
     fn step(&self, direction: &Vec<Point>) -> Result<System<2>, RestError> {
         let nodes: Vec<Point> = self.nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect();
-        let premises = (&self.model, self.contracting.as_slice());
-        assembled(&self.mesh, &nodes, premises, self.wall.as_ref(), Some(self.system.layout()))
+        let assumptions = (&self.model, self.contracting.as_slice());
+        assembled(&self.mesh, &nodes, assumptions, self.wall.as_ref(), Some(self.system.layout()))
     }
 
-    /// For every direction, the body a small step along it.
     pub(super) fn changed(&self) -> Option<&[System<2>]> {
         let make = || {
             let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d));
@@ -257,7 +250,7 @@ impl RestShape {
         self.changed.get_or_init(make).as_deref()
     }
 
-    /// The directions for lanes; `None` if lanes cannot take the body.
+    /// `None` if lanes cannot take the body.
     pub(super) fn in_lanes(&self) -> Option<&[Reshaped<2>]> {
         self.in_lanes
             .get_or_init(|| {
@@ -268,36 +261,36 @@ impl RestShape {
             .as_deref()
     }
 
-    /// The same body in contact with a wall.
+    /// The body in contact with a wall.
     pub fn under(self, wall: Contact) -> Result<Self, RestError> {
         let nodes = self.mesh.nodes.clone();
         Self::about(self.prior, &self.mesh, nodes, (&self.model, &self.contracting), Some(wall))?.checked()
     }
 
-    /// The body displaced by these amounts, with the prior of this one; `None` if it passes the wall.
+    /// The body displaced by these amounts, with the same prior; `None` if it passes the wall.
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
         let mut nodes = self.prior.moved(&self.mesh, amounts);
         straighten(&self.mesh, &mut nodes);
         if self.wall.as_ref().is_some_and(|w| w.penetrated(&nodes, &self.mesh.connections).is_some()) {
             return None;
         }
-        let premises = (&self.model, self.contracting.as_slice());
-        Self::about(self.prior.clone(), &self.mesh, nodes, premises, self.wall.clone()).ok()
+        let assumptions = (&self.model, self.contracting.as_slice());
+        Self::about(self.prior.clone(), &self.mesh, nodes, assumptions, self.wall.clone()).ok()
     }
 
-    /// The same body with the prior expanded about these amounts.
+    /// The body with the prior expanded about these amounts.
     pub(super) fn expanded(self, amounts: &DVector<f64>) -> Self {
         Self { prior: self.prior.at(&self.mesh, amounts), ..self }
     }
 
     /// Cost of these amounts relative to that of zero amounts.
-    pub(super) fn price(&self, amounts: &DVector<f64>) -> f64 {
+    pub(super) fn relative_cost(&self, amounts: &DVector<f64>) -> f64 {
         let (precision, gradient) = &self.prior.own;
         let areas = self.prior.area_logs(&self.mesh, amounts).norm_squared();
         amounts.dot(&(precision * amounts)) + 2.0 * gradient.dot(amounts) + areas
     }
 
-    /// Amounts after a step, or after the part of it in which all cells keep enough of their areas and muscles of their lengths.
+    /// Amounts after the largest part of a step with which cells keep enough of their areas and muscles of their lengths.
     pub(super) fn stepped(&self, amounts: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
         let mut step = step.clone();
         for _ in 0..10 {
@@ -315,13 +308,12 @@ impl RestShape {
         amounts.clone()
     }
 
-    /// The same, with the shape of the body as the most probable one, because it was found in recordings of the speaker.
+    /// The shape of the body as the most probable one, because it was found in recordings of the speaker.
     pub fn as_found(self) -> Self {
         Self { is_kept: true, ..self }
     }
 
-    /// Whether the shape of the body is kept as the most probable one: it was found before, or coils placed the body, which show little
-    /// of its shape.
+    /// Whether the shape of the body is the most probable one, because it was found before or coils show little of it.
     pub(super) fn is_kept(&self) -> bool {
         self.is_kept || !self.prior.coils.is_empty()
     }
@@ -331,10 +323,10 @@ impl RestShape {
     }
 }
 
-/// A node where muscles cross moves along the other muscle; if the sine of their angle is smaller than this it stays.
+/// Smallest sine of the angle at which a node where muscles cross moves along the other muscle.
 const LEAST_SINE: f64 = 0.3;
 
-/// Motion of the nodes when an end of a muscle moves: its straight line turns with the end; ends on the outline slide along it.
+/// Motion of the nodes with each end of a muscle: the straight line of the muscle turns with the end; ends on the outline slide along it.
 fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
     let mesh = &body.mesh;
     let outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
@@ -347,7 +339,7 @@ fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
     let mut out = Vec::new();
     for end in nodes {
         let on_outline = outline.iter().position(|&n| n == end).filter(|_| !fixed(end));
-        let ways: Vec<Point> = match on_outline {
+        let directions: Vec<Point> = match on_outline {
             Some(i) => {
                 let count = outline.len();
                 let (before, after) = (outline[(i + count - 1) % count], outline[(i + 1) % count]);
@@ -355,10 +347,10 @@ fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
             }
             None => vec![Point::x(), Point::y()],
         };
-        for way in ways {
+        for direction in directions {
             let mut moved = vec![Point::zeros(); mesh.nodes.len()];
-            moved[end] =
-                way * (1e-3 * (if fixed(end) && !seen(end) { sd::FAR_END_MM } else { sd::MUSCLE_END_MM }));
+            moved[end] = direction
+                * (1e-3 * (if fixed(end) && !seen(end) { sd::FAR_END_MM } else { sd::MUSCLE_END_MM }));
             for (number, muscle) in mesh.muscles.iter().enumerate() {
                 let [a, b] = muscle.ends();
                 let other = if a == end { b } else { a };
@@ -385,7 +377,7 @@ fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
     out
 }
 
-/// The direction of another muscle that shares a node.
+/// Direction of another muscle through a node.
 fn crossing(mesh: &Mesh<2>, number: usize, node: usize) -> Option<Point> {
     let other = mesh.muscles.iter().enumerate().find(|(i, m)| *i != number && m.nodes.contains(&node))?.1;
     let [a, b] = other.ends();

@@ -1,4 +1,4 @@
-//! How the surface in a frame responds to changes of the shape at rest, among them those in which the ends of muscles move.
+//! Derivatives of the observations of frames by the shape at rest, ends of muscles included.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -10,13 +10,13 @@ use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
 use tongue_core::statics::lanes::UnitChange;
 
-/// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
+/// Derivatives of a frame's observations and hidden points by the shape, mm.
 pub(super) struct ShapeJacobian {
     pub seen: DMatrix<f64>,
     pub hidden: DMatrix<f64>,
 }
 
-/// Derivatives of all frames by the shape; `None` for each where the shape is known.
+/// Derivatives of all frames by the shape; `None` where the shape is known or a frame has no equilibrium.
 pub(super) fn shape_jacobians(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
@@ -40,8 +40,7 @@ pub(super) fn shape_jacobians(
 }
 
 impl RestShape {
-    /// Derivatives of the residuals of frames and of the distances of their hidden points, mm, by each direction; `None` for a frame
-    /// without an equilibrium at its positions.
+    /// Derivatives of frames by each direction, mm; `None` for a frame without an equilibrium at its positions.
     pub(super) fn rates(
         &self,
         solver: &mut FrameSolver<'_>,
@@ -86,7 +85,7 @@ impl DerivativeColumns for RestShape {
         1.0
     }
 
-    /// The factorised stiffness turns the forces of each changed body into motion.
+    /// The factorised stiffness turns the forces of each perturbed body into motion.
     fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
         let tensions = solver.tensions_of(x);
         let positions = rates.positions.clone();

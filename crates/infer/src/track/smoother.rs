@@ -1,7 +1,7 @@
 //! The most probable tensions of all frames on one body, by the Gauss-Newton method.
 //!
-//! The unknowns of a frame (its state) are the course of each muscle, displacements of bones that were not observed, and the slow error
-//! at a few knots of the contour. Shared by all frames are the level of each muscle and the static error. The shape at rest is fixed.
+//! The state of a frame is the course of each muscle, displacements of bones that were not observed, and the slow error at a few knots of
+//! the contour. All frames share the level of each muscle and the static error. The shape at rest is fixed.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,31 +19,29 @@ use super::settings::{Sizes, TrackSettings, TrackingContext};
 use super::shape::RestShape;
 use crate::error_model::{Along, FrameErrors, Knots};
 
-/// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
-/// results do not either.
+/// Number of frames in a chunk, of which the first is solved from rest. Chunks do not depend on threads, so results do not either.
 pub(super) const CHUNK: usize = 32;
 
-/// Results for frames, chunk by chunk; `work` gets the numbers of the frames of a chunk.
+/// Results of `work` for all frames, which gets the numbers of the frames of a chunk.
 pub(super) fn in_chunks<T: Send>(frames: Range<usize>, work: impl Fn(&[usize]) -> Vec<T> + Sync) -> Vec<T> {
     let numbers: Vec<usize> = frames.collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     parallel::map(&chunks, |chunk| work(chunk)).into_iter().flatten().collect()
 }
 
-/// A frame with fewer observations than this counts as one without observations.
+/// Fewest observations of a frame with data.
 pub const FEWEST: usize = 3;
 
-/// State and linearisation of a frame.
 #[derive(Debug, Clone)]
 pub(super) struct FrameState {
     pub z: DVector<f64>,
-    /// Its linearisation, which during the search may be that at a state nearby; `None` without an equilibrium or data.
+    /// Linearisation, which may be that at a near state during the search; `None` without an equilibrium or data.
     pub linear: Option<Arc<Linearisation>>,
     pub positions: Option<Arc<[Point]>>,
 }
 
 impl FrameState {
-    /// Takes a linearisation at its state; the last positions stay where there is none.
+    /// Sets the linearisation; without one the last positions are kept.
     pub fn take(&mut self, linear: Option<Linearisation>) {
         if let Some(linear) = &linear {
             self.positions = Some(Arc::clone(&linear.positions));
@@ -52,32 +50,28 @@ impl FrameState {
     }
 }
 
-/// A recording during the search.
 #[derive(Clone)]
 pub(super) struct SmoothedRecording {
     pub frames: Arc<Vec<Frame>>,
     pub chain: OrnsteinUhlenbeck,
-    /// The errors of every frame; `None` where there are too few observations.
+    /// `None` where a frame has too few observations.
     pub errors: Vec<Option<Arc<FrameErrors>>>,
     pub here: Vec<FrameState>,
 }
 
 impl SmoothedRecording {
-    /// Number of frames with data.
     pub fn count(&self) -> usize {
         self.errors.iter().flatten().count()
     }
 }
 
-/// The whitened residuals of a frame and their derivatives. Levels and static error have the same derivatives as courses and slow error.
+/// Whitened residuals of a frame and their derivatives. Levels and static error have the derivatives of courses and slow error.
 pub(super) struct WhitenedRows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
-    /// Derivatives by the directions of the shape, where they are asked for.
     pub by_shape: Option<DMatrix<f64>>,
 }
 
-/// All recordings of a speaker, with their shared unknowns.
 #[derive(Clone)]
 pub(super) struct Smoother<'a> {
     pub context: TrackingContext<'a>,
@@ -86,11 +80,11 @@ pub(super) struct Smoother<'a> {
     pub knots: &'a Knots,
     /// Levels (N/m) and static error (mm).
     pub shared: DVector<f64>,
-    /// Precision of the shared unknowns in the prior.
+    /// Prior precision of the shared unknowns.
     pub shared_precision: DMatrix<f64>,
     /// Whether frames keep their linearisation during the search while they are near it.
     pub keeps: bool,
-    /// Whether the shared unknowns are held where they are.
+    /// Whether the shared unknowns are held.
     pub holds: bool,
 }
 
@@ -105,13 +99,12 @@ impl<'a> Smoother<'a> {
         Self { context, sizes, settings, knots, shared, shared_precision, keeps: true, holds: false }
     }
 
-    /// A solver of frames on the body.
     pub fn solver(&self) -> FrameSolver<'a> {
         FrameSolver::new(self.context, self.settings.link)
     }
 
-    /// Precision of the shared unknowns in the prior, those of a shape behind the others, and the gradient of its cost where they are now.
-    /// A shape is given with the weight of its prior and its damping, in units of that prior's precision.
+    /// Precision of the shared unknowns, followed by those of a shape, in the prior, and gradient of its cost. A shape is given with the
+    /// weight of its prior and its damping, in units of that prior's precision.
     pub fn shared_prior(&self, shape: Option<(&RestShape, f64, f64)>) -> (DMatrix<f64>, DVector<f64>) {
         let (n, more) = (self.sizes.shared(), shape.map_or(0, |(shape, ..)| shape.count()));
         let mut precision = self.shared_precision.clone().resize(n + more, n + more, 0.0);
@@ -124,7 +117,6 @@ impl<'a> Smoother<'a> {
         (precision, gradient)
     }
 
-    /// A recording at the start of the search.
     pub fn start(&self, frames: Arc<Vec<Frame>>) -> SmoothedRecording {
         let Sizes { muscles, bones, knots } = self.sizes;
         let n = self.sizes.state();
@@ -140,7 +132,7 @@ impl<'a> Smoother<'a> {
         recording
     }
 
-    /// Every n-th frame with data of recordings, at their present states; the frames of all recordings are counted together.
+    /// Every n-th frame with data, counted over all recordings, in its present state.
     pub fn thinned(&self, recordings: &[SmoothedRecording], every: usize) -> Vec<SmoothedRecording> {
         let mut before = 0;
         Vec::from_iter(recordings.iter().map(|recording| {
@@ -155,11 +147,11 @@ impl<'a> Smoother<'a> {
         }))
     }
 
-    /// Sets the errors for the observations that the frames of a recording have now.
+    /// Sets the errors of the frames for their present observations.
     pub fn take_errors(&self, recording: &mut SmoothedRecording) {
         let period_s = upper_median(recording.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
             .unwrap_or(f64::INFINITY);
-        // Frames that show the same points with the same certainty share their errors.
+        // Frames with the same points and standard deviations share their errors.
         let mut last: Option<(Vec<Along>, Option<Arc<FrameErrors>>)> = None;
         recording.errors = Vec::from_iter(recording.frames.iter().map(|frame| {
             let along: Vec<Along> = frame.observations.iter().map(|o| o.along).collect();
@@ -173,19 +165,19 @@ impl<'a> Smoother<'a> {
         }));
     }
 
-    /// Unknowns of a frame's equilibrium: tensions before the link, and displacements.
+    /// Unknowns of a frame's equilibrium: tensions before the transform, and displacements.
     pub fn unknowns(&self, z: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
         let Sizes { muscles, bones, .. } = self.sizes;
         let middle = self.settings.link.middle_n;
         DVector::from_fn(muscles + bones, |i, _| if i < muscles { middle + shared[i] + z[i] } else { z[i] })
     }
 
-    /// The same of a frame in its present state.
+    /// The unknowns of a frame in its present state.
     pub fn unknowns_of(&self, recording: &SmoothedRecording, t: usize) -> DVector<f64> {
         self.unknowns(&recording.here[t].z, &self.shared)
     }
 
-    /// Residuals of a frame, mm, less the error given by the values at the knots.
+    /// Residuals of a frame, mm, less the errors at the knots.
     pub fn residuals_mm(
         &self,
         recording: &SmoothedRecording,
@@ -204,7 +196,7 @@ impl<'a> Smoother<'a> {
         Some(residuals - &errors.basis * known)
     }
 
-    /// The rows of a frame; `None` where it has no observations or no equilibrium. `by_shape` are its derivatives by the shape, mm.
+    /// `None` where a frame has no observations or no equilibrium. `by_shape` are derivatives by the shape, mm.
     pub(super) fn rows(
         &self,
         recording: &SmoothedRecording,
@@ -228,13 +220,12 @@ impl<'a> Smoother<'a> {
         Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
-    /// The unknown of a state by which residuals have the same derivatives as by a shared one: the course for a level, the slow error for the
-    /// static one.
+    /// The unknown of a state with the same derivatives as a shared one: the course for a level, the slow error for the static one.
     pub(super) fn of_state(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
 
-    /// Residuals of a frame after a step of its state and of the unknowns that all frames share, if it responds linearly.
+    /// Linearised residuals of a frame after a step of its state and of the shared unknowns.
     pub fn expected(&self, rows: &WhitenedRows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
         let mut step = state.clone();
         (0..self.sizes.shared()).for_each(|i| step[self.of_state(i)] += shared[i]);

@@ -1,37 +1,36 @@
 //! 95 % intervals of activations.
 //!
-//! The data say how far each muscle pulls in comparison with the stiffness of the tissue, which is assumed: a body that is stiffer than
-//! assumed and whose muscles are as much more active takes the same shape. So an activation is that of the assumed tissue times a common
-//! factor, whose logarithm is normal and independent of the data.
+//! The data determine the pull of each muscle relative to the assumed stiffness of the tissue: a stiffer body with more active muscles
+//! takes the same shape. So an activation is that of the assumed tissue times a common factor, whose logarithm is normal and independent of
+//! the data.
 //!
-//! For the assumed tissue the posterior is the normal distribution of the response that is linearised at the answer, cut to activations
-//! from 0 to 1. It is sampled by slices (Neal 2003) along its principal axes and along each activation in turn.
+//! For the assumed tissue the posterior is the normal distribution of the linearised response, truncated to activations from 0 to 1. It is
+//! drawn by slice sampling (Neal 2003) along its principal axes and along each activation in turn.
 
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normal;
 
-/// Draws that are kept, and the sweeps over all directions between two of them.
+/// Number of draws kept, and of sweeps over all directions between two of them.
 const DRAWS: usize = 2000;
 const THIN: usize = 4;
 /// An interval that begins below this activation begins at 0.
 const NONE_BELOW: f64 = 0.01;
 
-/// The observations, linearised at an answer as a function of the activations, and the priors of the activations.
+/// The observations, linearised in the activations at an answer, and the prior of the activations.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LinearResponse {
     /// Residuals at the answer, in standard deviations.
     pub residuals: DVector<f64>,
-    /// Their derivatives by the activations.
     pub jacobian: DMatrix<f64>,
-    /// Standard deviation of the prior of each activation, which is normal about 0.
+    /// Standard deviation of the prior of each activation, whose mean is 0.
     pub prior_sd: f64,
     /// Standard deviation of the logarithm of the common factor.
     pub stiffness_sd_ln: f64,
 }
 
 impl LinearResponse {
-    /// The interval of each activation. Empty where the precision of the posterior is singular.
+    /// The interval of each activation; empty where the precision of the posterior is singular.
     pub fn intervals_95(&self, answer: &DVector<f64>) -> Vec<[f64; 2]> {
         let Self { residuals, jacobian, prior_sd, stiffness_sd_ln } = self;
         let n = answer.len();
@@ -71,8 +70,8 @@ impl LinearResponse {
     }
 }
 
-/// The interval that holds 95 % of draws with as many below as above it, or from 0 on where that is shorter: it is for a muscle about which
-/// little is known, whose most probable activation is 0. It holds the activation that was found.
+/// The central interval of 95 % of the draws, extended to the activation found. It is the interval from 0 where that is shorter, as for a
+/// muscle of which little is known, or where the central one begins near 0 or above the activation found.
 fn interval_95(mut draws: Vec<f64>, found: f64) -> [f64; 2] {
     draws.sort_by(f64::total_cmp);
     let [low, from_zero, high] = [0.025, 0.95, 0.975].map(|part| draws[(part * draws.len() as f64) as usize]);

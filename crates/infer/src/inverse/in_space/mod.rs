@@ -1,8 +1,8 @@
-//! Activations of a body in space from what was seen of it (places of nodes and coils, points of its surface and midsagittal contour,
-//! lengths of muscles), by the same search as for every other inverse problem.
+//! Activations of a body in space from marks (places of nodes and coils, points of the surface and the midsagittal contour, lengths of
+//! muscles), by the same search as every other inverse problem.
 //!
-//! Residuals are in standard deviations of what was seen, activations in hundredths. A weak prior (mean 0) determines the combinations of
-//! activations that the data leave open; the answer lists these ([`Combination`]).
+//! Residuals are in standard deviations of the marks, activations in hundredths. A weak prior with mean 0 determines the combinations of
+//! activations that the data leave open, which the answer lists ([`Combination`]).
 
 mod intervals;
 mod observations;
@@ -28,7 +28,7 @@ use tongue_input::measured::{ByMuscle, SpaceMark};
 /// Settings of the search for activations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceSearch {
-    /// Whether both sides of a muscle have activations of their own; otherwise these are equal.
+    /// Whether both sides of a muscle have activations of their own instead of a common one.
     pub sides_apart: bool,
     /// Standard deviation of the prior of every activation, whose mean is 0.
     pub prior_sd: f64,
@@ -54,10 +54,10 @@ impl Default for SpaceSearch {
 /// Standard deviation above which a combination of activations counts as open.
 pub const OPEN_ABOVE: f64 = 0.1;
 
-/// A combination of activations, and its uncertainty from the data alone.
+/// A combination of activations, and its uncertainty by the data alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Combination {
-    /// Unit vector over the activations searched for; its largest entry is positive.
+    /// Unit vector over the activations that are unknown; its largest entry is positive.
     pub direction: ByMuscle<f64>,
     /// Standard deviation of its amount; infinite (null in JSON) if no observation depends on it.
     pub sd: f64,
@@ -74,29 +74,28 @@ pub struct EndedSearch {
 }
 
 impl EndedSearch {
-    /// Whether it ended at these activations: none differs by more than 0.05.
+    /// Whether no activation differs from these by more than 0.05.
     fn is_at(&self, activations: &[f64]) -> bool {
         self.activations.0.iter().zip(activations).all(|((_, a), b)| (a - b).abs() <= 0.05)
     }
 }
 
-/// Result of a search for activations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFit {
     /// Names of the unknowns: muscles, or the common name of both sides of a muscle.
     pub names: Vec<String>,
-    /// Root of the mean squared distance from what was seen, m.
+    /// Root mean square distance from the marks, m.
     pub rms_m: f64,
-    /// For each mark the distance from its place, from the surface or contour, or from its length, m. Differences of stretches and ratios
-    /// are multiplied by the length at rest that they are counted in.
+    /// Distance from each mark, m: of a place, of the surface or contour, or of a length. Differences of stretches and ratios are
+    /// multiplied by the length at rest by which they are divided.
     pub distances_m: Vec<f64>,
-    /// What was seen as a function of the activations about the answer; `None` where there is no equilibrium at it.
+    /// The observations linearised at the answer; `None` where there is no equilibrium.
     response: Option<LinearResponse>,
     /// Combinations of activations, the most certain first; those above [`OPEN_ABOVE`] are open.
     pub combinations: Vec<Combination>,
     pub starts: Vec<EndedSearch>,
     pub factorisations: usize,
-    /// The answer in the form of every inverse problem: its unknowns in hundredths, and as its tensions the activations of all muscles.
+    /// The answer of the inverse problem: its unknowns are in hundredths, and its tensions are the activations of all muscles.
     pub answer: Answer<3>,
 }
 
@@ -110,21 +109,19 @@ impl SpaceFit {
         activations_of(&self.answer.x)
     }
 
-    /// The 95 % interval of the activation of each unknown, with a common factor of stiffness left open; empty where there is no
-    /// equilibrium at the answer.
+    /// The 95 % interval of each activation of [`Self::names`]; empty where there is no equilibrium at the answer.
     pub fn intervals_95(&self) -> Vec<[f64; 2]> {
         let found = DVector::from_vec(self.activations_found());
         self.response.as_ref().map_or_else(Vec::new, |response| response.intervals_95(&found))
     }
 
-    /// Number of starts that converged to this answer: every activation differs by at most 0.05.
+    /// Number of starts that converged to this answer, with no activation that differs by more than 0.05.
     pub fn ended_here(&self) -> usize {
         let found = self.activations_found();
         self.starts.iter().filter(|e| e.converged && e.is_at(&found)).count()
     }
 
-    /// Starts that ended at another answer (an activation differs by more than 0.05) with a misfit that is larger than the answer's by at
-    /// most this part.
+    /// Converged starts at another answer whose misfit is at most `part` larger, relative to the answer's.
     pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &EndedSearch> {
         let found = self.activations_found();
         let most = self.answer.misfit * (1.0 + part);
@@ -132,18 +129,17 @@ impl SpaceFit {
     }
 }
 
-/// Where the search of an answer begins.
 #[derive(Clone, Copy)]
 enum SearchStart<'a> {
-    /// At rest, and at further starts.
+    /// At rest, and at further starting points.
     Rest,
     /// At the answer of the frame before.
     Before(&'a Answer<3>),
-    /// The search is finished: the answer was found on one half, and its positions on the whole are nearly these.
+    /// At an answer found on one half, which is only completed on the whole: its positions there are nearly these.
     Found(&'a Answer<3>),
 }
 
-/// The muscles of a body that share an activation: their common name and their numbers.
+/// Groups of muscles with one activation: their common name and their numbers.
 fn searched(body: &Body<3>, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (number, muscle) in body.muscles.iter().enumerate() {
@@ -157,18 +153,18 @@ fn searched(body: &Body<3>, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
 }
 
 impl SpaceSearch {
-    /// As [`SpaceSearch::fit`] where both sides are alike: all starts are searched on one half of the body, which costs a third, and the
-    /// best answer is completed on the whole. `left` is the half with its system.
+    /// [`SpaceSearch::fit`] for two sides that are alike: searches on one half of the body, with the system `left`, which costs a third,
+    /// and completes the best answer on the whole.
     pub fn fit_alike(
         &self,
         (body, system): (&Body<3>, &System<3>),
         (half, left): (&Half, &System<3>),
-        seen: &[SpaceMark],
+        marks: &[SpaceMark],
         begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
-        let images = seen.iter().map(|mark| on_half(half, body, mark)).collect::<Option<Vec<_>>>();
+        let images = marks.iter().map(|mark| on_half(half, body, mark)).collect::<Option<Vec<_>>>();
         let Some(images) = images.filter(|_| !self.sides_apart) else {
-            return self.fit(body, system, seen, begin);
+            return self.fit(body, system, marks, begin);
         };
         let begin = begin.map(|b| {
             let positions = half.nodes.iter().map(|&n| b.positions[n]).collect();
@@ -176,7 +172,7 @@ impl SpaceSearch {
         });
         let found = self.fit(&half.body, left, &images, begin.as_ref())?;
         let on_whole = Answer { positions: half.whole(&found.answer.positions), ..found.answer };
-        let fit = self.answered(body, system, seen, SearchStart::Found(&on_whole))?;
+        let fit = self.fit_from(body, system, marks, SearchStart::Found(&on_whole))?;
         Ok(SpaceFit {
             factorisations: found.factorisations + fit.factorisations,
             starts: found.starts,
@@ -184,8 +180,8 @@ impl SpaceSearch {
         })
     }
 
-    /// Finds the activations that bring a body to where it was seen. `begin` is an answer at which the only start begins (that of the
-    /// frame before); without it there are several starts, the first at rest.
+    /// Finds the activations that bring a body to the marks. `begin` is the answer of the frame before, at which the only start begins;
+    /// without it there are several starts, the first at rest.
     ///
     /// # Errors
     /// [`FitError`] if the search cannot begin; later failures are a status of the answer.
@@ -193,23 +189,23 @@ impl SpaceSearch {
         &self,
         body: &Body<3>,
         system: &System<3>,
-        seen: &[SpaceMark],
+        marks: &[SpaceMark],
         begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
-        self.answered(body, system, seen, begin.map_or(SearchStart::Rest, SearchStart::Before))
+        self.fit_from(body, system, marks, begin.map_or(SearchStart::Rest, SearchStart::Before))
     }
 
-    fn answered(
+    fn fit_from(
         &self,
         body: &Body<3>,
         system: &System<3>,
-        seen: &[SpaceMark],
+        marks: &[SpaceMark],
         begin: SearchStart<'_>,
     ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
         let mut observed = Observed::new(body);
-        let of_marks =
-            seen.iter().map(|mark| observed.observations_of(mark)).collect::<Result<Vec<_>, _>>()?;
+        let observations =
+            marks.iter().map(|mark| observed.observations_of(mark)).collect::<Result<Vec<_>, _>>()?;
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
             let what = format!("the prior of activations has the standard deviation {}", self.prior_sd);
             return Err(FitError::Unknown { what });
@@ -225,15 +221,15 @@ impl SpaceSearch {
             SearchStart::Rest => ((&none[..], system.rest()), self.settings.starts),
             SearchStart::Before(b) | SearchStart::Found(b) => ((&b.x[..], &b.positions[..]), 1),
         };
-        let stated = LeastSquaresProblem::new(system, of_marks.concat(), unknowns);
-        let inverse = LeastSquaresProblem { tied, begin: Some(begin_at), ..stated };
+        let problem = LeastSquaresProblem::new(system, observations.concat(), unknowns);
+        let inverse = LeastSquaresProblem { tied, begin: Some(begin_at), ..problem };
         let settings = FitSettings { starts, ..self.settings };
         let mut forward = Forward::new(&inverse, &settings);
         let (answer, linear, searched) = match begin {
             SearchStart::Found(found) => {
                 forward.begin_at(&found.x, &found.positions);
                 let Some(linear) = forward.linearise(&found.x) else {
-                    return self.answered(body, system, seen, SearchStart::Before(found));
+                    return self.fit_from(body, system, marks, SearchStart::Before(found));
                 };
                 let answer = Answer {
                     tensions: inverse.tensions_of(&found.x),
@@ -268,7 +264,7 @@ impl SpaceSearch {
             });
             combinations.collect()
         });
-        let distances_m: Vec<f64> = Vec::from_iter(seen.iter().zip(&of_marks).map(|(mark, own)| {
+        let distances_m: Vec<f64> = Vec::from_iter(marks.iter().zip(&observations).map(|(mark, own)| {
             let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();
             mark.sd_m * squares.sqrt()
         }));
@@ -283,7 +279,7 @@ impl SpaceSearch {
         let starts: Vec<EndedSearch> = starts.collect();
         Ok(SpaceFit {
             names,
-            rms_m: (squares / seen.len() as f64).sqrt(),
+            rms_m: (squares / marks.len() as f64).sqrt(),
             distances_m,
             response,
             combinations,

@@ -1,4 +1,4 @@
-//! Observations of a body in space from what was seen of it.
+//! Observations of a body in space from marks.
 
 use std::sync::Arc;
 
@@ -14,11 +14,11 @@ use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
 use crate::inverse::FitError;
 
-/// The muscle over whose length ratios are if no other is named, and the line that lines are compared with (Kato 2014, 4.3.1).
+/// The muscle by whose length ratios are divided if no other is named, and the line by which lines are divided (Kato 2014, 4.3.1).
 const OVER: &str = "GGA";
 const OVER_LINE: &str = "GGa";
 
-/// A body of which marks are turned into observations. What only some marks need is made for the first of these.
+/// A body whose marks become observations. The surface and the midline are made when the first mark needs them.
 pub(super) struct Observed<'a> {
     body: &'a Body<3>,
     surface: Option<Arc<[[usize; 3]]>>,
@@ -34,7 +34,7 @@ struct Midline {
     tip: f64,
 }
 
-/// The observations of a mark: their sum of squares times the square of its standard deviation is the squared distance, m², that remains.
+/// Observations of one mark: their sum of squared residuals, times the square of its standard deviation, is the squared distance to it, m².
 type OfMark = Vec<Observation<3>>;
 
 fn wrong<T>(what: impl Into<String>) -> Result<T, FitError> {
@@ -82,7 +82,7 @@ impl<'a> Observed<'a> {
             }
             Marked::Muscle { muscle, measure } => {
                 let sides = self.measured(muscle)?;
-                // Of a pair each side has the measured length, and both together count as one measurement.
+                // Each side of a pair has the measured length, and both together count as one measurement.
                 let sd_m = sd_m * (sides.len() as f64).sqrt();
                 let over = match measure {
                     LengthMeasure::Ratio(_, Some(over)) => self.measured(over)?,
@@ -116,7 +116,7 @@ impl<'a> Observed<'a> {
         self.body.lines.iter().find(|(known, _)| known == name && !is_muscle).map(|(_, line)| line)
     }
 
-    /// The measuring fibres that a muscle's name stands for, or the line of this name, and their lengths at rest, m.
+    /// The measuring fibres of a muscle, or the line of this name, with their lengths at rest, m.
     fn measured(&self, name: &str) -> Result<Vec<(Line<3>, f64)>, FitError> {
         let Mesh { nodes, muscles, .. } = &self.body.mesh;
         let with_rest = |line: Line<3>| {
@@ -132,7 +132,7 @@ impl<'a> Observed<'a> {
         Ok(fibres.collect())
     }
 
-    /// The triangles of the surface; of a half without its cut.
+    /// Triangles of the surface; of a half without its midsagittal cut.
     fn surface(&mut self) -> Arc<[[usize; 3]]> {
         let Mesh { nodes, .. } = &self.body.mesh;
         let near = 1e-6 * self.body.mesh.extent();
@@ -202,7 +202,7 @@ fn description(what: &Marked) -> String {
     }
 }
 
-/// What was seen of the whole as it is seen of its left half; `None` where a node has no image.
+/// A mark of the whole as a mark of its left half; `None` where a node has no image there.
 pub(super) fn on_half(half: &Half, whole: &Body<3>, mark: &SpaceMark) -> Option<SpaceMark> {
     let name = |name: &str| {
         let right = whole.muscles.iter().find(|m| m.side == Side::Right && m.name.eq_ignore_ascii_case(name));

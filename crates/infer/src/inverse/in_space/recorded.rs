@@ -1,4 +1,4 @@
-//! What was seen of a body in space, frame by frame: tables of its own, recordings of the midsagittal plane, lengths of a vowel.
+//! Marks of a body in space, frame by frame: from its own tables, recordings of the midsagittal plane, or lengths of a vowel.
 
 use std::path::Path;
 
@@ -15,23 +15,23 @@ use crate::adapt::{Registration, RegistrationData, RestError};
 use crate::error_model::{Along, Errors, distances_along};
 use crate::standard_deviations::STRETCH;
 
-/// What was seen of one speaker, in the frame of a body in space.
+/// Marks of one speaker in the frame of a body in space.
 #[derive(Debug, Clone)]
 pub struct Recorded {
-    /// For each frame the name of its recording, where it is of one, and what was seen.
+    /// For each frame the name of its recording, if there is one, and its marks.
     pub frames: Vec<(Option<String>, SpaceFrame)>,
-    /// Where the body was placed; `None` where the recordings are in its frame.
+    /// Placement of the body; `None` where the marks are in its frame already.
     pub placed: Option<Registration>,
 }
 
 impl Recorded {
-    /// What tables of bodies in space show ([`read_space_marks`]); `usual_sd_m` is the standard deviation where a table gives none.
+    /// Reads tables of bodies in space ([`read_space_marks`]); `usual_sd_m` is the standard deviation where a table gives none.
     pub fn of_tables(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Self, ReadError> {
         let frames = read_space_marks(paths, usual_sd_m)?;
         Ok(Self { frames: frames.into_iter().map(|frame| (None, frame)).collect(), placed: None })
     }
 
-    /// Whether places of coils, which are counted from the tip, were seen.
+    /// Whether there are coils, whose distances are counted from the tip.
     pub fn has_coils(&self) -> bool {
         let mut marks = self.frames.iter().flat_map(|(_, frame)| &frame.marks);
         marks.any(|mark| matches!(mark.what, Marked::Coil { .. }))
@@ -42,8 +42,7 @@ impl Recorded {
         is_space_table(path.as_ref())
     }
 
-    /// The lengths of a vowel, of the lines that tables of lengths name: every measured muscle, known to its rounding and to the
-    /// errors of the model.
+    /// The lengths of a vowel: a mark for every measured muscle, with the standard deviation of its rounding and of the model's error.
     pub fn of_lengths(target: &Target, body: &Body<3>) -> Self {
         let rest = |m: usize| {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
@@ -63,7 +62,7 @@ impl Recorded {
                     LengthMeasure::Ratio(target.values[m], Some(over))
                 }
             };
-            // Of the stretch or ratio, as a length at rest.
+            // Standard deviation of the stretch or ratio, times the length at rest.
             let sd_m = rest(over) * own.hypot(other).hypot(STRETCH);
             SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
         });
@@ -71,9 +70,9 @@ impl Recorded {
         Self { frames: vec![(None, frame)], placed: None }
     }
 
-    /// Contours and coils of recordings. They are brought into the frame of the body by placing `section`, its midsagittal section, beside
-    /// them ([`RegistrationData`]), under the palate of the recordings if there is one; without a section they are in that frame already.
-    /// Bones are not followed: they stay where the body has them at rest.
+    /// Contours and coils of recordings, brought into the frame of the body by placing its midsagittal `section` ([`RegistrationData`]),
+    /// under the palate of the recordings if there is one; without a section they are in that frame already. Bones stay where the body has
+    /// them at rest.
     ///
     /// # Errors
     /// [`RestError`] for recordings that contain too little to place a body, or whose bones belong to no such contour.
@@ -100,7 +99,7 @@ impl Recorded {
     }
 }
 
-/// What was seen in a frame of a recording to which the body was brought by a similarity.
+/// Marks of a frame of a recording, in the frame of the body.
 fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
@@ -116,7 +115,7 @@ fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Simil
     on_contour.chain(coils).collect()
 }
 
-/// Standard deviations of the own errors of the points of a contour, m ([`Errors`]).
+/// Standard deviations of the own errors of contour points, m ([`Errors`]).
 fn own_sds(contour: &[&Mark]) -> Vec<f64> {
     let along = contour
         .iter()
