@@ -150,7 +150,7 @@ impl SampledTargets<'_> {
             // Postures are no frames of one motion.
             let alone = AlignedRecording { frames: vec![frame.clone()], ..seen.clone() };
             for doubt in recording::check_plausibility(&alone, None) {
-                let said = format!("--contour and --points, /{vowel}/: {}", doubt.said);
+                let said = format!("--contour and --points, /{vowel}/: {}", doubt.message);
                 if doubt.severity == Severity::Note { output::note(&said) } else { bail!("{said}") }
             }
             for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {

@@ -166,7 +166,7 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
         ("no_bone", ": ", "no bone holds the body"),
         ("misspelt", ":6: ", "did you mean \"GGa\"?"),
         ("out_of_plane", ": ", "lies at z = 0.005"),
-        ("version_40", ":2: ", "the format is 4; 4.1 and 2.2 are read"),
+        ("version_40", ":2: ", "the format is 4, but only 4.1 and 2.2 are read"),
         ("quadrangles", ":", "is a quadrangle; only triangles and tetrahedra are read"),
         ("partitioned", ":", "the mesh is partitioned"),
     ] {
@@ -181,6 +181,7 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
         ("\"GGa\"", "\"masseter\"", ["may be called GGa to HGp, muscle:NAME, bone:", "\"other:masseter\""]),
         ("\"tissue\"", "\"other:tissue\"", ["no triangle or tetrahedron is in", "it has \"GGa\""]),
         ("3\n1 2 \"GGa\"", "4\n1 2 \"GGa\"\n1 9 \"GGm\"", ["\"GGm\" has no elements", "m.msh:7"]),
+        ("\n5 4 11 14", "\n5 4 11 99", ["element 5 refers to node 99, which is not in $Nodes", "m.msh:"]),
     ] {
         let text = square.replacen(from, to, 1);
         assert_ne!(text, square, "{from}");

@@ -77,7 +77,7 @@ fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_ins
     for (bytes, told) in [
         (&latin1[..], "2:2: the text is not UTF-8; save the file as UTF-8"),
         (b"\xFF\xFEs\0u", "1:1: the text begins as UTF-16 does, but is damaged"),
-        (b"s\0u\0b\0", "1:1: the text holds a zero byte; "),
+        (b"s\0u\0b\0", "1:1: the text contains a zero byte; "),
         (b"PK\x03\x04...", "1:1: the file is a workbook of a spreadsheet program; "),
         (b"", "1:1: the file is empty; begin with a line like subject"),
         ("\u{feff} \n\n".as_bytes(), "1:1: the file is empty; begin with a line like subject"),
@@ -134,8 +134,8 @@ fn rows_are_refused_with_the_reason() {
     // /u/ is another vowel if a table has both.
     assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken().is_empty());
     let data = dataset(format!("{HEADER}\n{first}\n\n{ROW}\n{same}"));
-    let told = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or tell repetitions \
-                apart, as in a1 and a2";
+    let told = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or give repetitions \
+                different labels, as in a1 and a2";
     assert_eq!(faults(&data), [vec![told], vec![]]);
     assert_eq!(data.baseline("S1").unwrap().length_mm_of("GGa"), Some(47.0));
 }

@@ -83,7 +83,7 @@ fn contour() -> Frames {
 /// The doubts about a recording, and the worst that follows from them.
 fn said(frames: &Frames, map: &str) -> (String, Option<Severity>) {
     let all = check_plausibility(&seen_with(frames, map), None);
-    let words: Vec<&str> = all.iter().map(|d| d.said.as_str()).collect();
+    let words: Vec<&str> = all.iter().map(|d| d.message.as_str()).collect();
     (words.join("; "), all.iter().map(|d| d.severity).max())
 }
 
@@ -233,11 +233,11 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     let (one, other) = (of(1.0), of(0.8));
     assert_eq!(other_size(&[&one, &of(1.1), &one]), None);
     let (number, doubt) = other_size(&[&one, &one, &other]).unwrap();
-    assert!(number == 2 && doubt.said.contains("0.80 times") && doubt.severity == Note, "{doubt:?}");
+    assert!(number == 2 && doubt.message.contains("0.80 times") && doubt.severity == Note, "{doubt:?}");
     let label = |from_s: f64| Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
     let with = |labels| check_plausibility(&AlignedRecording { labels, ..one.clone() }, None);
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
-    assert!(with(vec![label(50.0)])[0].said.contains("so none is used"));
+    assert!(with(vec![label(50.0)])[0].message.contains("so none is used"));
 }
 
 #[test]
@@ -261,7 +261,7 @@ fn distant_and_stuck_points_are_reported() {
     let mut paused = tongue(90);
     let held = paused[30].1.clone();
     paused[30..50].iter_mut().for_each(|(_, points)| points.clone_from(&held));
-    noticed(&paused, "", "very same place in 20 frames", Note);
+    noticed(&paused, "", "exactly the same place in 20 frames", Note);
     // A tongue at rest, rounded to a tenth of a millimetre.
     let mut rng = fastrand(9);
     let mut rest = frozen;
@@ -337,7 +337,7 @@ fn one_coil_and_a_coil_of_the_tongue_as_reference_are_refused() {
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
     let mut seen = seen_with(&none, "");
     seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
-    assert!(check_plausibility(&seen, None).iter().any(|d| d.is_refused() && d.said.contains("no point")));
+    assert!(check_plausibility(&seen, None).iter().any(|d| d.is_refused() && d.message.contains("no point")));
 }
 
 #[test]
@@ -366,7 +366,7 @@ fn palates_are_compared_with_the_recording() {
         (vault(-500.0, 0.0, 1.0), "beyond the palate", Refused),
     ] {
         let doubt = doubts(&palate).remove(0);
-        assert!(doubt.said.contains(told) && doubt.severity == severity, "{doubt:?}");
+        assert!(doubt.message.contains(told) && doubt.severity == severity, "{doubt:?}");
     }
     // Coils are compared too, in every frame.
     let map = "[points]\ntongue_4 = \"coil\"\ntongue_7 = \"coil\"\ntongue_10 = { coil = 1 }";
@@ -457,7 +457,7 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
             .into_iter()
             .find(|d| d.is_refused())
             .unwrap()
-            .said;
+            .message;
         let is_named = first.contains("T3") && first.contains("slipped") && first.contains("\"ignore\"");
         assert!(is_named && !first.contains("exchanged"), "{first}");
     }

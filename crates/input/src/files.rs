@@ -1,18 +1,18 @@
-//! Reading files: the only module that opens them, and only with the feature `files`.
+//! The only module that opens files, and only with the feature `files`.
 
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Largest size of a file, bytes. Files of this program are far smaller, and a device may have no end.
+/// Largest size of a file, bytes: a device might never end.
 const LARGEST: u64 = 256 << 20;
-/// Largest size of text that is written by hand, bytes: its parsers need many times its size.
+/// Largest size of text that a user writes, bytes: its parsers need many times its size.
 #[cfg(feature = "files")]
 const LARGEST_TEXT: u64 = 16 << 20;
 
 /// Reads all bytes of a file.
 ///
 /// # Errors
-/// As the operating system; for a file of more than 256 MiB; always without the feature `files`.
+/// Those of the operating system; a file of more than 256 MiB; always without the feature `files`.
 pub fn read(path: impl AsRef<Path>) -> io::Result<Vec<u8>> {
     read_up_to(LARGEST, path.as_ref())
 }
@@ -53,7 +53,6 @@ pub fn take_up_to(limit: u64, reader: impl Read) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Advice for a file or a stream that could not be read.
 pub fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::IsADirectory => "name a file in it",

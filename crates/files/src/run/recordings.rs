@@ -54,11 +54,11 @@ impl ScreenedRecording {
             });
             let told = check_plausibility(&seen, palate.as_deref());
             if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
-                left_out.push(format!("{file}, {}: {}", seen.name, doubt.said));
+                left_out.push(format!("{file}, {}: {}", seen.name, doubt.message));
                 continue;
             }
             let is_trusted = told.iter().all(|d| d.severity < Severity::Untrusted);
-            seen.notes.extend(told.into_iter().map(|d| d.said));
+            seen.notes.extend(told.into_iter().map(|d| d.message));
             let faults = remove_outliers(&mut seen, palate.as_deref().or(of_body));
             // Names distinguish recordings in every output.
             let same = all.iter().filter(|s| s.seen.name == seen.name).count();
@@ -78,7 +78,7 @@ impl ScreenedRecording {
             all.push(Self { seen, sound, faults, palate, is_trusted });
         }
         while let Some((number, doubt)) = other_size(&all.iter().map(|s| &s.seen).collect::<Vec<_>>()) {
-            left_out.push(format!("{}: {}", all.remove(number).seen.name, doubt.said));
+            left_out.push(format!("{}: {}", all.remove(number).seen.name, doubt.message));
         }
         Ok((all, left_out))
     }

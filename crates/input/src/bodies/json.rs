@@ -1,4 +1,4 @@
-//! Bodies in the plane as JSON: reads and writes the format of `tongue-fit mesh --json`.
+//! Bodies in the plane as JSON, in the format of `tongue-fit mesh --json`.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use tongue_core::statistics;
 use tongue_core::system::{self, Model, SystemError};
 use tongue_core::toml_text::reworded;
 
-/// A connection of two nodes. What is optional is that of the body where it is given.
+/// A connection of two nodes. Optional values are compared with those of the body if the file has them.
 #[derive(Serialize, Deserialize)]
 struct ConnectionRecord {
     nodes: [usize; 2],
@@ -21,8 +21,8 @@ struct ConnectionRecord {
     stiffness_n_per_m: Option<f64>,
 }
 
-/// A body with the spring constants, areal stiffness and masses of its material. Where a file leaves out what the program computes, nothing
-/// is compared.
+/// A body with the stiffness and masses of its material. Values that the program computes may be left out of a file; those that it has are
+/// compared with the body's.
 #[derive(Serialize, Deserialize)]
 pub struct MeshRecord {
     nodes_m: Vec<[f64; 2]>,
@@ -40,7 +40,7 @@ pub struct MeshRecord {
     quality: Option<Quality>,
 }
 
-/// The largest relative difference of a value from that of the body.
+/// Largest relative difference between a value of the file and that of the body.
 const ROUNDING: f64 = 1e-6;
 
 fn is_near(given: f64, own: f64) -> bool {
@@ -48,7 +48,6 @@ fn is_near(given: f64, own: f64) -> bool {
 }
 
 impl MeshRecord {
-    /// The record of a body of this material.
     pub fn of(body: &Body<2>, model: &Model) -> Result<Self, SystemError> {
         let mesh = &body.mesh;
         let coefficients = system::coefficients(mesh, model)?;
@@ -72,7 +71,7 @@ impl MeshRecord {
         })
     }
 
-    /// The values that the program computes, with their names.
+    /// The values that the program computes, each with its name in messages.
     fn computed(&self) -> impl Iterator<Item = (String, f64)> {
         let of_connections = |key: &'static str, of: fn(&ConnectionRecord) -> Option<f64>| {
             let all = self.connections.iter().enumerate();
@@ -86,12 +85,13 @@ impl MeshRecord {
             .chain(whole.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))))
     }
 
-    /// The constants of the file: its spring constant (of most connections) says which Poisson's ratio it was written with.
+    /// The material of a file: Poisson's ratio follows from the upper median of the spring constants unless the file's kappa contradicts
+    /// it; then, or without spring constants, it is that of [`Constants::TONGUE`].
     fn constants(&self, mesh: &Mesh<2>) -> Constants {
         let usual = Constants::TONGUE;
         let given = statistics::upper_median(self.connections.iter().filter_map(|c| c.stiffness_n_per_m));
         let of = |constants| system::coefficients(mesh, &Model { constants }).ok();
-        // On equilateral triangles the spring constant is a multiple of the shear modulus E / 2(1 + nu).
+        // On equilateral triangles the spring constant is proportional to the shear modulus E / (2 (1 + nu)).
         let ratio = |k: f64| of(usual).map(|c| (1.0 + usual.poisson_ratio) * c.tissue_stiffness / k - 1.0);
         let own = given.and_then(ratio).map(|poisson_ratio| Constants { poisson_ratio, ..usual });
         let is_of_kappa =
@@ -99,7 +99,7 @@ impl MeshRecord {
         own.filter(is_of_kappa).unwrap_or(usual)
     }
 
-    /// The first value that is not that of the body.
+    /// The first value of the file that is not that of the body, as a message.
     fn fault(&self, body: &Body<2>) -> Option<String> {
         let given: BTreeMap<String, f64> = self.computed().collect();
         let own = Self::of(body, &Model { constants: self.constants(&body.mesh) }).ok()?;
@@ -111,7 +111,7 @@ impl MeshRecord {
     }
 }
 
-/// Reads a body; `file` is its name in messages.
+/// `file` is the name of the body in messages.
 pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let wrong = |problem: String| BodyError::file(file, problem);
     let given: MeshRecord = serde_json::from_str(text).map_err(|e| {
@@ -131,7 +131,7 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let named = |all: &ByMuscle<Vec<usize>>| all.0.clone().into_iter();
     let mut muscles: Vec<MuscleChain> =
         named(&given.muscles).map(|(name, nodes)| MuscleChain { name, nodes }).collect();
-    // Published muscles in the order of the tables, then others by name.
+    // The published muscles come first, in the order of the tables, then others by name.
     let known = Muscles::built_in();
     muscles.sort_by_key(|m| known.published(&m.name).map_or(usize::MAX, |(place, _)| place));
     let mesh = Mesh {

@@ -1,5 +1,4 @@
-//! Bodies from files: meshes of Gmsh ([`gmsh`]), the program's own JSON ([`json`]) and the tongue of
-//! ArtiSynth ([`artisynth`]).
+//! Bodies from files: meshes of Gmsh ([`gmsh`]), the program's own JSON ([`json`]) and ArtiSynth's tongue ([`artisynth`]).
 
 pub mod artisynth;
 pub mod gmsh;
@@ -25,8 +24,7 @@ pub enum MeshContent {
 }
 
 impl MeshContent {
-    /// Reads a file: Gmsh's, with coordinates in `unit`, or the JSON of `tongue-fit mesh --json` if its name
-    /// ends in `.json`.
+    /// Reads a file: the JSON of `tongue-fit mesh --json` if its name ends in `.json`, otherwise Gmsh's, with coordinates in `unit`.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
         let wrong = |problem: String| BodyError::file(path.display(), problem);
         let bytes = crate::files::read(path)
@@ -40,7 +38,7 @@ impl MeshContent {
         String::from_utf8(bytes).map(Self::Json).map_err(|_| wrong("is not UTF-8 text".to_owned()))
     }
 
-    /// The body; `origin` is the name of the file in messages, and concerns about it are passed to `tell`.
+    /// `origin` is the name of the file in messages; concerns about the body are passed to `tell`.
     pub fn body(&self, origin: &str, tell: &mut dyn FnMut(String)) -> Result<AnyBody, BodyError> {
         let (bytes, unit) = match self {
             Self::Json(text) => {
@@ -73,7 +71,7 @@ pub enum AnyBody {
 }
 
 impl AnyBody {
-    /// Reads a file, as [`MeshContent::read`] and [`MeshContent::body`].
+    /// Reads a file as [`MeshContent::read`] and [`MeshContent::body`] do, without the concerns.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
         MeshContent::read(path, unit)?.body(&path.display().to_string(), &mut |_| ())
     }
@@ -99,7 +97,7 @@ impl AnyBody {
     }
 }
 
-/// The group and the side of a muscle by its name, such as `GGP_L`.
+/// The group of a muscle and its side: of `GGP_L`, `GGP` and the left one.
 fn group_and_side(name: &str) -> (&str, Side) {
     match name.rsplit_once('_') {
         Some((group, "L")) => (group, Side::Left),

@@ -1,4 +1,4 @@
-//! Tension curves: a table with a column of times and one for each driven muscle, read as tables of lengths are.
+//! Tension curves: a table with a column of times and one for each driven muscle, in the formats of tables of lengths.
 
 use std::path::Path;
 
@@ -15,12 +15,12 @@ const TIME: &str = "time_s";
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     pub muscles: Vec<usize>,
-    /// The tensions of all muscles, zero for those that are not driven.
+    /// Tensions of all muscles of the body; zero for those that are not driven.
     pub tensions: Tensions,
 }
 
 impl Curves {
-    /// Reads the file at `path`; see [`Curves::read`] for the format.
+    /// Reads a file; [`Curves::read`] has the format.
     pub fn from_path(path: &Path, names: &[String]) -> Result<Self, ReadError> {
         let origin = path.display().to_string();
         match files::read(path) {
@@ -29,11 +29,11 @@ impl Curves {
         }
     }
 
-    /// Reads a table whose header names `time_s` and one or more of the muscles `names` of a body, given in the order
-    /// of their numbers. Columns are in any order. Times are ascending, s; tensions finite and not negative, N (2D:
-    /// per metre of thickness). `origin` is the name of the table in errors.
+    /// Reads a table with a column `time_s` and columns of one or more of the muscles `names` of a body (in the body's order), in any
+    /// order. Times ascend, s; tensions are finite and not negative, N (in the plane per metre of thickness). `origin` names the table in
+    /// errors.
     pub fn read(bytes: &[u8], origin: &str, names: &[String]) -> Result<Self, Malformed> {
-        // Of a name that is known, the number of the muscle; none for the time.
+        // `None` for an unknown name, `Some(None)` for the time, otherwise the number of the muscle.
         let known = |name: &str| match name {
             TIME => Some(None),
             name => position_of(names, name).map(Some),

@@ -1,5 +1,5 @@
-//! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, read as
-//! tables of lengths are.
+//! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, in the formats of tables of
+//! lengths.
 
 use super::error::{Malformed, SourcePlace};
 use super::lengths::number::is_missing;
@@ -27,21 +27,21 @@ struct ActivityRow {
     activity: Vec<ActivityCell>,
 }
 
-/// A number, `None` where nothing was measured, or what is wrong with the cell.
+/// `None` where nothing was measured.
 type ActivityCell = Result<Option<f64>, Malformed>;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredActivity {
     pub name: String,
     pub muscles: Vec<usize>,
-    /// Relative activity in each vowel that has one, 0 to 1.
+    /// Relative activity, 0 to 1, in each vowel in which it was measured.
     pub by_vowel: Vec<(Vowel, f64)>,
 }
 
 enum ActivityMeaning {
     Muscle,
     Full,
-    /// With the number in the column that stands for an activity of 1.
+    /// A vowel, and the number of the column that stands for an activity of 1: 1 or 100.
     Activity(Vowel, f64),
 }
 
@@ -64,13 +64,13 @@ fn meaning(name: &str) -> Option<ActivityMeaning> {
 }
 
 impl Activity {
-    /// Reads a table with a column `muscle` and a column for each vowel, whose activities are parts of 1, or of 100 where
-    /// the name ends with `%`. A column `full_n_per_m` may hold the tension of a muscle at activity 1, N per metre of
-    /// thickness. Encodings, separators, decimal marks, a title and missing values are as in tables of lengths.
+    /// Reads a table with a column `muscle` and a column for each vowel, of activities from 0 to 1, or to 100 where the name of the column
+    /// ends in `%`. A column `full_n_per_m` may have the tension of a muscle at activity 1, N per metre of thickness. Encodings,
+    /// separators, decimal marks, a title and missing values are as in tables of lengths.
     ///
     /// # Errors
-    /// A table without muscles or vowels, and a muscle or vowel given twice. A cell that is no activity is an error only for
-    /// who asks for it.
+    /// A table without muscles or vowels, and a muscle or vowel that is given twice. A cell that is no activity is an error only where it
+    /// is used.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
         let cells = TableLines::read(bytes, origin, wanted, |name: &str| {
@@ -126,14 +126,13 @@ impl Activity {
         Ok(Self { origin: origin.to_owned(), header: cells.header.number, vowels, rows })
     }
 
-    /// Tensions of a vowel: activity times the tension at activity 1, N per metre of thickness, which is the row's own or
-    /// else `full`. A row is of the muscle of that name or, where `names` has none, of every portion of the muscle group of
-    /// that name, such as `HG`. Returns positions in `names` with their tensions; muscles without a row, and empty cells,
-    /// are left out.
+    /// Tensions of a vowel, N per metre of thickness: activity times the tension at activity 1, which is that of the row or else `full`. A
+    /// row is of the muscle of its name or, if `names` has none, of every portion of the muscle group of its name, such as `HG`. Returns
+    /// positions in `names` with their tensions, without muscles that have no row or an empty cell.
     ///
     /// # Errors
-    /// A vowel without a column, a cell of it that is no activity, a muscle that `names` does not have or that two rows
-    /// give, and one without a tension at activity 1.
+    /// A vowel without a column, a cell of it that is no activity, a muscle that `names` lacks or that two rows give, and one without a
+    /// tension at activity 1.
     pub fn tensions(
         &self,
         vowel: &Vowel,
@@ -167,13 +166,13 @@ impl Activity {
         position(Vowel::eq).or_else(|| position(Vowel::is_like))
     }
 
-    /// The label of a vowel in the table, which may differ in upper and lower case.
+    /// The label that the table has for a vowel; upper and lower case may differ.
     pub fn label_of(&self, vowel: &Vowel) -> Option<&Vowel> {
         Some(&self.vowels[self.column(vowel)?])
     }
 
-    /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle
-    /// group. Cells that are no activities are left out ([`Activity::bad_cells`]).
+    /// Activities of each row, with the positions in `names` of its muscles: one, or all portions of a muscle group. Cells that are no
+    /// activities are left out; [`Activity::bad_cells`] has them.
     pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<MeasuredActivity>, Malformed> {
         let measured = self.rows.iter().zip(self.portions(names, muscles)?).map(|(row, muscles)| {
             let each = self.vowels.iter().zip(&row.activity);
@@ -183,7 +182,7 @@ impl Activity {
         Ok(measured.collect())
     }
 
-    /// What is wrong with the cells that are no activities, with their vowels.
+    /// Faults of the cells that are no activities, with their vowels.
     pub fn bad_cells(&self) -> impl Iterator<Item = (&Vowel, &Malformed)> {
         let cells = self.rows.iter().flat_map(|row| self.vowels.iter().zip(&row.activity));
         cells.filter_map(|(vowel, cell)| Some((vowel, cell.as_ref().err()?)))
@@ -193,7 +192,6 @@ impl Activity {
         SourcePlace { origin: &self.origin, line, column: 1 }
     }
 
-    /// Of every row the positions in `names` of its muscles.
     fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, Malformed> {
         let groups: Vec<String> = muscles.info(names).into_iter().map(|info| info.group).collect();
         let mut out: Vec<Vec<usize>> = Vec::new();
@@ -216,7 +214,7 @@ impl Activity {
     }
 }
 
-/// The number in a cell over `unit`, from 0 to `most`.
+/// The number in a cell divided by `unit`, which must be from 0 to `most`.
 fn cell(
     cells: &TableLines<'_>,
     line: &TableLine,

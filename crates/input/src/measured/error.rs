@@ -1,4 +1,4 @@
-//! Errors of what is measured: tables, recordings, maps, and targets made of them.
+//! Errors of what is read: tables, recordings, maps, and the targets made of them.
 
 use std::io;
 
@@ -9,24 +9,24 @@ use crate::files::advice;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{origin}:{line}:{column}: {what}; {help}")]
 pub struct Malformed {
-    /// The file, or another description of where the data came from.
+    /// The file, or another name of the source.
     pub origin: String,
     pub line: u64,
-    /// Column of the table (field of the line, not character), from 1.
+    /// Field of the line, not character, from 1.
     pub column: usize,
     pub what: String,
     pub help: String,
 }
 
-/// Why what was measured cannot be read, looked up or used. Each message says what is wrong, where, and what to do.
+/// Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     #[error("cannot read {origin}: {source}; {}", advice(source))]
     Unreadable { origin: String, source: io::Error },
-    /// The file is not what it should be, or the requested row is broken.
+    /// The file or the requested row is faulty.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    /// What is asked for is missing, or nothing can be made of what is there.
+    /// What is asked for is missing, or cannot be made of the data.
     #[error("{0}")]
     Refused(String),
 }

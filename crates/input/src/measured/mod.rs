@@ -1,12 +1,8 @@
-//! Targets of fits: measured muscle lengths, which muscles contract, and the numbers to match.
+//! Measured muscle lengths and recordings, and the targets of fits made from lengths.
 //!
 //! ```text
 //! targets/*.csv -> Dataset -> shortened muscles -> Target (ratios or stretches) -> observations
 //! ```
-//!
-//! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014)
-//! to 1 mm. Any table of any muscles can be used instead ([`lengths`]). Facts about muscles by name are data
-//! too: [`muscles`], [`published_patterns`], [`thesis`].
 
 pub mod curves;
 pub mod emg;

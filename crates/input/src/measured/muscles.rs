@@ -1,4 +1,4 @@
-//! Facts about muscles by name (anatomy, groups, force and colours, from `targets/takano2007_muscles.csv`), and values by muscle name.
+//! Facts about muscles (full names, groups, force capacities, colours), from `targets/takano2007_muscles.csv`, and values by muscle name.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,12 +9,12 @@ use super::lengths::position_of;
 
 const REFERENCE: &str = include_str!("../../../../targets/takano2007_muscles.csv");
 
-/// A colour of a drawing, as red, green and blue; written `#D55E00`.
+/// A colour as red, green and blue; written `#D55E00`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Colour(pub u8, pub u8, pub u8);
 
-/// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), for unknown muscles.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), for muscles that the table lacks.
 pub const PALETTE: [Colour; 8] = [
     Colour(0xD5, 0x5E, 0x00), // vermillion
     Colour(0xE6, 0x9F, 0x00), // orange
@@ -31,11 +31,11 @@ pub struct MuscleInfo {
     #[serde(rename = "muscle")]
     pub name: String,
     pub full_name: String,
-    /// The whole muscle of a portion, by its name in published patterns of activation.
+    /// The whole muscle of this portion, as published patterns of activation name it.
     pub group: String,
-    /// The whole muscle whose force capacity all its portions share.
+    /// The whole muscle whose force capacity its portions share.
     pub capacity_group: Option<String>,
-    /// The largest force of that muscle, all portions and both sides together, N.
+    /// Largest force of the capacity group, all portions and both sides together, N.
     pub capacity_n: Option<f64>,
     pub colour: Colour,
 }
@@ -43,9 +43,9 @@ pub struct MuscleInfo {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Capacity {
     pub muscle: String,
-    /// Its portions: positions in the given names.
+    /// Positions of its portions in the given names.
     pub portions: Vec<usize>,
-    /// Force of left and right side together, N.
+    /// Largest force of both sides together, N.
     pub capacity_n: f64,
 }
 
@@ -53,13 +53,12 @@ pub struct Capacity {
 pub struct Muscles(Vec<MuscleInfo>);
 
 impl Muscles {
-    /// The eight portions that Takano and Honda (2007) measured; capacities from the public ArtiSynth tongue
-    /// model.
+    /// The eight portions that Takano and Honda (2007) measured; capacities are those of the public ArtiSynth tongue.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
 
-    /// As [`Muscles::reference`], but empty if the table is damaged.
+    /// [`Muscles::reference`], but empty if the table is damaged.
     pub fn built_in() -> Self {
         Self::reference().unwrap_or(Self(Vec::new()))
     }
@@ -68,20 +67,19 @@ impl Muscles {
         &self.0
     }
 
-    /// The facts about the muscle `name`; case does not count.
+    /// Case does not matter.
     pub fn get(&self, name: &str) -> Option<&MuscleInfo> {
         self.0.iter().find(|m| m.name.eq_ignore_ascii_case(name))
     }
 
-    /// The published spelling of a muscle's name (case does not count), and its place in the published
-    /// tables.
+    /// Place of a muscle in the published tables, and its published spelling; case does not matter.
     pub fn published(&self, name: &str) -> Option<(usize, &str)> {
         let place = self.0.iter().position(|m| m.name.eq_ignore_ascii_case(name.trim()))?;
         Some((place, &self.0[place].name))
     }
 
-    /// The facts about `names`, in their order. An unknown muscle has its own name, is a group of its own,
-    /// has no capacity, and gets a colour of [`PALETTE`] that no other muscle has, while there are any.
+    /// The facts about `names`, in their order. An unknown muscle has its own name, is a group of its own without capacity, and gets the
+    /// next colour of [`PALETTE`] that no known muscle of `names` has; when these are used up, colours repeat.
     pub fn info(&self, names: &[String]) -> Vec<MuscleInfo> {
         let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
         let free = PALETTE.into_iter().filter(|c| !taken.contains(c));
@@ -99,8 +97,7 @@ impl Muscles {
         }))
     }
 
-    /// The known force capacities of the muscles whose portions are among `names`, in the order of the
-    /// published tables.
+    /// The known force capacities of the muscles with a portion among `names`, in the order of the published tables.
     pub fn capacities(&self, names: &[String]) -> Vec<Capacity> {
         let mut all: Vec<Capacity> = Vec::new();
         for info in &self.0 {
@@ -141,7 +138,7 @@ impl TryFrom<String> for Colour {
     }
 }
 
-/// A value for each of some muscles, serialised as an object `{GGa: .., ..}` in their order, and read in the order of their names.
+/// A value for each muscle. It is serialised as an object `{GGa: .., ..}` in this order, and read in the order of the names.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(from = "BTreeMap<String, T>")]
 pub struct ByMuscle<T>(pub Vec<(String, T)>);

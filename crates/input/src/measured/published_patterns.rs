@@ -1,5 +1,4 @@
-//! Published activation patterns of vowels, and their comparison with an answer. The data are in
-//! `targets/fang2009_patterns.csv`.
+//! Published patterns of muscle activation in vowels, from `targets/fang2009_patterns.csv`, and their comparison with fitted tensions.
 
 use std::collections::BTreeSet;
 
@@ -10,32 +9,30 @@ use super::muscles::Muscles;
 
 const REFERENCE: &str = include_str!("../../../../targets/fang2009_patterns.csv");
 
-/// Tension from which a muscle counts as active, N per metre of thickness.
+/// Tension above which a muscle counts as active, N per metre of thickness.
 pub const ACTIVE_N: f64 = 1e-3;
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 struct PatternActivity {
     vowel: Vowel,
-    /// The muscle, as [`MuscleInfo::group`](super::muscles::MuscleInfo::group) names it.
     group: String,
 }
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Patterns(Vec<PatternActivity>);
 
-/// Comparison of an answer with the published pattern of its vowel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PatternCheck {
-    /// Expected muscles of which a portion was found active.
+    /// Active muscles of the pattern of which a portion has a tension.
     pub found: Vec<String>,
-    /// Expected muscles of which no portion was found active.
+    /// Active muscles of the pattern of which no portion has a tension.
     pub missing: Vec<String>,
     pub unexpected: Vec<String>,
 }
 
 impl Patterns {
-    /// The patterns of the Japanese vowels by Fang, Fujita, Lu and Dang (2009). Transversus and verticalis
-    /// are not among the measured muscles; GGm is in none of the patterns.
+    /// The patterns of the Japanese vowels by Fang, Fujita, Lu and Dang (2009). Their transversus and verticalis are not among the measured
+    /// muscles; GGm is in none of the patterns.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
@@ -45,11 +42,10 @@ impl Patterns {
         self.0.iter().filter(|a| a.vowel == *vowel).map(|a| a.group.as_str()).collect()
     }
 
-    /// Compares tensions (N per metre of thickness, one for each of `names`) fitted for `vowel` with its
-    /// pattern; `None` if nothing is published about the vowel. Muscles in no pattern, and expected muscles
-    /// without a portion among `names`, are left out. Patterns are activations from rest, but tensions are
-    /// changes against a baseline vowel, so a muscle may also be missing because the baseline uses it as
-    /// much.
+    /// Compares the tensions fitted for `vowel` (N per metre of thickness, one for each of `names`) with its pattern; `None` if nothing is
+    /// published about the vowel. Muscles in no pattern, and muscles of the pattern without a portion among `names`, are left out. A
+    /// pattern counts activation from rest, but a tension the change from a baseline vowel, so a muscle may also be missing because the
+    /// baseline uses it as much.
     pub fn check(
         &self,
         vowel: &Vowel,

@@ -1,8 +1,7 @@
-//! What was seen of a body in space, over time where there are several frames: CSV tables.
+//! Tables (CSV) of places and lengths that were measured of a body in space, in one frame or several over time.
 //!
-//! The columns of a table say what its rows are (a table in `docs/space.md`).
-//!
-//! Each may have the columns `sd_mm` (of each coordinate, distance or length) and `time_s`, by which rows form frames.
+//! The columns say what the rows are (a table in `docs/space.md`). Any table may have a column `sd_mm`, and a column `time_s`: rows of one
+//! time form a frame.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,11 +14,11 @@ use tongue_core::limits::COORDINATE_MM;
 
 use crate::files;
 
-/// What was seen, in the frame of the body (x to the back, y to the right, z upwards), and how surely.
+/// A measurement in the frame of the body: x to the back, y to the right, z upwards.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceMark {
     pub what: Marked,
-    /// Standard deviation of each coordinate, of the distance, or of the length, m.
+    /// Standard deviation of each coordinate, of the distance or of the length (also behind a stretch or a ratio), m.
     pub sd_m: f64,
 }
 
@@ -29,17 +28,17 @@ pub enum Marked {
         node: usize,
         place: Vector3<f64>,
     },
-    /// A place somewhere on the surface, m.
+    /// Position of a point somewhere on the surface, m.
     Surface(Vector3<f64>),
-    /// A place somewhere on the midsagittal contour: x and z, m.
+    /// Position of a point somewhere on the midsagittal contour: x and z, m.
     Contour(Vector2<f64>),
-    /// The place of a point that is fixed to the midsagittal surface.
+    /// Position of a point that is fixed to the midsagittal surface: x and z, m.
     Coil {
-        /// Its distance behind the tip along that surface at rest, m.
+        /// Distance behind the tip along the surface at rest, m.
         behind_tip_m: f64,
         place: Vector2<f64>,
     },
-    /// The length of a muscle; of both sides where the name has none.
+    /// The length of a muscle; of both sides if the name has none.
     Muscle {
         muscle: String,
         measure: LengthMeasure,
@@ -50,7 +49,7 @@ pub enum Marked {
 pub enum LengthMeasure {
     Length(f64),
     Stretch(f64),
-    /// Over the length of another muscle in the same shape: that of the name, or else the anterior genioglossus.
+    /// The length over that of the named muscle in the same shape, or else over that of the anterior genioglossus.
     Ratio(f64, Option<String>),
 }
 
@@ -59,7 +58,7 @@ impl SpaceMark {
         Self { what: Marked::Node { node, place }, sd_m }
     }
 
-    /// What can be seen only once in a frame: a node or a muscle.
+    /// The name of what a frame may have only once: a node or a muscle.
     fn name(&self) -> Option<String> {
         match &self.what {
             Marked::Node { node, .. } => Some(format!("node {}", node + 1)),
@@ -75,9 +74,30 @@ pub struct SpaceFrame {
     pub marks: Vec<SpaceMark>,
 }
 
-/// Reads tables as one recording: frames of the same time are one. `usual_sd_m` is the standard deviation where a table gives none.
+/// A frame to which marks are added, with the names of its nodes and muscles.
+struct OpenFrame {
+    frame: SpaceFrame,
+    names: BTreeSet<String>,
+}
+
+impl OpenFrame {
+    fn new(time_s: Option<f64>) -> Self {
+        Self { frame: SpaceFrame { time_s, marks: Vec::new() }, names: BTreeSet::new() }
+    }
+
+    fn add(&mut self, mark: SpaceMark) -> Result<(), String> {
+        if let Some(name) = mark.name().filter(|name| !self.names.insert(name.clone())) {
+            return Err(format!("{name} comes twice in a frame; give it once"));
+        }
+        self.frame.marks.push(mark);
+        Ok(())
+    }
+}
+
+/// Reads tables as one recording, in which frames of the same time are joined. `usual_sd_m` is the standard deviation where a table gives
+/// none.
 pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
-    let mut all: Vec<SpaceFrame> = Vec::new();
+    let mut all: Vec<OpenFrame> = Vec::new();
     for path in paths {
         let origin = path.as_ref().display().to_string();
         let wrong = |problem: String| ReadError::Refused(format!("{origin}: {problem}"));
@@ -86,28 +106,25 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
             wrong(format!("cannot be read: {e}; name a CSV table, such as one with the columns {columns}"))
         })?;
         let frames = space_marks_from(&bytes, &origin, usual_sd_m)?;
-        if all.iter().chain(&frames).map(|f| f.time_s.is_some()).collect::<BTreeSet<_>>().len() > 1 {
+        let earlier = all.iter().map(|open| &open.frame);
+        if earlier.chain(&frames).map(|f| f.time_s.is_some()).collect::<BTreeSet<_>>().len() > 1 {
             let problem = "give time_s in all tables of a recording or in none of them";
             return Err(wrong(problem.to_owned()));
         }
-        for frame in frames {
-            match all.iter_mut().find(|f| f.time_s == frame.time_s) {
-                Some(same) => {
-                    let known: BTreeSet<String> = same.marks.iter().filter_map(SpaceMark::name).collect();
-                    match frame.marks.iter().filter_map(SpaceMark::name).find(|name| known.contains(name)) {
-                        Some(name) => return Err(wrong(twice(&name))),
-                        None => same.marks.extend(frame.marks),
-                    }
-                }
-                None => all.push(frame),
-            }
+        for SpaceFrame { time_s, marks } in frames {
+            let same = all.iter().position(|open| open.frame.time_s == time_s).unwrap_or_else(|| {
+                all.push(OpenFrame::new(time_s));
+                all.len() - 1
+            });
+            marks.into_iter().try_for_each(|mark| all[same].add(mark)).map_err(wrong)?;
         }
     }
-    all.sort_by(|a, b| a.time_s.partial_cmp(&b.time_s).unwrap_or(std::cmp::Ordering::Equal));
-    Ok(all)
+    let mut frames: Vec<SpaceFrame> = all.into_iter().map(|open| open.frame).collect();
+    frames.sort_by(|a, b| a.time_s.partial_cmp(&b.time_s).unwrap_or(std::cmp::Ordering::Equal));
+    Ok(frames)
 }
 
-/// Whether a file is such a table rather than a recording, by its columns.
+/// Whether a file is such a table and not a recording in the plane, by its columns.
 pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
     const LONGEST_HEADER: usize = 4096;
     let bytes = files::read(path)?;
@@ -118,10 +135,6 @@ pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
         .is_ok_and(|h| !has(h, "point") && (has(h, "node") || has(h, "muscle") || has(h, "z_mm"))))
 }
 
-fn twice(name: &str) -> String {
-    format!("{name} comes twice in a frame; give it once")
-}
-
 fn has(header: &StringRecord, name: &str) -> bool {
     header.iter().any(|h| h == name)
 }
@@ -130,7 +143,7 @@ fn reader(text: &str) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes())
 }
 
-/// The columns that a table of each kind must have.
+/// Columns that a table must have.
 type MarkColumns = [&'static str];
 const NODE: &MarkColumns = &["node", "x_mm", "y_mm", "z_mm"];
 const SURFACE: &MarkColumns = &["x_mm", "y_mm", "z_mm"];
@@ -139,7 +152,7 @@ const COIL: &MarkColumns = &["surface_mm", "x_mm", "z_mm"];
 const MUSCLE: [&MarkColumns; 3] = [&["muscle", "length_mm"], &["muscle", "stretch"], &["muscle", "ratio"]];
 
 fn kind(header: &StringRecord) -> Result<&'static MarkColumns, String> {
-    let has = |name: &str| header.iter().any(|h| h == name);
+    let has = |name: &str| has(header, name);
     let measured: Vec<_> = MUSCLE.into_iter().filter(|columns| has(columns[1])).collect();
     let kind = match &measured[..] {
         [_, _, ..] => {
@@ -178,7 +191,7 @@ impl MarkRow<'_> {
         value.map(Some).ok_or_else(|| format!("{name} is \"{text}\"; give a finite number"))
     }
 
-    /// A number of a column that is there.
+    /// The number in a column that the table is known to have.
     fn needed(&self, name: &str) -> Result<f64, String> {
         Ok(self.number(name)?.unwrap_or_default())
     }
@@ -227,7 +240,7 @@ impl MarkRow<'_> {
     }
 }
 
-/// As [`read_space_marks`], from the bytes of one table; `origin` is its name in messages.
+/// Reads one table; `origin` is its name in messages.
 pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
     let text = String::from_utf8_lossy(bytes);
     let wrong = |line: u64, problem: String| ReadError::Refused(format!("{origin}, line {line}: {problem}"));
@@ -236,32 +249,26 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
         |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
     let header = reader.headers().map_err(broken)?.clone();
     let kind = kind(&header).map_err(|problem| wrong(1, problem))?;
-    let mut frames: Vec<SpaceFrame> = Vec::new();
-    // Nodes and muscles that came in the frame.
-    let mut of_frame: BTreeSet<String> = BTreeSet::new();
+    let mut frames: Vec<OpenFrame> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let wrong = |problem: String| wrong(record.position().map_or(1, csv::Position::line), problem);
         let row = MarkRow { header: &header, record: &record };
         let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
         let time_s = row.number("time_s").map_err(wrong)?;
-        if frames.last().is_some_and(|f| f.time_s > time_s) {
+        if frames.last().is_some_and(|open| open.frame.time_s > time_s) {
             return Err(wrong(
                 "its time comes before that of the rows above; sort them by time_s".to_owned(),
             ));
         }
-        if frames.last().is_none_or(|f| f.time_s != time_s) {
-            of_frame.clear();
-            frames.push(SpaceFrame { time_s, marks: Vec::new() });
+        if frames.last().is_none_or(|open| open.frame.time_s != time_s) {
+            frames.push(OpenFrame::new(time_s));
         }
-        if let Some(name) = mark.name().filter(|name| !of_frame.insert(name.clone())) {
-            return Err(wrong(twice(&name)));
-        }
-        frames.last_mut().into_iter().for_each(|f| f.marks.push(mark.clone()));
+        frames.last_mut().map_or(Ok(()), |open| open.add(mark)).map_err(wrong)?;
     }
     if frames.is_empty() {
-        let told = format!("{origin}: has no row below its header; give at least one");
-        return Err(ReadError::Refused(told));
+        let problem = format!("{origin}: has no row below its header; give at least one");
+        return Err(ReadError::Refused(problem));
     }
-    Ok(frames)
+    Ok(frames.into_iter().map(|open| open.frame).collect())
 }

@@ -1,4 +1,4 @@
-//! Cells of a table as spreadsheets and statistics programs write it: encoding, separator, header, rows.
+//! Cells of tables as spreadsheets and statistics programs write them: encoding, separator, header, rows.
 
 use std::cmp::Reverse;
 
@@ -11,23 +11,21 @@ use super::lengths::{Encoding, LineEnds, Separator};
 
 const MOST_ROWS: usize = 200_000;
 const MOST_COLUMNS: usize = 10_000;
-/// Number of lines among which the header is looked for: those before it are a title.
-const HEADER_WITHIN: usize = 20;
+/// The header is one of so many lines; the lines before it are a title.
+pub(super) const HEADER_WITHIN: usize = 20;
 
-/// A line that has a cell with content.
 pub(super) struct TableLine {
     pub number: u64,
     pub cells: StringRecord,
 }
 
 impl TableLine {
-    /// The cell of a field; empty if the line ends before it.
+    /// The text in a column; empty if the line ends before it.
     pub fn cell(&self, field: usize) -> &str {
         self.cells.get(field).unwrap_or_default()
     }
 }
 
-/// A table: the line that names the columns, and the lines after it.
 pub(super) struct TableLines<'a> {
     pub origin: &'a str,
     pub encoding: Encoding,
@@ -39,9 +37,8 @@ pub(super) struct TableLines<'a> {
 }
 
 impl<'a> TableLines<'a> {
-    /// Reads a table. Of all separators and of the first lines, those are taken with which most columns of
-    /// the header have a name for which `is_known` is true. Comments (`#`) and Excel's `sep=;` before it are
-    /// skipped. `wanted` says what to write into an empty file.
+    /// Reads a table. The separator and the header are those with which most names of columns satisfy `is_known`. Comments (`#`) and
+    /// Excel's `sep=;` before the header are skipped. `wanted` is an example of a header for messages.
     pub fn read(
         bytes: &[u8],
         origin: &'a str,
@@ -77,7 +74,7 @@ impl<'a> TableLines<'a> {
             let score = |(n, line): (usize, &TableLine)| (known(line), Reverse(n), line.cells.len());
             first.iter().enumerate().map(score).map(|score| (score, separator)).collect::<Vec<_>>()
         });
-        // Of several with the same score the last is taken, which is the first of `ALL`.
+        // `max_by_key` returns the last of equal scores, which is the first of `ALL`.
         let best = scored.max_by_key(|(score, _)| *score);
         let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
         let mut rows = lines(body, separator, before, n + MOST_ROWS + 2).split_off(n);
@@ -95,7 +92,7 @@ impl<'a> TableLines<'a> {
         rows.retain(|row| !(row.cell(0).starts_with('#') && row.cells.len() < header.cells.len()));
         let last = 1 + text.matches('\n').count() as u64;
         let mut cells = Self { origin, encoding, line_ends, separator, header, rows, last };
-        // R writes row names without a name for their column. Between commas, the field too many may come from a decimal comma.
+        // R writes names of rows without a header for their column. Between commas the surplus field may come from a decimal comma.
         let width = cells.header.cells.len();
         if separator != Separator::Comma
             && !cells.rows.is_empty()
@@ -119,14 +116,13 @@ impl<'a> TableLines<'a> {
         SourcePlace { origin: self.origin, line: self.last, column: 1 }
     }
 
-    /// The line that was taken for the header, for messages.
     pub fn header_quoted(&self) -> String {
         let between = char::from(self.separator.byte()).to_string();
         let names = self.header.cells.iter().collect::<Vec<_>>().join(&between);
         format!("line {} was taken for the header: {:?}", self.header.number, clip(&names))
     }
 
-    /// The error for two columns that say the same.
+    /// The error for two columns of the same meaning.
     pub fn twice(&self, first: usize, second: usize) -> Malformed {
         let [earlier, name] = [first, second].map(|field| clip(self.header.cell(field)));
         let what = if earlier == name {
@@ -137,7 +133,7 @@ impl<'a> TableLines<'a> {
         self.place_of(&self.header, second).error(what, "keep one of the two")
     }
 
-    /// The mark with which most numbers of some columns are written.
+    /// The decimal mark of most numbers in some columns.
     pub fn decimal_mark(&self, fields: &[usize]) -> DecimalMark {
         let cells = self.rows.iter().flat_map(|row| fields.iter().map(|field| row.cell(*field)));
         let commas: i64 = cells
@@ -147,7 +143,6 @@ impl<'a> TableLines<'a> {
         if commas > 0 { DecimalMark::Comma } else { DecimalMark::Point }
     }
 
-    /// The number in a cell; `like` is what else to write.
     pub fn number(
         &self,
         line: &TableLine,
@@ -159,7 +154,7 @@ impl<'a> TableLines<'a> {
         number.map_err(|(what, help)| self.place_of(line, field).error(what, help))
     }
 
-    /// Refuses a row that has not the fields of the header.
+    /// Refuses a row with content behind the fields of the header, or without a field for a named column.
     pub fn check_shape(&self, row: &TableLine) -> Result<(), Malformed> {
         let (header, width) = (&self.header.cells, row.cells.len());
         let at = self.place_of(row, width.min(header.len()));
@@ -189,11 +184,11 @@ impl<'a> TableLines<'a> {
     }
 }
 
-/// At most the first `most` lines of a text with content, with letters as on a Latin keyboard.
+/// At most the first `most` lines that are not empty; their cells are folded ([`fold`]).
 fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<TableLine> {
     let mut reader = csv::ReaderBuilder::new();
     reader.delimiter(separator.byte()).has_headers(false).flexible(true).trim(csv::Trim::All);
-    // Lines of any number of fields in a text of UTF-8 cannot fail.
+    // Records of any number of fields in UTF-8 text cannot fail.
     let records = reader.from_reader(body.as_bytes()).into_records().map_while(Result::ok);
     let lines = records.filter(|record| record.iter().any(|cell| !cell.is_empty())).map(|record| {
         let (line, byte) = record.position().map_or((1, 0), |p| (p.line(), p.byte()));

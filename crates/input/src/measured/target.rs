@@ -1,4 +1,4 @@
-//! Target of a fit: which muscles contract, which numbers are to be met, and which quantity they are.
+//! Target of a fit: the contracting muscles, and the numbers to be met.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,48 +11,46 @@ use tongue_core::choice;
 
 const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
 
-/// The user's choices instead of the rules of thesis 4.3.2.
+/// A user's choices in place of the rules of thesis 4.3.2.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TargetOptions {
     /// The contracting muscles, in any order; by default those that are shorter than in the baseline.
     pub muscles: Option<Vec<String>>,
-    /// The vowel to compare with; by default /ɯ/.
+    /// By default /ɯ/.
     pub baseline: Option<Vowel>,
 }
 
-/// Target of a fit, made from one measured row and its baseline. Muscles are those measured in both rows, in
-/// the order of the table's columns; all lists are parallel to [`Target::muscles`] or contain positions in
-/// it.
+/// Target of a fit, made from a measured row and its baseline. Muscles are those measured in both rows, in the order of the table's
+/// columns; all lists are parallel to [`Target::muscles`] or contain positions in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     pub subject: String,
     pub vowel: Vowel,
-    /// The vowel it is compared with, taken as the shape at rest.
+    /// The vowel whose shape is taken as rest.
     pub baseline: Vowel,
     pub kind: TargetKind,
     pub muscles: Vec<String>,
     pub reference: usize,
     /// Positions of the muscles with unknown tensions, ascending; at least one.
     pub active: Vec<usize>,
-    /// Positions of the muscles whose value is an equation of the fit, at least one: the active ones, for
-    /// ratios without the reference, whose ratio is 1 by definition.
+    /// Positions of the muscles whose values are fitted, at least one: the active ones, for ratios except the reference, whose ratio is 1
+    /// by definition.
     pub fitted: Vec<usize>,
     pub measured_mm: Vec<f64>,
     pub baseline_mm: Vec<f64>,
-    /// Half widths of the rounding of the measured lengths, mm.
+    /// Half widths of the rounding of the measured lengths and of the baseline's, mm.
     pub half_width_mm: Vec<f64>,
-    /// Half widths of the rounding of the baseline's lengths, mm.
     pub baseline_half_width_mm: Vec<f64>,
-    /// Change of each length; it determines [`Target::active`] unless the user did.
+    /// Change of each length; it determines [`Target::active`] unless the user does.
     pub activation: Vec<Activation>,
-    /// The measured quantity of all muscles, dimensionless ([`TargetKind::values`]).
+    /// Measured ratios or stretches of all muscles ([`TargetKind::values`]).
     pub values: Vec<f64>,
-    /// Muscles of the table without a length in one of the rows, which are not observations.
+    /// Muscles of the table that are not in the target, because one of the rows has no length of them.
     pub not_measured: Vec<String>,
 }
 
 impl Target {
-    /// Whether muscles pull in the baseline as in any vowel, so that the model's error there counts: in every baseline but /ɯ/.
+    /// Whether muscles may pull in the baseline as in any vowel, so that the model's error there counts: in every baseline but /ɯ/.
     pub fn has_active_baseline(&self) -> bool {
         self.baseline != Vowel::unrounded_u()
     }
@@ -72,8 +70,7 @@ impl Target {
         Self::from_lengths(measured, baseline, kind, options.muscles.as_deref())
     }
 
-    /// The target of the row `measured` against the row `baseline` of the same table, with the contracting
-    /// `muscles` if they are given.
+    /// The target of the row `measured` against the row `baseline` of the same table; the contracting muscles are `muscles`, if given.
     pub fn from_lengths(
         measured: &Lengths,
         baseline: &Lengths,
@@ -152,11 +149,10 @@ impl Target {
         })
     }
 
-    /// The target without the muscles that a body lacks, which cannot be compared.
+    /// The target without the muscles that a body lacks.
     ///
     /// # Errors
-    /// The name of a muscle that the body lacks but the target needs, because it contracts or is the
-    /// reference of ratios.
+    /// The name of a muscle that the body lacks but the target needs, because it contracts or is the reference of ratios.
     pub fn of_body(&self, has: impl Fn(&str) -> bool) -> Result<Self, String> {
         fn pick<T: Clone>(from: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&m| from[m].clone()).collect()
@@ -199,20 +195,19 @@ impl Target {
 }
 
 impl Dataset {
-    /// The target of a fit to stretches: the lengths of the muscles that shortened in `vowel` of `subject`
-    /// over those in /ɯ/.
+    /// The target of a fit to stretches, in which the muscles that are shorter in `vowel` of `subject` than in /ɯ/ contract.
     pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, ReadError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
     }
 
-    /// The target of a fit to ratios: the lengths of the muscles that are shorter in `vowel` of `subject`
-    /// than in /ɯ/ over that of GGa (in a table without it, of the muscle of [`reference_muscle`]).
+    /// The target of a fit to ratios to the muscle of [`reference_muscle`], in which the muscles that are shorter in `vowel` of `subject`
+    /// than in /ɯ/ contract.
     pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, ReadError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
     }
 }
 
-/// A user's choice of muscles as positions in `names`, ascending, each once.
+/// Positions in `names` of the muscles that a user chose, ascending.
 fn chosen_positions(
     chosen: &[String],
     names: &[String],
@@ -254,11 +249,10 @@ fn refused<T>(why: String) -> Result<T, ReadError> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetKind {
-    /// Length over the length of a reference muscle in the same shape (GGa in the thesis, 4.3.1 and 4.4.1):
-    /// independent of scale.
+    /// Length over the length of a reference muscle in the same shape (GGa in thesis 4.3.1 and 4.4.1): independent of scale.
     #[default]
     Ratio,
-    /// Length over the same muscle's length in the baseline shape: independent of each muscle's rest length.
+    /// Length over the same muscle's length in the baseline: independent of each muscle's rest length.
     Stretch,
 }
 
@@ -269,9 +263,8 @@ impl TargetKind {
         choice::name_of(&self)
     }
 
-    /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape
-    /// has the lengths `at_rest`, for measurement and simulation alike. Both are positive and in the same
-    /// unit and order. `reference` is the position of the reference muscle of ratios.
+    /// The compared quantity of a shape with these `lengths`, whose baseline or rest shape has the lengths `at_rest`. Both are positive and
+    /// in the same unit and order. `reference` is the position of the reference muscle of ratios.
     pub fn values(self, lengths: &[f64], at_rest: &[f64], reference: usize) -> Vec<f64> {
         match self {
             TargetKind::Ratio => lengths.iter().map(|l| l / lengths[reference]).collect(),
@@ -279,14 +272,13 @@ impl TargetKind {
         }
     }
 
-    /// Whether the value of a muscle constrains the fit: the ratio of the reference is 1 by definition.
+    /// Whether the value of a muscle can be fitted: the ratio of the reference is 1 by definition.
     pub fn constrains(self, muscle: usize, reference: usize) -> bool {
         self == TargetKind::Stretch || muscle != reference
     }
 }
 
-/// Position of the reference muscle of ratios: GGa, as in the thesis (4.3.1), or the first muscle if there is
-/// no GGa.
+/// Position of the reference muscle of ratios: GGa (thesis 4.3.1), or the first muscle if there is no GGa.
 pub fn reference_muscle(names: &[String]) -> usize {
     position_of(names, "GGa").unwrap_or(0)
 }

@@ -1,5 +1,4 @@
-//! Published results of the thesis (Kato 2014) by muscle, for comparison. The data are in
-//! `targets/kato2014_tables.csv`.
+//! Published results of the thesis (Kato 2014) by muscle, from `targets/kato2014_tables.csv`.
 
 use serde::Deserialize;
 
@@ -19,13 +18,11 @@ pub struct ThesisRow {
     /// Table 4.8: simulated length over that of GGa at the tensions of section 4.4.1, printed to 0.01.
     #[serde(rename = "table4_8_simulated_ratio_a")]
     pub simulated_ratio_a: f64,
-    /// Section 4.4.1: tension found by hand for /a/ of S2, N per metre of thickness; `None` for passive
-    /// muscles.
+    /// Section 4.4.1: tension found by hand for /a/ of S2, N per metre of thickness; `None` for passive muscles.
     #[serde(rename = "section4_4_1_tension_a_n_per_m")]
     pub tension_a_n_per_m: Option<f64>,
 }
 
-/// The thesis's tables, looked up by muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thesis(Vec<ThesisRow>);
 
@@ -42,23 +39,24 @@ impl Thesis {
         self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
     }
 
-    /// The tensions found by hand for /a/ of S2, N per metre of thickness (section 4.4.1): one of many
-    /// answers, because two ratios do not determine three tensions.
+    /// The tensions that the thesis found by hand for /a/ of S2, N per metre of thickness (section 4.4.1). They are one of many answers,
+    /// because two ratios do not determine three tensions.
     pub fn tensions_a(&self) -> Vec<(&str, f64)> {
         self.0.iter().filter_map(|row| Some((row.muscle.as_str(), row.tension_a_n_per_m?))).collect()
     }
 
-    /// Whether the thesis simulated this target: /a/ of S2 against its /ɯ/.
+    /// Whether the thesis simulated this target: /a/ of S2 against /ɯ/.
     pub fn simulated(&self, target: &Target) -> bool {
         (target.subject.as_str(), target.vowel.label(), target.baseline.label()) == ("S2", "a", "ɯ")
     }
 
-    /// The thesis's simulated ratios to GGa of muscles (table 4.8); `None` if it has no such muscle.
+    /// Simulated ratios to GGa of `muscles` (table 4.8); `None` if the table lacks one of them.
     pub fn ratios_a(&self, muscles: &[String]) -> Option<Vec<f64>> {
         muscles.iter().map(|m| Some(self.row(m)?.simulated_ratio_a)).collect()
     }
 
-    /// These ratios as stretches of its own rest lengths (table 4.5), with a given stretch of GGa.
+    /// The simulated ratios as stretches over the rest lengths of table 4.5, for a given stretch of GGa; `None` if the table lacks one of
+    /// `muscles`.
     pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
         let gga_mm = stretch_of_gga * self.row("GGa")?.rest_length_mm;
         muscles

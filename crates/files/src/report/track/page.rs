@@ -175,7 +175,7 @@ fn doubtful_frames(record: &TrackRecord) -> Markup {
                         td { (format!("{:.3}", f.time_s)) }
                         td { (status_name(&f.status).replace('_', " ")) }
                         td { @if let Some(r) = f.rms_m { (format!("{:.2}", 1e3 * r)) } }
-                        td { @for (i, fault) in f.faults.iter().enumerate() { @if i > 0 { "; " } (fault.kind.said()) ": " (fault.points.join(", ")) } }
+                        td { @for (i, fault) in f.faults.iter().enumerate() { @if i > 0 { "; " } (fault.kind.label()) ": " (fault.points.join(", ")) } }
                     } }
                 }))
                 @if doubtful().count() > MOST { p { "The first " (MOST) "; all are in track.json." } }

@@ -9,10 +9,9 @@
 //! | `MuscleMaxForce.txt` | `NAME newtons` of both sides together |
 //! | `jawAttachments.txt`, `hyoidAttachments.txt` | nodes on bone, counted from 0 |
 //!
-//! After Buchaillard, Perrier and Payan (2009) and Stavness, Lloyd, Payan and Fels (2011). A segment of a
-//! fibre gets the strength of its muscle times its volume over the sum of the largest volumes of all fibres.
-//! The volume is that of the bundle's elements with both nodes of the segment, or, if there are none, the
-//! mean volume of those with its first node.
+//! The forces follow Buchaillard, Perrier and Payan (2009) and Stavness, Lloyd, Payan and Fels (2011): the force of a segment is the
+//! strength of its muscle times the segment's volume over the sum of the largest volumes of all fibres. The volume of a segment is that of
+//! the region's elements with both of its nodes or, if there are none, the mean volume of the elements with its first node.
 
 mod tables;
 
@@ -28,14 +27,11 @@ use tables::{elements, fibres, nodes, numbers, regions, strengths};
 
 use super::group_and_side;
 
-/// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
-/// positions, m.
+/// Styloid processes, which the files lack and ArtiSynth's program places: id in `Fibers.mac`, and position, m.
 const STYLOID: [(u64, [f64; 3]); 2] = [(4042, [0.14984, 0.03589, 0.125]), (4037, [0.14984, -0.0358, 0.125])];
 
-/// Name of the bone at which the styloglossus begins.
 const STYLOID_NAME: &str = "styloid_process";
 
-/// The texts of the files, each with its path.
 #[derive(Debug, Clone, Default)]
 pub struct ArtisynthFiles {
     pub nodes: Text,
@@ -50,7 +46,6 @@ pub struct ArtisynthFiles {
 #[derive(Debug, Clone, Default)]
 pub struct Text {
     pub file: String,
-    /// Content; bytes that are not UTF-8 occur in comments only.
     pub text: String,
 }
 
@@ -58,7 +53,7 @@ impl Text {
     fn read(path: &Path) -> Result<Self, BodyError> {
         let file = path.display().to_string();
         let bytes = crate::files::read(path).map_err(|e| unreadable(&file, &e))?;
-        // Comments are in Latin-1.
+        // Bytes that are not UTF-8 occur only in comments, which are in Latin-1.
         Ok(Self { file, text: String::from_utf8_lossy(&bytes).into_owned() })
     }
 
@@ -78,8 +73,8 @@ fn unreadable(file: &str, error: &std::io::Error) -> BodyError {
 pub fn read(folder: &Path) -> Result<Body<3>, BodyError> {
     let named = |name: &str| Text::read(&folder.join(name));
     let files = ArtisynthFiles {
-        nodes: named(&find(folder, "node")?)?,
-        elements: named(&find(folder, "elem")?)?,
+        nodes: named(&only_file(folder, "node")?)?,
+        elements: named(&only_file(folder, "elem")?)?,
         muscles: named("CreateMuscles.mac")?,
         fibres: named("Fibers.mac")?,
         strengths: named("MuscleMaxForce.txt")?,
@@ -89,8 +84,7 @@ pub fn read(folder: &Path) -> Result<Body<3>, BodyError> {
     body(&files, &folder.display().to_string())
 }
 
-/// The name of the only file in a folder with this ending.
-fn find(folder: &Path, ending: &str) -> Result<String, BodyError> {
+fn only_file(folder: &Path, ending: &str) -> Result<String, BodyError> {
     let origin = folder.display().to_string();
     let mut found: Vec<String> = std::fs::read_dir(folder)
         .map_err(|e| unreadable(&origin, &e))?
@@ -105,7 +99,6 @@ fn find(folder: &Path, ending: &str) -> Result<String, BodyError> {
     Err(BodyError(format!("{origin}: {problem}")))
 }
 
-/// The body of these files; `origin` is its name.
 pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> {
     let (places, mut ids) = nodes(&files.nodes)?;
     let in_tissue = places.len();
@@ -154,18 +147,17 @@ pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> 
     Ok(body)
 }
 
-/// A muscle and its region of the mesh.
 struct MuscleRegion<'a> {
     body: &'a Body<3>,
     volumes: &'a [f64],
-    /// Number of nodes of the tissue; the nodes after them are of bone.
+    /// Number of nodes of the tissue, which come first; the others are on bone.
     in_tissue: usize,
     region: &'a [usize],
     strength_n: f64,
 }
 
 impl MuscleRegion<'_> {
-    /// The volume of the elements of the region with both nodes, m³.
+    /// Volume of the region's elements that have both nodes, m³.
     fn volume_around(&self, [a, b]: [usize; 2]) -> f64 {
         let hexahedra = &self.body.mesh.hexahedra;
         let beside =
@@ -173,8 +165,8 @@ impl MuscleRegion<'_> {
         beside.map(|&e| self.volumes[e]).sum()
     }
 
-    /// The mean volume of the region's elements with the first of two nodes, else with the second, m³.
-    fn mean_at(&self, nodes: [usize; 2]) -> Option<f64> {
+    /// Mean volume of the region's elements that have the first node or, if there are none, the second, m³.
+    fn mean_volume_at(&self, nodes: [usize; 2]) -> Option<f64> {
         let hexahedra = &self.body.mesh.hexahedra;
         nodes.into_iter().find_map(|n| {
             let of: Vec<f64> = Vec::from_iter(
@@ -184,7 +176,7 @@ impl MuscleRegion<'_> {
         })
     }
 
-    /// The segments of fibres with their forces, N, and the stress that does the same work, Pa.
+    /// The segments of fibres, and the stress (Pa) over the whole region that does the same work as their forces.
     fn segments<'f>(&self, fibres: impl Iterator<Item = &'f Vec<usize>>) -> (Vec<Segment>, f64) {
         let mut segments = Vec::new();
         let mut whole = 0.0;
@@ -195,7 +187,8 @@ impl MuscleRegion<'_> {
             whole += largest;
             for (nodes, around) in steps.into_iter().zip(around) {
                 let outside = nodes.iter().any(|&n| n >= self.in_tissue);
-                let volume = if around > 0.0 { around } else { self.mean_at(nodes).unwrap_or(largest) };
+                let volume =
+                    if around > 0.0 { around } else { self.mean_volume_at(nodes).unwrap_or(largest) };
                 segments.push(Segment { nodes, force_n: volume, outside });
             }
         }
@@ -206,5 +199,5 @@ impl MuscleRegion<'_> {
     }
 }
 
-/// Fibres of every muscle by number, as chains of nodes.
+/// Chains of nodes by number of the muscle and of the fibre.
 type MuscleFibres = BTreeMap<usize, BTreeMap<usize, Vec<usize>>>;

@@ -11,17 +11,16 @@ use tongue_core::body::BodyError;
 
 type ReadResult<T> = Result<T, BodyError>;
 
-/// What has an id, with its place in the order of the file by its id.
+/// Position in the file of each node or element, by id.
 pub(super) type Ids = BTreeMap<u64, usize>;
 
-/// Regions by muscle name, and muscles by number with the line of their name.
+/// Elements by name of the muscle; names by number of the muscle, each with its line.
 #[derive(Default)]
 pub(super) struct Regions {
     pub names: BTreeMap<usize, (String, usize)>,
     pub of: BTreeMap<String, Vec<usize>>,
 }
 
-/// A line that is neither empty nor a comment, with its number from 1.
 struct SourceLine<'a> {
     text: &'a Text,
     number: usize,
@@ -29,7 +28,7 @@ struct SourceLine<'a> {
 }
 
 impl<'a> SourceLine<'a> {
-    /// Reads every line of a text; there must be one that is of what is wanted.
+    /// Reads every line. It is an error if `read` returns true for none: then the text contains no `wanted`.
     fn each(text: &'a Text, wanted: &str, mut read: impl FnMut(&Self) -> ReadResult<bool>) -> ReadResult<()> {
         let mut is_any = false;
         for (line, row) in text.text.lines().enumerate().map(|(n, line)| (n + 1, line.trim())) {
@@ -59,7 +58,6 @@ impl<'a> SourceLine<'a> {
         value.is_finite().then_some(value).ok_or_else(|| self.expected(what, value))
     }
 
-    /// The place of the node or element of an id.
     fn known(&self, ids: &Ids, what: &str, id: u64) -> ReadResult<usize> {
         ids.get(&id).copied().ok_or_else(|| self.wrong(format!("{what} {id} does not exist")))
     }
@@ -77,7 +75,7 @@ impl<'a> SourceLine<'a> {
         }
     }
 
-    /// The rest of a line that begins with a word (in any case), up to a comment.
+    /// The rest of a line that begins with `word` in any case, up to a comment.
     fn after(&self, word: &str) -> Option<&'a str> {
         let head = self.row.get(..word.len()).filter(|head| head.eq_ignore_ascii_case(word))?;
         Some(self.row[head.len()..].split('!').next().unwrap_or_default().trim())
@@ -111,7 +109,7 @@ pub(super) fn elements(text: &Text, nodes: &Ids) -> ReadResult<(Vec<[usize; 8]>,
     Ok((hexahedra, ids))
 }
 
-/// Node numbers from 0, each below `count`.
+/// Numbers of nodes, from 0, each below `count`; sorted, each once.
 pub(super) fn numbers(text: &Text, count: usize) -> ReadResult<Vec<usize>> {
     let mut all = Vec::new();
     SourceLine::each(text, "numbers of nodes on bone", |line| {

@@ -14,13 +14,11 @@ use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, Mesh, MeshFault, MuscleChain};
 use tongue_core::geometry::simplex;
 
-/// Tolerance of points inside a cell: how far they may lie beyond a side, as a part of the cell.
-const INSIDE: f64 = 1e-6;
-/// Tolerance of straight sides: how far the middle may lie off the straight line, as a part of the side's
-/// length.
-const BENT: f64 = 1e-6;
+/// How far a point may lie outside a cell and still count as inside: a difference of barycentric coordinates.
+const MOST_OUTSIDE: f64 = 1e-6;
+/// How far the middle node of a straight side may lie off the line of its ends, over the length of the side.
+const MOST_BENT: f64 = 1e-6;
 
-/// The body of a file, in the plane or in space.
 pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Content> {
     let parts = GroupParts::new(raw, Form::Simplices)?;
     match parts.dimension {
@@ -29,7 +27,6 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Content> {
     }
 }
 
-/// A muscle by the tags of its nodes, and its group.
 struct TaggedChain<'a> {
     name: String,
     nodes: Vec<u64>,
@@ -84,7 +81,7 @@ fn body<const D: usize>(
         other => wrong!(None, "{other}"),
     })?;
     parts.check_held(mesh.connections.iter().copied(), &mesh.fixed, &numbers)?;
-    let concerns = review(&mesh).into_iter().chain(bent(raw, parts, unit)).collect();
+    let concerns = review(&mesh).into_iter().chain(curved_sides(raw, parts, unit)).collect();
     let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, ..Body::default() };
     Ok(Content { body: any(body), tags, concerns })
 }
@@ -92,8 +89,8 @@ fn body<const D: usize>(
 /// The two corners of each side, in Gmsh's order of the middle nodes.
 const SIDES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
 
-/// The sides of tissue and muscles that are curved in the file.
-fn bent(raw: &Raw, parts: &GroupParts<'_>, unit: Unit) -> Option<String> {
+/// The concern that sides of tissue or muscles are curved in the file, if any is.
+fn curved_sides(raw: &Raw, parts: &GroupParts<'_>, unit: Unit) -> Option<String> {
     let of_muscles =
         parts.groups.iter().filter(|g| matches!(g.role, GroupRole::Muscle(_))).flat_map(|g| &g.elements);
     let mut sides: BTreeMap<u64, f64> = BTreeMap::new();
@@ -104,7 +101,7 @@ fn bent(raw: &Raw, parts: &GroupParts<'_>, unit: Unit) -> Option<String> {
             if let Some(((a, b), x)) = corners.zip(place(middle)) {
                 let (way, to) = (b - a, x - a);
                 let off = (to - way * (to.dot(&way) / way.norm_squared())).norm();
-                if off > BENT * way.norm() {
+                if off > MOST_BENT * way.norm() {
                     sides.insert(*middle, off * unit.metres());
                 }
             }
@@ -118,7 +115,7 @@ fn bent(raw: &Raw, parts: &GroupParts<'_>, unit: Unit) -> Option<String> {
     })
 }
 
-/// The muscles: those of the published tables in their order, then others in the order of their groups.
+/// The muscles of the published tables in the order of these, then others in the order of their groups.
 fn chains<'a>(groups: &'a [PhysicalGroup<'a>]) -> Parsed<Vec<TaggedChain<'a>>> {
     let known = Muscles::built_in();
     let mut chains: Vec<TaggedChain<'a>> = Vec::new();
@@ -158,7 +155,7 @@ fn embedded<const D: usize>(
             let around = mesh.cells.iter().position(|cell| {
                 let corners = simplex::corners::<D>(&mesh.nodes, cell);
                 let parts = simplex::barycentric(&corners, &mesh.nodes[node]);
-                parts[..=D].iter().all(|part| *part > -INSIDE)
+                parts[..=D].iter().all(|part| *part > -MOST_OUTSIDE)
             });
             if let Some(element) = around.and_then(|c| parts.cells.get(c)) {
                 return Err(wrong!(

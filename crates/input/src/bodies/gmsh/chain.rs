@@ -1,8 +1,8 @@
-//! Lines of curves in any order and direction, joined to chains.
+//! Curves, which Gmsh stores as lines of two nodes in any order and direction, joined to chains.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// For each node, the nodes that a line connects it with; lines from a node to itself are left out.
+/// The neighbours of each node; a line from a node to itself is left out.
 fn neighbours(lines: &[[u64; 2]]) -> BTreeMap<u64, BTreeSet<u64>> {
     let mut meeting: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
     for &[a, b] in lines.iter().filter(|[a, b]| a != b) {
@@ -12,14 +12,14 @@ fn neighbours(lines: &[[u64; 2]]) -> BTreeMap<u64, BTreeSet<u64>> {
     meeting
 }
 
-/// Lines joined to runs between nodes of the mesh, ends, and nodes where other than two lines meet.
+/// Joins lines to runs, which end at nodes of the mesh and where one line or more than two meet.
 pub(super) fn runs(lines: &[[u64; 2]], is_of_mesh: impl Fn(&u64) -> bool) -> Vec<Vec<u64>> {
     let meeting = neighbours(lines);
     let is_stop = |tag: &u64| is_of_mesh(tag) || meeting[tag].len() != 2;
     let mut seen: BTreeSet<[u64; 2]> = BTreeSet::new();
     let mut runs = Vec::new();
     let (stops, others): (Vec<u64>, Vec<u64>) = meeting.keys().copied().partition(&is_stop);
-    // What is left after the runs from stops are circles, which begin anywhere.
+    // The lines that are on no run from a stop form circles, which may begin at any node.
     for start in stops.into_iter().chain(others) {
         for &next in &meeting[&start] {
             let mut run = vec![start];
@@ -40,11 +40,11 @@ pub(super) fn runs(lines: &[[u64; 2]], is_of_mesh: impl Fn(&u64) -> bool) -> Vec
     runs
 }
 
-/// The nodes of `lines` from one end to the other. The chain begins at the end that is the start of a line;
-/// if both or neither are, at the one with the lower tag.
+/// The nodes of a muscle from one end to the other. The chain begins at the end where a line starts; if that is none or both of them, at
+/// the end with the lower tag.
 ///
 /// # Errors
-/// Why the lines of a muscle are no chain, to follow its name.
+/// The rest of a sentence that begins with the name of the muscle: why its lines are not one chain.
 pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
     let help = "a muscle is one chain with two ends: leave out one curve";
     let in_circle = |node: u64| Err(format!("runs in a circle through node {node}; {help}"));
@@ -78,21 +78,20 @@ pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
     }
 }
 
-/// The lines of each connected fibre.
-pub(super) fn parts<T: Copy + Ord>(lines: &[[T; 2]]) -> Vec<Vec<[T; 2]>> {
-    let mut parts: Vec<(BTreeSet<T>, Vec<[T; 2]>)> = Vec::new();
+pub(super) fn connected_components<T: Copy + Ord>(lines: &[[T; 2]]) -> Vec<Vec<[T; 2]>> {
+    let mut components: Vec<(BTreeSet<T>, Vec<[T; 2]>)> = Vec::new();
     for &line in lines {
         let (joined, apart): (Vec<_>, Vec<_>) =
-            parts.into_iter().partition(|(nodes, _)| line.iter().any(|n| nodes.contains(n)));
-        let mut part = (BTreeSet::from(line), vec![line]);
+            components.into_iter().partition(|(nodes, _)| line.iter().any(|n| nodes.contains(n)));
+        let mut component = (BTreeSet::from(line), vec![line]);
         for (nodes, lines) in joined {
-            part.0.extend(nodes);
-            part.1.extend(lines);
+            component.0.extend(nodes);
+            component.1.extend(lines);
         }
-        parts = apart;
-        parts.push(part);
+        components = apart;
+        components.push(component);
     }
-    parts.into_iter().map(|(_, lines)| lines).collect()
+    components.into_iter().map(|(_, lines)| lines).collect()
 }
 
 #[cfg(test)]
@@ -103,11 +102,10 @@ mod tests {
     fn lines_in_any_order_and_direction_become_one_chain_or_are_told_why_not() {
         for (lines, told) in [
             (&[[4, 9], [1, 4], [9, 2]][..], Ok([1, 4, 9, 2])),
-            // No end begins: the lower tag is first.
+            // No line starts at an end, so the chain begins at the lower tag.
             (&[[4, 1], [9, 4], [9, 2]], Ok([1, 4, 9, 2])),
-            // As the lines run.
+            // A line starts at the end 2, so the chain begins there.
             (&[[4, 1], [9, 4], [2, 9]], Ok([2, 9, 4, 1])),
-            // A line given twice is one.
             (&[[1, 2], [2, 1], [2, 3], [3, 4]], Ok([1, 2, 3, 4])),
             (&[[1, 2], [2, 3], [2, 4]], Err("branches at node 2, where 3 of its lines meet")),
             (&[[1, 2], [3, 4]], Err("has gaps: it ends at the nodes [1, 2, 3, 4]")),

@@ -1,13 +1,11 @@
-//! Cursor through the bytes of a Gmsh file (text, or text with binary numbers), and the place of what is wrong in it.
+//! Cursor through the bytes of a Gmsh file (text, or text with binary numbers), and errors with their byte.
 
 use tongue_core::body::BodyError;
 
-/// A position in the bytes, and the format of the numbers.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
     binary: bool,
-    /// Whether binary numbers have their most significant byte first.
     big_endian: bool,
 }
 
@@ -28,7 +26,7 @@ impl<'a> Cursor<'a> {
         self.binary
     }
 
-    /// Switches to binary numbers; the next four bytes are the integer 1 and tell the byte order.
+    /// Switches to binary numbers. The next four bytes are the integer 1, which shows the byte order.
     pub fn begin_binary(&mut self) -> Parsed<()> {
         self.binary = true;
         let at = self.at;
@@ -41,7 +39,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The name of the next section, without the `$`, and its byte; `None` at the end of the file.
+    /// Name of the next section without the `$`, and its byte; `None` at the end of the file.
     pub fn section(&mut self) -> Parsed<Option<(&'a str, usize)>> {
         self.skip_space();
         if self.at == self.bytes.len() {
@@ -87,7 +85,6 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The rest of this line as text; the cursor moves to the next line.
     pub fn line(&mut self, what: &str) -> Parsed<&'a str> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         if rest.is_empty() {
@@ -99,7 +96,7 @@ impl<'a> Cursor<'a> {
         Ok(text)
     }
 
-    /// A number on a line of its own, which is text in binary files too.
+    /// A number on a line of its own, which is text in binary files, too.
     pub fn count_in_text(&mut self, what: &'static str) -> Parsed<u64> {
         self.skip_space();
         let at = self.at;
@@ -119,22 +116,19 @@ impl<'a> Cursor<'a> {
         Ok(text)
     }
 
-    /// An integer; in binary of four bytes.
     pub fn int(&mut self, what: &'static str) -> Parsed<i64> {
         self.read(what, |little| i32::from_le_bytes(little).into())
     }
 
-    /// A count or a tag; in binary of eight bytes.
     pub fn size(&mut self, what: &'static str) -> Parsed<u64> {
         self.read(what, u64::from_le_bytes)
     }
 
-    /// A real number; in binary of eight bytes.
     pub fn real(&mut self, what: &'static str) -> Parsed<f64> {
         self.read(what, f64::from_le_bytes)
     }
 
-    /// A number of text, or of bytes of which the least significant comes first.
+    /// A number as text, or as bytes that `of` converts from little-endian order.
     fn read<T: std::str::FromStr, const N: usize>(
         &mut self,
         what: &'static str,
@@ -192,7 +186,7 @@ fn shortened(text: &str) -> String {
     text.trim().chars().take(40).collect()
 }
 
-/// A problem and its byte, if there is one.
+/// A problem, and the byte of the file at which it is, if it is at one.
 #[derive(Debug)]
 pub(super) struct Located {
     pub at: Option<usize>,
@@ -212,7 +206,7 @@ impl Located {
 
 pub(super) type Parsed<T> = Result<T, Located>;
 
-/// A problem at a byte, or at none, in words as of `format!`.
+/// A [`Located`] from a byte, or `None`, and the arguments of `format!`.
 macro_rules! wrong {
     (None, $($words:tt)*) => {
         $crate::bodies::gmsh::cursor::Located { at: None, problem: format!($($words)*) }

@@ -1,4 +1,5 @@
-//! Fibres of a muscle among hexahedra, from curves whose nodes need not be nodes of the mesh or from views (`$ElementData`, `$NodeData`).
+//! Fibres of a muscle among hexahedra, from curves whose nodes need not be nodes of the mesh, or from views of vectors (`$ElementData`,
+//! `$NodeData`).
 
 use std::collections::BTreeMap;
 
@@ -10,28 +11,26 @@ use tongue_core::body::Mesh;
 use tongue_core::body::space::{Directions, Segment, direction_at};
 use tongue_core::geometry::{hexahedron, simplex};
 
-/// How far a node of a curve may lie outside an element that holds it, as a part of the element: surfaces that
-/// are curved in the model are flat in the mesh.
-const INSIDE: f64 = 0.02;
-/// Six tetrahedra that fill a hexahedron.
-const TETRAHEDRA: [[usize; 4]; 6] =
+/// How far a node of a curve may lie outside the tissue, as a part of an element: surfaces that are curved in the model are flat in the
+/// mesh.
+const MOST_OUTSIDE: f64 = 0.02;
+const TETRAHEDRA_OF_HEXAHEDRON: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
 
 pub(super) struct MeshFibres {
-    /// Parts between two nodes of the mesh.
+    /// Pairs of nodes of the mesh.
     pub segments: Vec<[usize; 2]>,
-    /// Lines inside the tissue that give directions only, m.
+    /// Lines inside the tissue that only give directions, m.
     pub guides: Vec<[Vector3<f64>; 2]>,
-    /// Length of all lines, m.
-    pub length: f64,
+    pub length_m: f64,
 }
 
 impl MeshFibres {
-    /// Lays lines between nodes with these tags. Runs of lines whose inner nodes are no nodes of the mesh give
-    /// directions where they are inside the tissue; outside of it a run is one straight part.
+    /// Makes fibres of lines, which are pairs of tags. Runs whose inner nodes are not of the mesh give directions where they are inside the
+    /// tissue; outside of it a run becomes one straight segment.
     ///
     /// # Errors
-    /// The first node of a run that leaves the tissue without a node of the mesh, or ends outside of it on no bone.
+    /// The first node outside the tissue of a run that leaves it elsewhere than at a node of the mesh, or that does not end on bone.
     pub fn lay(
         mesh: &Mesh<3>,
         numbers: &BTreeMap<u64, usize>,
@@ -39,9 +38,9 @@ impl MeshFibres {
         place: impl Fn(&u64) -> Option<Vector3<f64>>,
     ) -> Result<Self, u64> {
         let at = |tag: &u64| place(tag).unwrap_or_default();
-        let length = lines.iter().map(|[a, b]| (at(b) - at(a)).norm()).sum();
+        let length_m = lines.iter().map(|[a, b]| (at(b) - at(a)).norm()).sum();
         let number = |tag: &u64| numbers.get(tag).copied();
-        let mut fibres = Self { segments: Vec::new(), guides: Vec::new(), length };
+        let mut fibres = Self { segments: Vec::new(), guides: Vec::new(), length_m };
         let of_mesh = |[a, b]: &[u64; 2]| Some([number(a)?, number(b)?]);
         if let Some(segments) = lines.iter().map(of_mesh).collect::<Option<Vec<_>>>() {
             return Ok(Self { segments, ..fibres });
@@ -62,7 +61,7 @@ impl MeshFibres {
         Ok(fibres)
     }
 
-    /// Directions at the points of Gauss of each element of a region; none where they follow from the segments.
+    /// Directions at the Gauss points of each element of a region; empty where they follow from the segments.
     pub fn directions(&self, mesh: &Mesh<3>, region: &[usize]) -> Vec<Directions> {
         if self.guides.is_empty() {
             return Vec::new();
@@ -89,26 +88,24 @@ fn is_inside(mesh: &Mesh<3>, place: &Vector3<f64>) -> bool {
     mesh.hexahedra.iter().any(|corners| {
         let x = corners.map(|n| mesh.nodes[n]);
         let (low, high) = x.iter().fold((x[0], x[0]), |(low, high), p| (low.inf(p), high.sup(p)));
-        let room = (high - low) * INSIDE;
+        let room = (high - low) * MOST_OUTSIDE;
         let in_box = (0..3).all(|d| (low[d] - room[d]..=high[d] + room[d]).contains(&place[d]));
         in_box
-            && TETRAHEDRA.iter().any(|t| {
-                simplex::barycentric::<3>(&t.map(|i| x[i]), place).iter().all(|share| *share >= -INSIDE)
+            && TETRAHEDRA_OF_HEXAHEDRON.iter().any(|t| {
+                simplex::barycentric::<3>(&t.map(|i| x[i]), place).iter().all(|share| *share >= -MOST_OUTSIDE)
             })
     })
 }
 
 pub(super) struct FibreView {
     pub name: String,
-    /// Whether nodes have the vectors; otherwise elements.
+    /// Whether vectors belong to nodes rather than to elements.
     pub of_nodes: bool,
-    /// The vectors by the tag of a node or an element.
     pub vectors: BTreeMap<u64, [f64; 3]>,
-    /// The byte at which it begins.
     pub at: usize,
 }
 
-/// Reads a view of vectors. One with other than three components is read past.
+/// Reads a view of vectors; `None` for one whose values do not have three components.
 pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) -> Parsed<Option<FibreView>> {
     let mut name = String::new();
     for nth in 0..cursor.count_in_text("the number of names of a view")? {
@@ -120,7 +117,7 @@ pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) ->
     for _ in 0..cursor.count_in_text("the number of times of a view")? {
         cursor.line("the time of a view")?;
     }
-    // The step, the number of components, the number of entries, and a partition.
+    // These are the step, the number of components, the number of entries, and a partition.
     let count = cursor.count_in_text("the number of whole numbers of a view")?;
     let integers =
         (0..count).map(|_| cursor.count_in_text("a whole number of a view")).collect::<Parsed<Vec<_>>>()?;

@@ -1,4 +1,4 @@
-//! Physical groups and what they mean, for bodies of every kind.
+//! Physical groups and their meaning.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,14 +11,13 @@ use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
 use tongue_core::choice;
 
-/// Meaning of a physical group, with the rest of its name.
+/// Meaning of a physical group, with the NAME in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum GroupRole {
     Tissue,
     Muscle(String),
     Fibre(String),
     Bone(String),
-    /// Left out, as its name says.
     Other,
 }
 
@@ -41,7 +40,7 @@ impl GroupRole {
     }
 }
 
-/// `muscle:NAME` in two.
+/// `muscle:NAME` as `muscle` and `NAME`.
 fn split(name: &str) -> (&str, Option<&str>) {
     match name.split_once(':') {
         Some((kind, rest)) => (kind.trim(), Some(rest.trim()).filter(|r| !r.is_empty())),
@@ -49,8 +48,8 @@ fn split(name: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// Words with which names of groups begin, and how the whole name is written, by dimension and form.
-fn words(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
+/// The words that names of groups may begin with, each with examples of whole names.
+fn usual_names(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
     let bone = ("bone", "bone:NAME");
     let muscle = ("muscle", "GGa to HGp, muscle:NAME");
     match (form, dimension) {
@@ -66,17 +65,17 @@ fn words(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
 
 fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize) -> Located {
     let (kind, rest) = split(name);
-    let words = words(dimension, form);
+    let usual_names = usual_names(dimension, form);
     let all = known.all();
     let published = all.iter().map(|m| m.name.as_str()).filter(|_| form == Form::Simplices && dimension == 1);
-    let meant = choice::nearest(kind, words.iter().map(|(word, _)| *word).chain(published));
+    let meant = choice::nearest(kind, usual_names.iter().map(|(word, _)| *word).chain(published));
     let meant = meant.map_or_else(String::new, |near| {
-        match rest.filter(|_| words.iter().any(|(word, _)| *word == near)) {
+        match rest.filter(|_| usual_names.iter().any(|(word, _)| *word == near)) {
             Some(rest) => format!("did you mean \"{near}:{rest}\"? "),
             None => format!("did you mean \"{near}\"? "),
         }
     });
-    let usual = words.iter().map(|(_, whole)| *whole).collect::<Vec<_>>().join(", ");
+    let usual = usual_names.iter().map(|(_, whole)| *whole).collect::<Vec<_>>().join(", ");
     let on = ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("elements");
     wrong!(
         at,
@@ -88,7 +87,6 @@ fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize)
 pub(super) struct PhysicalGroup<'a> {
     pub dimension: usize,
     pub name: &'a str,
-    /// The byte at which its name begins.
     pub at: usize,
     pub role: GroupRole,
     pub elements: Vec<&'a GmshElement>,
@@ -102,20 +100,20 @@ impl PhysicalGroup<'_> {
 
 pub(super) struct GroupParts<'a> {
     pub groups: Vec<PhysicalGroup<'a>>,
-    /// The elements of the tissue in the order of the file, each once.
+    /// Elements of the tissue, in the order of the file and each once.
     pub cells: Vec<&'a GmshElement>,
     pub dimension: usize,
 }
 
 impl<'a> GroupParts<'a> {
-    /// The parts of a body of this form.
     pub fn new(raw: &'a Raw, form: Form) -> Parsed<Self> {
         let known = Muscles::built_in();
         let mut by_key: BTreeMap<(usize, i64), Vec<&GmshElement>> = BTreeMap::new();
         for element in raw.elements.iter().filter(|e| e.group != 0) {
             by_key.entry((element.dimension, element.group)).or_default().push(element);
         }
-        // Cells of another form are told before the names of groups, which differ between forms.
+        // The form of the cells is checked before the names of groups, which differ between forms, so that a wrong form is reported as
+        // such.
         let tissue = raw.names.iter().rev();
         let tissue = tissue.filter(|(_, (name, _))| split(name).0.eq_ignore_ascii_case("tissue"));
         let of_tissue = tissue.map(|(key, _)| key).filter(|(d, _)| form == Form::Simplices || *d == 3);
@@ -153,7 +151,7 @@ impl<'a> GroupParts<'a> {
             wrong!(None, "no {cells} is in a physical group called \"tissue\" ({found}); add {advice}")
         })?;
         let (mut cells, mut seen): (Vec<&GmshElement>, BTreeSet<Vec<u64>>) = (Vec::new(), BTreeSet::new());
-        // In the plane no muscle is on surfaces, and the surface of a tissue in space may be called tissue too.
+        // In the plane no muscle is on surfaces. In space the surface of the tissue may be called tissue too, and is no cell.
         let of_cells = groups.iter().filter(|g| {
             g.dimension == dimension && matches!(g.role, GroupRole::Tissue | GroupRole::Muscle(_))
         });
@@ -167,15 +165,16 @@ impl<'a> GroupParts<'a> {
         Ok(Self { groups, cells, dimension })
     }
 
-    /// The bones in the order of their groups, of which those of one name are one bone, and all their nodes.
+    /// The bones in the order of their groups (groups of one name are one bone), and the nodes of all bones.
     pub fn bones(&self, numbers: &BTreeMap<u64, usize>) -> Parsed<(Vec<Bone>, Vec<usize>)> {
         let mut bones: Vec<(&str, BTreeSet<usize>)> = Vec::new();
         for group in &self.groups {
             let GroupRole::Bone(name) = &group.role else { continue };
             let mut nodes = BTreeSet::new();
             for node in group.elements.iter().flat_map(|e| &e.nodes) {
-                let nothing = "which belongs to no triangle, tetrahedron or muscle; take a point of them";
-                let fault = || wrong!(group.at, "bone \"{name}\" holds node {node}, {nothing}");
+                let nothing =
+                    "which belongs to no element of the tissue and to no muscle; take a node of these";
+                let fault = || wrong!(group.at, "bone \"{name}\" contains node {node}, {nothing}");
                 nodes.insert(*numbers.get(node).ok_or_else(fault)?);
             }
             match bones.iter_mut().find(|(n, _)| n == name) {
@@ -190,7 +189,7 @@ impl<'a> GroupParts<'a> {
         Ok((bones.collect(), fixed.into_iter().collect()))
     }
 
-    /// Checks that every cell hangs together with one of the fixed nodes through the pairs of joined nodes.
+    /// Checks that every cell is connected to a fixed node through the pairs in `joined`.
     pub fn check_held(
         &self,
         joined: impl Iterator<Item = [usize; 2]>,
@@ -218,17 +217,17 @@ impl<'a> GroupParts<'a> {
         self.cells.iter().find(|c| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]))).map_or(Ok(()), |cell| {
             Err(wrong!(
                 cell.at,
-                "the part with element {} is joined to no bone, so it could move freely: join it to the rest (gmsh: Coherence), or give it one",
+                "the part with element {} is connected to no bone, so it could move freely: connect it to the rest (gmsh: Coherence), or give it a bone",
                 cell.tag
             ))
         })
     }
 }
 
-/// Tolerance of the flatness of a body of triangles, as a part of its extent.
-const FLAT: f64 = 1e-6;
+/// How far a body of triangles may lie off the plane z = 0, over its largest coordinate.
+const MOST_OFF_PLANE: f64 = 1e-6;
 
-/// Positions of nodes, m, in the order of their tags.
+/// Positions in the order of the tags, m.
 pub(super) fn positions<const D: usize>(
     raw: &Raw,
     kept: &BTreeSet<u64>,
@@ -237,7 +236,7 @@ pub(super) fn positions<const D: usize>(
     let given = kept.iter().filter_map(|tag| raw.nodes.get(tag).map(|x| (*tag, x)));
     if D == 2 {
         let extent = given.clone().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
-        if let Some((node, x)) = given.clone().find(|(_, x)| x[2].abs() > FLAT * extent) {
+        if let Some((node, x)) = given.clone().find(|(_, x)| x[2].abs() > MOST_OFF_PLANE * extent) {
             return Err(wrong!(
                 None,
                 "node {node} lies at z = {}; a body of triangles lies in the midsagittal plane, z = 0 (x to the back, y up): turn or shift \

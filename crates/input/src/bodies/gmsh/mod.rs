@@ -1,5 +1,5 @@
-//! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and
-//! 2.2, text or binary, read into a body and written from one. Physical groups have these meanings:
+//! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or binary, read into a
+//! body and written from one. Physical groups have these meanings:
 //!
 //! | physical group | on | is |
 //! |---|---|---|
@@ -8,18 +8,16 @@
 //! | `bone`, `bone:NAME` | points, curves, surfaces or volumes | nodes that do not move |
 //! | `other:NAME` | anything | left out |
 //!
-//! Case does not matter, except in a NAME. A group of another name is an error. A scene's jaw carries `bone:mental_spine`, and its hyoid
-//! shifts `bone:hyoid`. A body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles are
-//! reversed. A muscle may run outside the tissue if its curve is on no surface. Gmsh files have no unit,
-//! so the caller must give it ([`Unit`]).
+//! Case does not matter, except in a NAME. A group of another name is an error. In a scene the jaw moves `bone:mental_spine` and the hyoid
+//! `bone:hyoid`. A body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles are reversed. A
+//! muscle may run outside the tissue if its curve is on no surface. Gmsh files have no unit, so the caller gives it ([`Unit`]).
 //!
-//! Of elements of the second order (types 8, 9 and 11) the corners are read and the sides are taken as
-//! straight: a continuum places its own nodes in their middles. Sides that are curved in the file are
-//! reported, as is all else that a user should look at ([`Content::concerns`]). A continuum is written with elements of the second order.
+//! Of elements of the second order (types 8, 9 and 11) only the corners are read, so that sides are straight; a continuum places nodes of
+//! its own in the middles of sides. A continuum is written with elements of the second order.
 //!
-//! Bodies in space of hexahedra are read by [`read_space`], where muscles are volumes.
+//! Bodies in space of hexahedra, whose muscles are volumes, are read by [`read_space`].
 //!
-//! The crate `mshio` (0.4.2) reads only format 4.1 and no physical names, so the reader is our own.
+//! The crate `mshio` (0.4.2) reads only format 4.1 and no physical names, which is why this reader exists.
 
 mod assemble;
 mod chain;
@@ -59,12 +57,10 @@ impl Unit {
     }
 }
 
-/// A body as it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Content {
-    /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses;
-    /// cells in the order of the file; the eight published muscles in the order of the tables, then others in
-    /// the order of their groups.
+    /// In m. Nodes are in the order of their tags, without those that no cell and no muscle uses; cells are in the order of the file; the
+    /// eight published muscles come first, in the order of the tables, then others in the order of their groups.
     pub body: AnyBody,
     pub tags: Vec<u64>,
     pub concerns: Vec<String>,
@@ -75,7 +71,7 @@ pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<Content, BodyError
     parsed(bytes, origin, |raw| assemble::assemble(raw, origin, unit))
 }
 
-/// Reads a body in space of hexahedra, as [`read`].
+/// Reads a body in space of hexahedra; `origin` is its name in messages.
 pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<Body<3>, BodyError> {
     parsed(bytes, origin, |raw| space::assemble(raw, origin, unit))
 }

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::cursor::{Cursor, Parsed, wrong};
 use super::fibres::{FibreView, view};
 
-/// Content of a file. Tags are Gmsh's numbers.
+/// Content of a file; tags are Gmsh's numbers of nodes and elements.
 pub(super) struct Raw {
-    /// Names of the physical groups, by dimension and tag, each with its byte.
+    /// Names of the physical groups by dimension and tag, each with its byte.
     pub names: BTreeMap<(usize, i64), (String, usize)>,
     /// Positions by tag, in the unit of the file.
     pub nodes: GmshNodes,
@@ -16,7 +16,6 @@ pub(super) struct Raw {
     pub views: Vec<FibreView>,
 }
 
-/// Form of the cells of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     /// Triangles or tetrahedra, with muscles on curves.
@@ -29,24 +28,23 @@ pub(super) enum Form {
 pub(super) struct GmshElement {
     pub tag: u64,
     pub dimension: usize,
-    /// Its physical group; 0 for none.
+    /// Tag of its physical group; 0 for none.
     pub group: i64,
     pub nodes: Vec<u64>,
-    /// Nodes of the sides of an element of the second order.
+    /// Nodes in the middles of the sides of an element of the second order.
     pub middles: Vec<u64>,
-    /// The byte at which it begins.
+    /// Byte at which the element begins.
     pub at: usize,
 }
 
 type GmshNodes = BTreeMap<u64, [f64; 3]>;
 
-/// Physical groups by dimension and tag of the entity.
+/// Physical groups by dimension and tag of the geometric entity.
 type Entities = BTreeMap<(i64, i64), Vec<i64>>;
 
-/// Dimension, number of corners and number of nodes of an element type. Corners come first.
+/// Dimension, number of corners and number of nodes of an element of Gmsh's type `kind`, whose corners come first.
 fn shape(kind: i64, element: u64, at: usize) -> Parsed<[usize; 3]> {
-    let linear = "only lines, triangles, tetrahedra and hexahedra of the first and simplices of the second order are read: \
-                  set Mesh.ElementOrder = 1 or 2";
+    let linear = "only lines, triangles and tetrahedra of the first and second order and hexahedra of the first order are read: set Mesh.ElementOrder = 1 or 2";
     let (what, remedy) = match kind {
         15 => return Ok([0, 1, 1]),
         1 => return Ok([1, 2, 2]),
@@ -57,10 +55,10 @@ fn shape(kind: i64, element: u64, at: usize) -> Parsed<[usize; 3]> {
         8 => return Ok([1, 2, 3]),
         9 => return Ok([2, 3, 6]),
         11 => return Ok([3, 4, 10]),
-        10 | 16 => ("quadrangle of the second order".to_owned(), FIRST_ORDER),
-        12 | 17 => ("hexahedron of the second order".to_owned(), FIRST_ORDER),
-        6 | 13 | 18 => ("prism".to_owned(), SIMPLEX),
-        7 | 14 | 19 => ("pyramid".to_owned(), SIMPLEX),
+        10 | 16 => ("quadrangle of the second order".to_owned(), ONLY_FIRST_ORDER),
+        12 | 17 => ("hexahedron of the second order".to_owned(), ONLY_FIRST_ORDER),
+        6 | 13 | 18 => ("prism".to_owned(), ONLY_SIMPLICES),
+        7 | 14 | 19 => ("pyramid".to_owned(), ONLY_SIMPLICES),
         26..=28 => ("line of a higher order".to_owned(), linear),
         20..=25 => ("triangle of a higher order".to_owned(), linear),
         29..=31 => ("tetrahedron of a higher order".to_owned(), linear),
@@ -69,17 +67,16 @@ fn shape(kind: i64, element: u64, at: usize) -> Parsed<[usize; 3]> {
     Err(wrong!(at, "element {element} is a {what}; {remedy}"))
 }
 
-/// What to do about elements that are no simplices.
-const SIMPLEX: &str = "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
+const ONLY_SIMPLICES: &str =
+    "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
 
-/// What to do about quadrangles and hexahedra with nodes on their sides.
-const FIRST_ORDER: &str = "bodies in space are made of hexahedra with eight nodes: set Mesh.ElementOrder = 1 (triangles and tetrahedra may be \
+const ONLY_FIRST_ORDER: &str = "bodies in space are made of hexahedra with eight nodes: set Mesh.ElementOrder = 1 (triangles and tetrahedra may be \
                            of the second order)";
 
-/// Refuses tissue of other cells than those of a form.
+/// Refuses an element of the tissue that is of another form.
 pub(super) fn check_cell(element: &GmshElement, form: Form) -> Parsed<()> {
     let (what, remedy) = match (form, element.dimension, element.nodes.len()) {
-        (Form::Simplices, 2, 4) => ("quadrangle", SIMPLEX),
+        (Form::Simplices, 2, 4) => ("quadrangle", ONLY_SIMPLICES),
         (Form::Simplices, 3, 8) => (
             "hexahedron",
             "name a body of hexahedra with --body FILE.msh, or switch off Recombine (Mesh.RecombineAll = 0)",
@@ -135,14 +132,14 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Parsed<Raw> {
     }
     for GmshElement { tag, nodes: corners, middles, at, .. } in &elements {
         if let Some(&node) = corners.iter().chain(middles).find(|n| !nodes.contains_key(n)) {
-            let told = "which is not in $GmshNodes; save the file again";
-            return Err(wrong!(*at, "element {tag} refers to node {node}, {told}"));
+            let missing = "which is not in $Nodes; save the file again";
+            return Err(wrong!(*at, "element {tag} refers to node {node}, {missing}"));
         }
     }
     Ok(Raw { names, nodes, elements, views })
 }
 
-/// Reads the header, and returns whether the format is 4.1 rather than 2.2.
+/// Returns whether the format is 4.1 rather than 2.2.
 fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
     let at = cursor.position();
     let version = cursor.token("the version of the format")?;
@@ -150,7 +147,7 @@ fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
         let found: String = version.chars().take(10).collect();
         return Err(wrong!(
             at,
-            "the format is {found}; 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
+            "the format is {found}, but only 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
         ));
     }
     let kind = cursor.int("0 for text or 1 for binary")?;
@@ -162,7 +159,7 @@ fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
         let found: String = size.chars().take(10).collect();
         return Err(wrong!(
             at,
-            "numbers have {found} bytes; 8 are read: save it with -format msh41 by Gmsh on a 64-bit computer"
+            "numbers have {found} bytes, but must have 8: save it with -format msh41 by Gmsh on a 64-bit computer"
         ));
     }
     if kind == 1 {
@@ -198,7 +195,7 @@ fn physical_names(
     cursor.end("PhysicalNames")
 }
 
-/// A tag or a count of format 2.2: a positive integer.
+/// A tag or a count of format 2.2, which is at least 1.
 fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Parsed<u64> {
     let at = cursor.position();
     let number = cursor.int(what)?;
@@ -208,7 +205,7 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Parsed<u64> {
     }
 }
 
-/// Reads the position of a node whose tag begins at a byte.
+/// Reads the position of a node whose tag begins at the byte `tag_at`.
 fn position(cursor: &mut Cursor<'_>, nodes: &mut GmshNodes, node: u64, tag_at: usize) -> Parsed<()> {
     let at = cursor.position();
     let mut x = [0.0; 3];
@@ -238,7 +235,6 @@ fn nodes_2(cursor: &mut Cursor<'_>) -> Parsed<GmshNodes> {
     Ok(nodes)
 }
 
-/// Reads the nodes of an element of this type, the corners apart from the middles of its sides.
 fn element(
     [kind, group]: [i64; 2],
     tag: u64,
@@ -255,7 +251,7 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
     let count = cursor.count_in_text("the number of elements")?;
     let mut elements: Vec<GmshElement> = Vec::new();
     while (elements.len() as u64) < count {
-        // In binary, elements of one type follow each other behind a common header.
+        // In binary, elements of one type follow a common header.
         let first = if cursor.is_binary() { None } else { Some(positive(cursor, "element")?) };
         let kind = cursor.int("the type of an element")?;
         let follow = if first.is_none() { positive(cursor, "number of elements")? } else { 1 };
@@ -328,7 +324,7 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Parsed<GmshNodes> {
     Ok(nodes)
 }
 
-/// Elements, with the tag of their entity in `group`.
+/// The elements, whose `group` is the tag of their entity until `in_groups` replaces it.
 fn elements_4(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
     let blocks = cursor.size("the number of blocks")?;
     for what in ["the number of elements", "the lowest element", "the highest element"] {

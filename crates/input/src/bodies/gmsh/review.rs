@@ -1,4 +1,4 @@
-//! What a user should look at in a body that was read from a file.
+//! Concerns about a body that was read from a file, for the user to check.
 
 use std::ops::RangeInclusive;
 
@@ -9,36 +9,35 @@ use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::{Point, simplex};
 use tongue_core::statistics::upper_median;
 
-/// Plausible lengths of a tongue, from a child's to an adult's with all muscles outside it, m.
+/// Plausible extents of a body, m: from a child's tongue to an adult's with all muscles outside it.
 const TONGUE_M: RangeInclusive<f64> = 0.02..=0.3;
-/// Units that a file may be in by mistake, each with its factor to metres and what to do.
+/// Units of files that are read in the wrong one: name, factor to metres, advice.
 const MISTAKEN_M: [(&str, f64, &str); 3] = [
     ("millimetres", 1e-3, "read them with --mesh-unit mm (in a scene: unit = \"mm\")"),
     ("centimetres", 1e-2, "scale the model to metres or millimetres"),
     ("metres", 1e3, "read them without --mesh-unit mm"),
 ];
-/// Limit of thin triangles, degrees: springs of thinner ones cannot resist bending.
-const THIN_DEG: f64 = 10.0;
-/// A part outside the tissue that is longer than the straight line by more than this part is bent.
-const BENT: f64 = 1e-6;
+/// Triangles with smaller angles are too stiff, because their springs do not allow bending; degrees.
+const THINNEST_DEG: f64 = 10.0;
+/// How much longer than the straight line a part of a muscle outside the tissue may be, as a part of that line.
+const MOST_BENT: f64 = 1e-6;
 
 pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<String> {
     let mut concerns = Vec::new();
     let extent_m = mesh.extent();
     if !TONGUE_M.contains(&extent_m) {
         let (least, most) = (TONGUE_M.start(), TONGUE_M.end());
-        let told = format!("the body is {extent_m:.3} m across, and a tongue {least} to {most} m");
+        let size = format!("the body is {extent_m:.3} m across, but a tongue is {least} to {most} m");
         let unit = MISTAKEN_M.iter().find(|(_, metres, _)| TONGUE_M.contains(&(extent_m * metres)));
         concerns.push(match unit {
-            Some((unit, _, help)) => format!("{told}: these look like {unit}; {help}"),
-            None => format!("{told}; is the unit right?"),
+            Some((unit, _, help)) => format!("{size}: the coordinates look like {unit}; {help}"),
+            None => format!("{size}; is the unit right?"),
         });
     }
     let known = Muscles::built_in();
     let mut names: Vec<&str> = known.all().iter().map(|m| m.name.as_str()).collect();
     names.retain(|name| mesh.muscles.iter().all(|chain| chain.name != *name));
-    // A body with some of the published muscles is meant for the published lengths; one with none of them has
-    // its own.
+    // A body with some of the published muscles is meant for the published lengths; one with none of them has muscles of its own.
     let own = !mesh.muscles.is_empty() && names.len() == known.all().len();
     if let (2, false, Some(first)) = (D, own, names.first()) {
         concerns.push(format!(
@@ -47,16 +46,16 @@ pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<String> {
         ));
     }
     let angle_deg = smallest_angle_deg(mesh);
-    if angle_deg < THIN_DEG {
+    if angle_deg < THINNEST_DEG {
         concerns.push(format!(
-            "the smallest angle is {angle_deg:.1}°; below {THIN_DEG}° the mesh is too stiff: move points apart or mesh finer"
+            "the smallest angle is {angle_deg:.1}°; below {THINNEST_DEG}° the mesh is too stiff: move points apart or mesh finer"
         ));
     }
     concerns.extend(bent_muscles(mesh));
     concerns
 }
 
-/// What a user should look at in how a body in the plane lies in the head, and in the lengths of its muscles.
+/// Concerns about the position of a body in the head, and about the lengths of its muscles.
 pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
     let (mesh, mut concerns) = (&body.mesh, Vec::new());
     if mesh.fixed.len() == 1 {
@@ -81,11 +80,11 @@ pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
             () if is_below => Some("the tissue lies below the mental spine and the hyoid"),
             () => None,
         };
-        concerns.extend(turned.map(|told| {
-            format!("{told}: x grows to the back of the head and y upwards, and weight, walls and recordings are in these axes")
+        concerns.extend(turned.map(|fault| {
+            format!("{fault}: x grows to the back of the head and y upwards, and weight, walls and recordings are in these axes")
         }));
     }
-    // In another unit all muscles are too long, which is told of the body.
+    // If the unit is wrong all muscles have wrong lengths, and `review` has a concern about the extent.
     if TONGUE_M.contains(&mesh.extent()) {
         let lengths = mesh.muscles.iter().map(|m| (m.name.as_str(), 1e3 * mesh.distance(m.ends())));
         concerns.extend(doubt_of_lengths(lengths));
@@ -93,11 +92,10 @@ pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
     concerns
 }
 
-/// The smallest angle between two sides of any cell, degrees.
 fn smallest_angle_deg<const D: usize>(mesh: &Mesh<D>) -> f64 {
     let mut smallest = f64::INFINITY;
     for cell in mesh.cells.iter() {
-        // The derivative by a corner is normal to the side opposite to it.
+        // The gradient of a cell's measure by the position of a corner is normal to the opposite side.
         let normals = simplex::gradient(&simplex::corners::<D>(&mesh.nodes, cell));
         for i in 0..=D {
             for j in 0..i {
@@ -108,7 +106,6 @@ fn smallest_angle_deg<const D: usize>(mesh: &Mesh<D>) -> f64 {
     smallest
 }
 
-/// The muscles with a part outside the tissue that bends.
 fn bent_muscles<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = String> {
     let in_tissue = mesh.in_tissue();
     mesh.muscles.iter().filter_map(move |muscle| {
@@ -118,7 +115,7 @@ fn bent_muscles<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = String> 
             let is_stop = in_tissue[step[1]] || mesh.fixed.binary_search(&step[1]).is_ok();
             if is_stop || Some(&step[1]) == muscle.nodes.last() {
                 let straight = mesh.distance([from, step[1]]);
-                longer_m += if along > (1.0 + BENT) * straight { along - straight } else { 0.0 };
+                longer_m += if along > (1.0 + MOST_BENT) * straight { along - straight } else { 0.0 };
                 (from, along) = (step[1], 0.0);
             }
         }

@@ -1,11 +1,9 @@
 //! Bodies in space of hexahedra from Gmsh: muscles are overlapping groups of volumes, with directions from views or curves.
 //!
-//! `docs/space.md` lists the physical groups; a group `other:NAME` is left out.
-//!
-//! A view `fibre:NAME` of vectors on elements or nodes gives the directions of a muscle. Without one they follow from its curves, whose
-//! nodes need not be nodes of the mesh. Outside the tissue a curve runs from a node of the tissue to one on bone, and is taken as straight.
-//! A name that ends in `_L` or `_R` is one side (y below or above zero) of a muscle that must have the other side too. The file has the
-//! axes of other bodies in space: x to the back, y to the right, z upwards.
+//! The physical groups are listed in `docs/space.md`. A view `fibre:NAME` of vectors on elements or nodes gives the directions of a muscle;
+//! without it they follow from its curves, whose nodes need not be nodes of the mesh. Outside the tissue a curve runs from a node of the
+//! tissue to one on bone and is taken as straight. A name that ends in `_L` or `_R` is one side (y below or above zero) of a muscle that
+//! must have the other side, too. Axes: x to the back, y to the right, z upwards.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,13 +11,13 @@ use nalgebra::Vector3;
 
 use super::Unit;
 use super::assemble::given_twice;
-use super::chain::parts;
+use super::chain::connected_components;
 use super::cursor::{Parsed, wrong};
 use super::fibres::{FibreView, MeshFibres};
 use super::groups::{GroupParts, GroupRole, positions, sorted};
 use super::parse::{Form, Raw};
 use crate::bodies::group_and_side;
-use tongue_core::body::space::{Directions, Segment, mean_axis};
+use tongue_core::body::space::{Directions, Segment, Side, mean_axis};
 use tongue_core::body::{Body, Mesh, Muscle, MuscleChain};
 use tongue_core::geometry::hexahedron;
 
@@ -29,11 +27,10 @@ enum Strength {
     Pascals(f64),
 }
 
-struct GivenMesh<'a> {
+struct MuscleGroup<'a> {
     name: String,
     strength: Strength,
     region: BTreeSet<Vec<u64>>,
-    /// Lines of its fibres, and the byte of the first group of them.
     lines: Vec<[u64; 2]>,
     view: Option<&'a FibreView>,
     at: usize,
@@ -54,7 +51,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
         let groups = parts.groups.iter().filter(move |g| is(&g.role));
         groups.flat_map(|g| &g.elements).flat_map(|e| &e.nodes).copied().collect::<BTreeSet<u64>>()
     };
-    // Outside the tissue, fibres end on bone.
+    // Outside the tissue, fibres end on bone, so these nodes of bone are nodes of the mesh.
     let on_bone = of(|role| matches!(role, GroupRole::Bone(_)));
     kept.extend(of(|role| matches!(role, GroupRole::Fibre(_))).intersection(&on_bone));
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(i, tag)| (*tag, i)).collect();
@@ -77,7 +74,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
     }
     let mut assembly = SpaceAssembly { raw, unit, parts, numbers, mesh };
     let (mut muscles, mut chains): (Vec<Muscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
-    for given in assembly.given()? {
+    for given in assembly.muscle_groups()? {
         let (muscle, ends) = assembly.muscle(&given)?;
         chains.push(MuscleChain { name: muscle.name.clone(), nodes: ends.to_vec() });
         muscles.push(muscle);
@@ -95,9 +92,9 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
 }
 
 impl<'a> SpaceAssembly<'a> {
-    /// The muscles with their strengths; sides are checked to pair.
-    fn given(&self) -> Parsed<Vec<GivenMesh<'a>>> {
-        let mut out: Vec<GivenMesh<'a>> = Vec::new();
+    /// The muscles of the file. A muscle of one side without the other side is an error.
+    fn muscle_groups(&self) -> Parsed<Vec<MuscleGroup<'a>>> {
+        let mut out: Vec<MuscleGroup<'a>> = Vec::new();
         for group in &self.parts.groups {
             let GroupRole::Muscle(rest) = &group.role else { continue };
             let Some((name, strength)) = strength(rest) else {
@@ -110,14 +107,14 @@ impl<'a> SpaceAssembly<'a> {
                 return Err(given_twice(&name, &name, rest, group.at));
             }
             let region = group.elements.iter().map(|e| sorted(&e.nodes)).collect();
-            let view = self.raw.views.iter().find(|v| fibre_of(v) == Some(name.as_str()));
-            out.push(GivenMesh { name, strength, region, lines: Vec::new(), view, at: group.at });
+            let view = self.raw.views.iter().find(|v| muscle_of_view(v) == Some(name.as_str()));
+            out.push(MuscleGroup { name, strength, region, lines: Vec::new(), view, at: group.at });
         }
-        for GivenMesh { name, at, .. } in &out {
-            let other = match name.rsplit_once('_') {
-                Some((group, "L")) => format!("{group}_R"),
-                Some((group, "R")) => format!("{group}_L"),
-                _ => continue,
+        for MuscleGroup { name, at, .. } in &out {
+            let other = match group_and_side(name) {
+                (group, Side::Left) => format!("{group}_R"),
+                (group, Side::Right) => format!("{group}_L"),
+                (_, Side::Middle) => continue,
             };
             if !out.iter().any(|g| g.name == other) {
                 return Err(wrong!(
@@ -136,17 +133,17 @@ impl<'a> SpaceAssembly<'a> {
             let muscle = out.iter_mut().find(|g| g.name == *name).ok_or_else(|| nothing(name, group.at))?;
             muscle.lines.extend(group.lines());
         }
-        let mut views = self.raw.views.iter().filter_map(|v| Some((fibre_of(v)?, v.at)));
+        let mut views = self.raw.views.iter().filter_map(|v| Some((muscle_of_view(v)?, v.at)));
         match views.find(|(name, _)| !out.iter().any(|g| g.name == *name)) {
             Some((name, at)) => Err(nothing(name, at)),
             None => Ok(out),
         }
     }
 
-    /// A muscle, and the ends of the fibre that measures it.
-    fn muscle(&self, given: &GivenMesh<'a>) -> Parsed<(Muscle, [usize; 2])> {
+    /// A muscle, and the two nodes between which its length is measured.
+    fn muscle(&self, given: &MuscleGroup<'a>) -> Parsed<(Muscle, [usize; 2])> {
         let (mesh, cells) = (&self.mesh, &self.parts.cells);
-        let GivenMesh { name, lines, at, .. } = given;
+        let MuscleGroup { name, lines, at, .. } = given;
         let region: Vec<usize> =
             (0..cells.len()).filter(|&c| given.region.contains(&sorted(&cells[c].nodes))).collect();
         let corners = region.iter().map(|&e| hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e]));
@@ -171,13 +168,13 @@ impl<'a> SpaceAssembly<'a> {
                      stress in kPa"
                 ));
             }
-            // The force of the muscle is that of all its fibres together.
+            // The force of the muscle is shared equally by its fibres.
             (Strength::Newtons(force), false) => {
-                let count = parts(lines).len() as f64;
-                (force / count * fibres.length / volume, force / count)
+                let count = connected_components(lines).len() as f64;
+                (force / count * fibres.length_m / volume, force / count)
             }
             (Strength::Pascals(stress), true) => (stress, 0.0),
-            (Strength::Pascals(stress), false) => (stress, stress * volume / fibres.length),
+            (Strength::Pascals(stress), false) => (stress, stress * volume / fibres.length_m),
         };
         if lines.is_empty() && directions.is_empty() {
             return Err(wrong!(
@@ -189,7 +186,7 @@ impl<'a> SpaceAssembly<'a> {
         let measure = if on_nodes {
             longest_chain(&fibres.segments, mesh)
         } else {
-            farthest(&region, &directions, mesh)
+            farthest_along_mean(&region, &directions, mesh)
         };
         let inside = mesh.in_tissue();
         let segment =
@@ -204,11 +201,10 @@ impl<'a> SpaceAssembly<'a> {
         Ok((Muscle { name, group, side, segments, region, stress_pa, directions }, measure))
     }
 
-    /// Directions of a view at the points of Gauss of each element of a region.
     fn directions(&self, view: &FibreView, region: &[usize], name: &str) -> Parsed<Vec<Directions>> {
         let unit = |vector: Vector3<f64>| vector.try_normalize(1e-12);
         let of_tag = |tag: &u64| view.vectors.get(tag).map(|v| Vector3::from(*v));
-        // An element may be in the file once for each of its groups, and the view may name any of them.
+        // An element may be in the file once for each of its groups, and the view may name any of these copies.
         let elements = self.raw.elements.iter().rev().filter(|e| !view.of_nodes && e.dimension == 3);
         let of_elements: BTreeMap<Vec<u64>, Vector3<f64>> =
             elements.filter_map(|e| Some((sorted(&e.nodes), of_tag(&e.tag)?))).collect();
@@ -227,13 +223,12 @@ impl<'a> SpaceAssembly<'a> {
     }
 }
 
-/// The muscle whose fibres a view directs.
-fn fibre_of(view: &FibreView) -> Option<&str> {
+fn muscle_of_view(view: &FibreView) -> Option<&str> {
     let (kind, name) = view.name.split_once(':')?;
     kind.trim().eq_ignore_ascii_case("fibre").then(|| name.trim())
 }
 
-/// `NAME 18.5 N` or `NAME 49.8 kPa`.
+/// Parses `NAME 18.5 N` or `NAME 49.8 kPa`.
 fn strength(rest: &str) -> Option<(String, Strength)> {
     let &[name, number, unit] = rest.split_whitespace().collect::<Vec<_>>().as_slice() else { return None };
     let number = number.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0)?;
@@ -246,10 +241,11 @@ fn strength(rest: &str) -> Option<(String, Strength)> {
     Some((name.to_owned(), strength))
 }
 
-/// The ends of the longest fibre: the two of its nodes that are farthest from each other.
+/// The two nodes of the longest fibre that are farthest from each other.
 fn longest_chain(lines: &[[usize; 2]], mesh: &Mesh<3>) -> [usize; 2] {
-    let measured =
-        parts(lines).into_iter().map(|part| (part.iter().map(|&l| mesh.distance(l)).sum::<f64>(), part));
+    let measured = connected_components(lines)
+        .into_iter()
+        .map(|part| (part.iter().map(|&l| mesh.distance(l)).sum::<f64>(), part));
     let longest = measured.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, part)| part).unwrap_or_default();
     let nodes: Vec<usize> = longest.into_iter().flatten().collect();
     let pairs = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| [a, b]));
@@ -257,7 +253,7 @@ fn longest_chain(lines: &[[usize; 2]], mesh: &Mesh<3>) -> [usize; 2] {
 }
 
 /// The two nodes of a region that are farthest from each other along its mean direction.
-fn farthest(region: &[usize], directions: &[Directions], mesh: &Mesh<3>) -> [usize; 2] {
+fn farthest_along_mean(region: &[usize], directions: &[Directions], mesh: &Mesh<3>) -> [usize; 2] {
     let mean = mean_axis(directions.iter().flatten().flatten().copied());
     let nodes: BTreeSet<usize> = region.iter().flat_map(|&e| mesh.hexahedra[e]).collect();
     let along = nodes.iter().map(|&n| (mesh.nodes[n].dot(&mean), n));

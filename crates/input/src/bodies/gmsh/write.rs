@@ -1,5 +1,3 @@
-//! Writer of a mesh as a Gmsh file of format 4.1, as text.
-
 use std::fmt::Write as _;
 
 use nalgebra::SVector;
@@ -7,11 +5,10 @@ use nalgebra::SVector;
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Bone, Mesh};
 
-/// The mesh at rest, m, with the physical groups of [`super::read`]; fixed nodes outside `bones` are in a
-/// group `bone`. Node `n` has the tag `n + 1`. Elements are numbered from 1: cells (of a continuum its
-/// quadratic elements), then the lines of one muscle after another, then the points on bone. Reading it gives
-/// the same mesh to the last bit if its muscles are in the order of [`Body::mesh`](tongue_core::body::Body::mesh) and every node is
-/// used.
+/// Writes a mesh at rest, m, with the physical groups of [`super::read`]; fixed nodes outside `bones` are in a group `bone`. Node `n` has
+/// the tag `n + 1`. Elements are numbered from 1: cells (quadratic elements of a continuum), then the lines of one muscle after another,
+/// then the points on bone. Reading the file gives the same mesh to the last bit if every node is used and published muscles come first, in
+/// the order of the tables.
 pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
     let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();
@@ -43,7 +40,7 @@ pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     out
 }
 
-/// Entities: one for each group, but a point for each node on bone.
+/// One entity for each group of cells or lines, and one point for each fixed node.
 fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>, bones: &[&Bone]) {
     let (surfaces, volumes) = if D == 2 { (1, 0) } else { (0, 1) };
     let _ = writeln!(out, "$Entities\n{} {} {surfaces} {volumes}", mesh.fixed.len(), mesh.muscles.len());
@@ -80,7 +77,7 @@ fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
     for cell in cells {
         let mut nodes = cell.to_vec();
         if kind == 11 {
-            // Gmsh's order has the middle of side 2-3 before that of side 1-3.
+            // In Gmsh's order the middle of side 2-3 comes before that of side 1-3.
             nodes.swap(8, 9);
         }
         element(out, &nodes);
@@ -100,7 +97,6 @@ fn point<const D: usize>(x: &SVector<f64, D>) -> String {
     format!("{} {} {}", x[0], x[1], x.get(2).unwrap_or(&0.0))
 }
 
-/// The corners of the bounding box of points.
 fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) -> String {
     let around = nodes.fold(None, |around: Option<(SVector<f64, D>, SVector<f64, D>)>, x| match around {
         None => Some((*x, *x)),
@@ -110,7 +106,7 @@ fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) 
     format!("{} {}", point(&low), point(&high))
 }
 
-/// A name without quotes and line ends.
+/// A name with `_` in place of quotes and control characters, which Gmsh cannot read.
 fn without_quotes(name: &str) -> String {
     name.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect()
 }

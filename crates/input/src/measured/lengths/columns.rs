@@ -1,4 +1,4 @@
-//! Meaning of columns by their names.
+//! Meaning of the columns of a table of lengths, from their names.
 
 use std::collections::BTreeMap;
 
@@ -9,20 +9,19 @@ use crate::measured::error::Malformed;
 use crate::measured::table::{TableLine, TableLines};
 use tongue_core::choice;
 
-/// Names of the column of subjects, the best first; case does not count, and a space counts as `_`.
+/// Names of the column of subjects, preferred names first. Case does not matter, and a space counts as `_`.
 const SUBJECT: &str = "subject speaker participant subject_id speaker_id participant_id subj proband sprecher \
                        locuteur sujet sujeto 話者 被験者 発話者";
-/// Names of the column of vowels, the best first.
+/// Names of the column of vowels, preferred names first.
 const VOWEL: &str = "vowel phoneme phone segment sound label vokal laut voyelle phonème vocal 母音 音素";
-/// Names of a column of muscles, which tables of another form have: a row for each muscle.
+/// Names of a column of muscles, which only a table with one row for each muscle has.
 const MUSCLE: &str = "muscle muscles muskel 筋 筋肉";
-/// Names of a column of half widths, behind a muscle's name or alone.
+/// Ends of the names of columns of half widths, behind a muscle's name or alone.
 const HALF_WIDTH: [&str; 4] = ["half_width", "halfwidth", "error", "uncertainty"];
 
-/// Characters between a name and its unit.
-const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
+const BEFORE_UNIT: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
 
-const FEW: usize = 20;
+const ROWS_SEARCHED: usize = 20;
 
 pub(super) type LengthField = (usize, TableUnit);
 
@@ -30,7 +29,6 @@ pub(super) struct LengthColumn {
     pub muscle: String,
     pub field: usize,
     pub unit: TableUnit,
-    /// Its own half widths, if it has any.
     pub half_width: Option<LengthField>,
 }
 
@@ -38,18 +36,18 @@ pub(super) struct LengthColumns {
     pub subject: usize,
     pub vowel: usize,
     pub lengths: Vec<LengthColumn>,
-    /// Half widths of all muscles without columns of their own.
+    /// The column of half widths for muscles without one of their own.
     pub half_width: Option<LengthField>,
     pub set_aside: Vec<SetAside>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum ColumnMeaning {
-    /// With the index of the name among its aliases.
+    /// The position of the name in the list of names.
     Subject(usize),
     Vowel(usize),
     Length(String),
-    /// Half widths of a muscle's lengths, or of all without a name.
+    /// Half widths of a muscle's lengths; with an empty name, of all muscles.
     HalfWidth(String),
 }
 
@@ -66,7 +64,7 @@ impl LengthColumns {
                 return Err(cells.twice(first, field));
             }
         }
-        // The aliases are in order, so that the first is the best.
+        // Meanings are ordered by position in the list of names, so the first is the preferred one.
         let first =
             |is: fn(&ColumnMeaning) -> bool| fields.iter().find(|(m, _)| is(m)).map(|(_, (field, _))| *field);
         let subject = first(|m| matches!(m, ColumnMeaning::Subject(_)));
@@ -104,7 +102,7 @@ impl LengthColumns {
                 None if name.is_empty() => "no name",
                 None => "no unit of length in its name",
             };
-            // An empty column without a name is left behind by spreadsheets.
+            // Spreadsheets leave empty columns without a name behind.
             let is_filled = !name.is_empty() || cells.rows.iter().any(|row| !row.cell(field).is_empty());
             let aside = SetAside { column: field + 1, name: clip(name), why: why.to_owned() };
             let used = field == subject
@@ -118,7 +116,6 @@ impl LengthColumns {
     }
 }
 
-/// The error for missing columns, with columns that may be meant.
 fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
     let mut what = format!("missing from the header: {}", missing.join(", "));
     let near = missing.iter().filter(|name| !name.contains(' ')).find_map(|name| {
@@ -129,7 +126,7 @@ fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
     if missing.iter().any(|name| name.contains(' ')) {
         let has_numbers = |field: &usize| {
             let starts = |line: &TableLine| line.cell(*field).starts_with(|c: char| c.is_ascii_digit());
-            meaning(cells.header.cell(*field)).is_none() && cells.rows.iter().take(FEW).any(starts)
+            meaning(cells.header.cell(*field)).is_none() && cells.rows.iter().take(ROWS_SEARCHED).any(starts)
         };
         if let Some(name) = (0..cells.header.cells.len()).find(has_numbers).map(|f| cells.header.cell(f)) {
             what += &format!("; if column {:?} has lengths, its name must end with their unit", clip(name));
@@ -142,7 +139,7 @@ fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
     )
 }
 
-/// What a column is of, with its unit (millimetres for those without).
+/// `None` if the name has no meaning; the unit is millimetres for columns without one.
 fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
     let plain = normalised(name);
     let rank = |names: &str| names.split(' ').position(|n| n == plain);
@@ -155,18 +152,18 @@ fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
     Some((muscle.unwrap_or_else(|| ColumnMeaning::Length(quantity.to_owned())), unit))
 }
 
-/// The name in lower case with `_` between words, of the same number of bytes.
+/// The name in lower case with `_` between words; it has the same number of bytes.
 fn normalised(name: &str) -> String {
     name.to_ascii_lowercase().replace([' ', '.', '-'], "_")
 }
 
-/// A name without its unit: `GGa` and mm of `GGa_mm`, `GGa (mm)` and R's `GGa..mm.`.
+/// A name without its unit, and the unit: of `GGa_mm`, `GGa (mm)` or R's `GGa..mm.`, `GGa` and millimetres.
 fn quantity(name: &str) -> Option<(&str, TableUnit)> {
     let name = name.trim_end_matches([')', ']', '.', ' ']);
     let lower = name.to_ascii_lowercase();
     TableUnit::ALL.into_iter().find_map(|unit| {
         let rest = name.get(..lower.strip_suffix(unit.symbol())?.len())?;
-        let quantity = rest.trim_end_matches(BETWEEN).trim_start();
+        let quantity = rest.trim_end_matches(BEFORE_UNIT).trim_start();
         let is_name = quantity.len() < rest.len()
             && quantity.contains(char::is_alphabetic)
             && !quantity.contains(char::is_control);
@@ -174,12 +171,12 @@ fn quantity(name: &str) -> Option<(&str, TableUnit)> {
     })
 }
 
-/// The muscle of a column of half widths, given its name without the unit; empty for all muscles.
+/// The muscle of a column of half widths from its name without the unit; empty for all muscles.
 fn half_width(quantity: &str) -> Option<&str> {
     let plain = normalised(quantity);
     HALF_WIDTH.into_iter().find_map(|word| {
         let before = quantity.get(..plain.strip_suffix(word)?.len())?;
-        let muscle = before.trim_end_matches(BETWEEN);
+        let muscle = before.trim_end_matches(BEFORE_UNIT);
         (before.is_empty() || muscle.len() < before.len()).then_some(muscle)
     })
 }

@@ -10,8 +10,7 @@ use super::{BrokenRow, Lengths, Malformed, Reading, Row, Vowel};
 use crate::measured::error::ReadError;
 use tongue_core::choice;
 
-/// Largest number of subjects that a message lists by name.
-const NAMED_SUBJECTS: usize = 12;
+const MOST_SUBJECTS_LISTED: usize = 12;
 
 /// Measured muscle lengths: at least one usable row, and no subject and vowel twice.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,12 +21,11 @@ pub struct Dataset {
     pub(super) reading: Reading,
     pub(super) broken: Vec<BrokenRow>,
     pub(super) bad_cells: Vec<Malformed>,
-    /// Numbers of the rows of each subject.
-    pub(super) index: BTreeMap<String, Vec<usize>>,
+    pub(super) rows_of_subject: BTreeMap<String, Vec<usize>>,
 }
 
 impl Dataset {
-    /// The same lengths with the half width `mm` for all of them, whatever the table has.
+    /// The same lengths with the half width `mm` for all of them in place of those of the table.
     ///
     /// # Errors
     /// If `mm` is not from 0 to 100.
@@ -47,7 +45,7 @@ impl Dataset {
         Ok(self)
     }
 
-    /// The origin of the data: the path, or the `origin` given to [`Dataset::from_reader`].
+    /// The path of the table, or the `origin` given to [`Dataset::from_reader`].
     pub fn origin(&self) -> &str {
         &self.origin
     }
@@ -64,8 +62,7 @@ impl Dataset {
         &self.reading
     }
 
-    /// The unusable rows, in the order of the table. If a subject and vowel are given twice, the first row
-    /// counts.
+    /// The rows that cannot be used, in the order of the table. Of two rows of one subject and vowel the second is among them.
     pub fn broken(&self) -> &[BrokenRow] {
         &self.broken
     }
@@ -75,7 +72,7 @@ impl Dataset {
         &self.bad_cells
     }
 
-    /// What cannot be used, in the order of the table: the fault of each row and cell, and that it is left out.
+    /// Messages about all rows and cells that are left out, in the order of the table.
     pub fn left_out(&self) -> Vec<String> {
         let rows = self.broken.iter().map(|row| (&row.fault, "row"));
         let mut all: Vec<_> = rows.chain(self.bad_cells.iter().map(|fault| (fault, "length"))).collect();
@@ -83,31 +80,30 @@ impl Dataset {
         all.into_iter().map(|(fault, what)| format!("{fault} (this {what} is left out)")).collect()
     }
 
-    /// Those in the row of `lengths`, which is one of [`Dataset::rows`].
+    /// The bad cells of the row of `lengths`, which is one of [`Dataset::rows`].
     pub fn bad_cells_of(&self, lengths: &Lengths) -> impl Iterator<Item = &Malformed> {
         let line = self.rows.iter().find(|row| row.lengths == *lengths).map_or(0, |row| row.line);
         self.bad_cells.iter().filter(move |fault| fault.line == line)
     }
 
-    /// The subjects, in the order of their first rows.
+    /// In the order of their first rows.
     pub fn subjects(&self) -> Vec<&str> {
-        let mut names: Vec<&String> = self.index.keys().collect();
-        names.sort_by_key(|name| self.index[*name].first());
+        let mut names: Vec<&String> = self.rows_of_subject.keys().collect();
+        names.sort_by_key(|name| self.rows_of_subject[*name].first());
         names.into_iter().map(String::as_str).collect()
     }
 
-    /// The vowels of `subject`, in the order of the table.
+    /// In the order of the table.
     pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, ReadError> {
         Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
     }
 
-    /// The lengths of `subject` in `vowel`; upper and lower case of the vowel count if they distinguish two
-    /// rows.
+    /// The lengths of `subject` in `vowel`. Upper and lower case of the vowel matter only if they distinguish two rows.
     pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, ReadError> {
         self.find(subject, vowel, "", "")
     }
 
-    /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
+    /// The row of `subject` in /ɯ/, the baseline of thesis 4.3.2.
     pub fn baseline(&self, subject: &str) -> Result<&Lengths, ReadError> {
         self.baseline_vowel(subject, &Vowel::unrounded_u())
     }
@@ -117,7 +113,7 @@ impl Dataset {
         self.find(subject, vowel, "the baseline vowel ", help)
     }
 
-    /// The row; an error says `what` the vowel is and how to `help`.
+    /// `what` comes before the vowel in an error, and `help` at its end.
     fn find(&self, subject: &str, vowel: &Vowel, what: &str, help: &str) -> Result<&Lengths, ReadError> {
         if let Ok(rows) = self.of_subject(subject) {
             let alike: Vec<&Lengths> = rows.filter(|l| l.vowel.is_like(vowel)).collect();
@@ -137,17 +133,19 @@ impl Dataset {
     }
 
     pub(super) fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, ReadError> {
-        let Some(numbers) = self.index.get(&fold(subject)) else {
+        let Some(numbers) = self.rows_of_subject.get(&fold(subject)) else {
             let known = self.subjects();
             let (of_subjects, of_vowels) = (&self.reading.subject, &self.reading.vowel);
             let hint = match choice::nearest(subject, known.iter().copied()) {
                 _ if self.rows.iter().any(|row| row.lengths.vowel.label() == subject) => {
                     format!("it is in column {of_vowels}; are {of_subjects} and {of_vowels} exchanged?")
                 }
-                Some(near) if known.len() > NAMED_SUBJECTS => {
+                Some(near) if known.len() > MOST_SUBJECTS_LISTED => {
                     format!("did you mean \"{near}\"? (one of {} subjects)", known.len())
                 }
-                None if known.len() > NAMED_SUBJECTS => format!("it has {} other subjects", known.len()),
+                None if known.len() > MOST_SUBJECTS_LISTED => {
+                    format!("it has {} other subjects", known.len())
+                }
                 _ => choice::hint(subject, known.iter().copied()),
             };
             let told = format!("unknown subject {subject:?} in {}; {hint}", self.origin);

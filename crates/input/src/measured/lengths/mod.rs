@@ -1,13 +1,9 @@
-//! Tables of measured muscle lengths: any muscles and vowels, in the formats of spreadsheets and statistics
-//! programs.
+//! Tables of measured muscle lengths: any muscles and vowels, in the formats of spreadsheets and statistics programs.
 //!
 //! ```text
 //! bytes -> cells (separator, header) -> columns -> rows -> Dataset (rows, and how the text was understood)
 //! ```
-//! There is one row for each subject and vowel. Columns are found by their names: `subject` and `vowel` (or a
-//! synonym), a length for each muscle in a column `NAME_mm` (or `NAME (mm)`, `NAME_cm`, `NAME_m`), and
-//! optionally half widths of rounding in `NAME_half_width_mm` or, for all muscles, `half_width_mm`. All other
-//! columns are ignored.
+//! [`Dataset::from_reader`] has the format.
 
 mod columns;
 mod dataset;
@@ -31,22 +27,21 @@ use std::sync::Arc;
 use serde::Serialize;
 
 /// Floating-point tolerance, mm, so that 43.1 - 42.1 still counts as a change of exactly 1 mm.
-const SLACK_MM: f64 = 1e-9;
+const TOLERANCE_MM: f64 = 1e-9;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lengths {
     pub subject: String,
     pub vowel: Vowel,
     pub muscles: Arc<[String]>,
-    /// Straight length of each muscle from end to end, mm, 10 to 200; `None` if it was not measured.
+    /// Straight distance between the ends of each muscle, mm, 10 to 200; `None` if it was not measured.
     pub length_mm: Vec<Option<f64>>,
-    /// Half width of the rounding of each length, mm: the largest difference between the true and the printed
-    /// length.
+    /// Largest difference between the true and the printed length by rounding, mm.
     pub half_width_mm: Vec<f64>,
 }
 
 impl Lengths {
-    /// The length of a muscle, mm; `None` if it was not measured or the table has no such muscle.
+    /// `None` if the length was not measured or the table has no such muscle.
     pub fn length_mm_of(&self, muscle: &str) -> Option<f64> {
         *self.length_mm.get(position_of(&self.muscles, muscle)?)?
     }
@@ -59,24 +54,23 @@ impl Lengths {
         self.muscles.iter().zip(&self.length_mm).filter_map(|(m, mm)| Some((m.as_str(), (*mm)?)))
     }
 
-    /// Compares these lengths with `baseline`'s (thesis 4.3.2), a value for each muscle of this row; `None`
-    /// if either was not measured. The two rows may come from tables with different muscles.
+    /// Compares each length with that of `baseline` (thesis 4.3.2); `None` if one of the two was not measured. The two rows may come from
+    /// tables with different muscles.
     pub fn activation(&self, baseline: &Self) -> Vec<Option<Activation>> {
         Vec::from_iter(self.muscles.iter().map(|name| {
             let change_mm = self.length_mm_of(name)? - baseline.length_mm_of(name)?;
             let rounding_mm = self.half_width_mm_of(name)? + baseline.half_width_mm_of(name)?;
-            let uncertain = change_mm.abs() <= rounding_mm + SLACK_MM;
+            let uncertain = change_mm.abs() <= rounding_mm + TOLERANCE_MM;
             Some(Activation { change_mm, contracting: change_mm < 0.0, uncertain })
         }))
     }
 }
 
-/// Whether a muscle contracts: the rule of thesis section 4.3.2 with its uncertainty.
+/// Whether a muscle contracts: it is then shorter than in the baseline (thesis 4.3.2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Activation {
     /// Measured minus baseline length, mm; negative if shorter.
     pub change_mm: f64,
-    /// Whether the muscle is shorter than in the baseline, which is taken as contraction (thesis 4.3.2).
     pub contracting: bool,
     /// Whether rounding may have changed the sign: the change is at most the sum of both half widths.
     pub uncertain: bool,
@@ -88,7 +82,7 @@ pub struct Row {
     pub lengths: Lengths,
 }
 
-/// Position of `name` in `names`: the exact match, else the only match that differs in case.
+/// Position of `name` in `names`: the exact match, else the match that differs in case if there is only one.
 pub fn position_of(names: &[String], name: &str) -> Option<usize> {
     let folded = name.trim().to_lowercase();
     names.iter().position(|n| n == name).or_else(|| {

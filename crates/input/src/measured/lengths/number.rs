@@ -4,17 +4,16 @@ use serde::Serialize;
 
 use super::text::clip;
 
-/// The shortest plausible length, mm. The published ones are 20 to 66 mm, so a length in centimetres is below
-/// it.
+/// Shortest plausible length, mm. Published ones are 20 to 66 mm, so that a length in centimetres is below it.
 pub const SHORTEST_MM: f64 = 10.0;
-/// The longest plausible length, mm; a length in micrometres or with a wrong decimal point is above it.
+/// Longest plausible length, mm; a length in micrometres or with a wrong decimal mark is above it.
 pub const LONGEST_MM: f64 = 200.0;
-/// Numbers from here on are taken for centimetres, numbers below for metres.
+/// Of lengths that are too short for millimetres, those from here on seem to be centimetres, smaller ones metres.
 const SHORTEST_CM: f64 = 0.2;
-/// The largest half width of a length, mm: with more, a length has no information.
+/// Largest half width of a length, mm: with more, the length has no information.
 pub(super) const LARGEST_HALF_WIDTH_MM: f64 = 100.0;
 
-/// Marks of a number that was not measured, in any case, beside the empty cell.
+/// Cells, beside the empty one, that say that nothing was measured; in any case.
 const MISSING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "-", "–", "—", "*", "."];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -26,14 +25,14 @@ pub enum TableUnit {
 }
 
 impl TableUnit {
-    /// All units; the first with which a name ends is its unit.
+    /// In the order in which the end of a name is compared with them: `m` is also the end of `mm`.
     pub(super) const ALL: [TableUnit; 3] = [TableUnit::Mm, TableUnit::Cm, TableUnit::M];
 
     pub(super) const fn symbol(self) -> &'static str {
         self.facts().0
     }
 
-    /// Symbol, name, power of ten in millimetres, and the length 57.8 mm.
+    /// Symbol, name, power of ten in millimetres, and the length 57.8 mm as an example.
     const fn facts(self) -> (&'static str, &'static str, i32, &'static str) {
         match self {
             TableUnit::Mm => ("mm", "millimetres", 0, "57.8"),
@@ -43,7 +42,6 @@ impl TableUnit {
     }
 }
 
-/// Mark between the integer part of a number and its decimals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DecimalMark {
@@ -52,7 +50,6 @@ pub enum DecimalMark {
 }
 
 impl DecimalMark {
-    /// The number that `text`, with a decimal point, is in a table with this mark.
     fn written(self, text: &str) -> String {
         if self == DecimalMark::Comma { text.replacen('.', ",", 1) } else { text.to_owned() }
     }
@@ -60,12 +57,11 @@ impl DecimalMark {
 
 pub(in crate::measured) type CellFault = (String, String);
 
-/// Whether the cell says that nothing was measured.
 pub(in crate::measured) fn is_missing(cell: &str) -> bool {
     cell.is_empty() || MISSING.contains(&cell.to_lowercase().as_str())
 }
 
-/// The mark with which alone `cell` can be read; `None` for integers and for text.
+/// The decimal mark of a number that has one; `None` for integers and for text.
 pub(in crate::measured) fn mark_of(cell: &str) -> Option<DecimalMark> {
     let mark = match cell.find([',', '.'])? {
         at if cell[at..].starts_with(',') => DecimalMark::Comma,
@@ -74,7 +70,7 @@ pub(in crate::measured) fn mark_of(cell: &str) -> Option<DecimalMark> {
     with_point(cell, mark)?.parse::<f64>().ok().map(|_| mark)
 }
 
-/// The number in `cell`, as a column called `column` has it.
+/// The number in `cell`; `column` is the name of its column, and `like` says what else to write.
 pub(in crate::measured) fn number(
     column: &str,
     cell: &str,
@@ -110,7 +106,7 @@ fn with_point(cell: &str, mark: DecimalMark) -> Option<String> {
     }
 }
 
-/// Number of decimals of a millimetre in `cell`: 0 for 57 mm and for 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
+/// Number of decimals of `cell` in millimetres: 0 for 57 mm and 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
 pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Option<i32> {
     let text = with_point(cell, mark)?.to_ascii_lowercase();
     text.parse().ok().filter(|number: &f64| number.is_finite())?;
@@ -127,7 +123,7 @@ pub(super) struct LengthNumbers<'a> {
 }
 
 impl LengthNumbers<'_> {
-    /// The number in `cell`, in mm, with the same bits as if it had been written in mm; `None` if nothing was measured.
+    /// The length in mm, with the same bits as if it had been written in mm; `None` if it was not measured.
     fn in_mm(self, cell: &str) -> Result<Option<f64>, CellFault> {
         if is_missing(cell) {
             return Ok(None);
@@ -142,7 +138,6 @@ impl LengthNumbers<'_> {
         Ok(Some(shifted.unwrap_or(number * 10f64.powi(power))))
     }
 
-    /// A plausible length, mm; `None` if it was not measured.
     pub fn length(self, cell: &str) -> Result<Option<f64>, CellFault> {
         let Some(mm) = self.in_mm(cell)? else { return Ok(None) };
         let (_, unit, _, example) = self.unit.facts();

@@ -1,4 +1,4 @@
-//! Whether a table of lengths is plausible: proportions and size of a tongue, and rows that cannot be of one speaker.
+//! Plausibility of a table of lengths: proportions and size of a tongue, and rows that cannot be of one speaker.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +7,13 @@ use super::{Dataset, Lengths, Row};
 use crate::measured::thesis::Thesis;
 use tongue_core::statistics::{mean_and_variance, median, upper_median};
 
-/// Fewer muscles are not judged.
+/// Tables and rows with fewer muscles are not checked.
 const FEWEST: usize = 5;
 
-/// Lengths of a muscle: its name, and the logarithms of their median and of the thesis's length at rest, mm.
+/// Name of a muscle, logarithm of the median of its lengths, and logarithm of its length at rest in the thesis (table 4.5), mm.
 type MuscleColumn<'a> = (&'a str, f64, f64);
 
-/// The doubt about the lengths of muscles in a body, mm, as in a table: names that do not belong to them, or another size.
+/// A doubt about the lengths (mm) of the muscles of a body: exchanged names, or a muscle or tongue of another size.
 pub(crate) fn doubt_of_lengths<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
     let thesis = Thesis::reference().ok()?;
     let columns = Vec::from_iter(
@@ -28,8 +28,8 @@ fn doubt_of_proportions(columns: &[MuscleColumn<'_>]) -> Option<String> {
         .or_else(|| tongue_of_another_size(columns))
 }
 
-/// The doubts about a table: numbers that are no lengths, names that do not belong to their columns, a muscle or a tongue of another size,
-/// rows that repeat one another, and rows in which all muscles together are shorter or longer than in the baseline.
+/// All doubts about a table: numbers that are no lengths, exchanged names, a muscle or tongue of another size, repeated rows, and rows in
+/// which all muscles are shorter or longer than in the baseline.
 pub fn doubts(data: &Dataset) -> Vec<String> {
     if let Some(told) = percentages(data) {
         return vec![told];
@@ -48,7 +48,7 @@ fn columns(data: &Dataset) -> Option<Vec<MuscleColumn<'_>>> {
     (columns.len() >= FEWEST).then_some(columns)
 }
 
-/// Numbers of which the largest is exactly 100 in every row.
+/// A doubt if the largest number of every row is exactly 100.
 fn percentages(data: &Dataset) -> Option<String> {
     let is_of_longest = data.rows().iter().all(|Row { lengths, .. }| {
         let longest = lengths.measured().map(|(_, mm)| mm).fold(0.0, f64::max);
@@ -59,7 +59,7 @@ fn percentages(data: &Dataset) -> Option<String> {
     })
 }
 
-/// Numbers that are nearly the same in all muscles, where the lengths of a tongue spread by 0.31.
+/// A doubt if all muscles have nearly the same length. The logarithms of a tongue's lengths have a standard deviation of 0.31.
 fn alike(columns: &[MuscleColumn<'_>]) -> Option<String> {
     const ALIKE: f64 = 0.1;
     (mean_and_variance(columns.iter().map(|c| c.1)).1.sqrt() < ALIKE).then(|| {
@@ -69,8 +69,8 @@ fn alike(columns: &[MuscleColumn<'_>]) -> Option<String> {
     })
 }
 
-/// Names with which the proportions of the lengths to those of the tongue at rest are much less alike than with the names of other columns:
-/// they spread by 0.10 to 0.27 in published rows, and by 0.28 to 0.65 where names are shifted or two are exchanged.
+/// A doubt if the lengths would have the proportions of a tongue only under exchanged names. The standard deviation of the logarithm of
+/// length over length at rest is 0.10 to 0.27 in published rows, and 0.28 to 0.65 where names are shifted or two are exchanged.
 fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
     const SPREAD: f64 = 0.27;
     const PART: f64 = 0.6;
@@ -105,7 +105,8 @@ fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
     ))
 }
 
-/// A muscle that is out of proportion to the median of the muscles by a factor of 2: in published tables by 1.4 at most, in single rows by 1.7.
+/// A doubt if a muscle differs from the median of all muscles by more than a factor of 2. The largest factor is 1.4 in published tables,
+/// 1.7 in single rows.
 fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     const FACTOR: f64 = 2.0;
     let size = median(columns.iter().map(|c| c.1 - c.2))?;
@@ -113,11 +114,12 @@ fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     let (muscle, by) = out.filter(|(_, by)| by.abs() > FACTOR.ln())?;
     let (times, side) = (by.abs().exp(), if by > 0.0 { "long" } else { "short" });
     Some(format!(
-        "beside its other muscles {muscle} is {times:.1} times as {side} as in a tongue; check its unit and its name, since ratios depend on it"
+        "compared with the other muscles {muscle} is {times:.1} times as {side} as in a tongue; check its unit and its name, since ratios depend on it"
     ))
 }
 
-/// A tongue that is much smaller or larger than an adult's: those of published speakers are 0.97 to 1.12 times as large as the thesis's.
+/// A doubt if the tongue is much smaller or larger than an adult's. Published speakers are 0.97 to 1.12 times as large as the thesis's
+/// tongue.
 fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     let times = mean_and_variance(columns.iter().map(|c| c.1 - c.2)).0.exp();
     (!(0.55..=1.6).contains(&times)).then(|| {
@@ -125,8 +127,8 @@ fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     })
 }
 
-/// Rows with the same length in every muscle, if these are known to a millimetre: in published rows that are rounded to centimetres some are
-/// the same by chance.
+/// A doubt if two rows have the same length in every muscle. Rows rounded more coarsely than to 1 mm are not compared, because some
+/// published ones are the same by chance.
 fn repeated_rows(data: &Dataset) -> Option<String> {
     let mut firsts = BTreeMap::new();
     let rows = data.rows().iter().filter(|Row { lengths, .. }| {
@@ -150,9 +152,8 @@ fn repeated_rows(data: &Dataset) -> Option<String> {
     ))
 }
 
-/// Rows in which the mean change of all muscles is more than an eighth. A tongue keeps its volume, so that some muscles are longer where
-/// others are shorter: in published rows the mean logarithm of the stretch of the thesis's eight muscles is -0.07 to 0.03, and without one of
-/// them down to -0.13, so fewer are not judged.
+/// A doubt if the mean logarithm of stretch in a row is more than 0.125. A tongue keeps its volume: in published rows it is -0.07 to 0.03
+/// over the thesis's eight muscles, and down to -0.13 without one of them, so rows with fewer are not checked.
 fn rows_of_another_size(data: &Dataset) -> Option<String> {
     const LARGEST: f64 = 0.125;
     const MUSCLES: usize = 8;
@@ -179,7 +180,7 @@ fn rows_of_another_size(data: &Dataset) -> Option<String> {
         more => format!(" (and so in {more} more rows)"),
     };
     Some(format!(
-        "in {} all muscles together are {:.0} % {} than in /{}/{others}, where a tongue keeps its volume and 7 % are the most that was published: \
+        "in {} all muscles together are {:.0} % {} than in /{}/{others}; a tongue keeps its volume, and in published rows the difference is at most 7 %: \
          one of the two rows seems to have another scale",
         name(row),
         100.0 * (mean.exp() - 1.0).abs(),

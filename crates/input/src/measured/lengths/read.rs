@@ -1,4 +1,4 @@
-//! Reader of tables of lengths: cells, header, rows. A fault in a cell makes only that cell unusable.
+//! Reader of tables of lengths. A fault in a cell makes only that cell unusable.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -15,29 +15,27 @@ use crate::files;
 use crate::measured::error::{Malformed, ReadError};
 use crate::measured::table::{TableLine, TableLines};
 
-/// Takano and Honda (2007), from thesis table 4.4.
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
 const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
 
 const LARGEST: u64 = 64 << 20;
 
-/// Default half width of a length, mm: that of lengths read off an MR image.
+/// Half width of lengths whose digits do not show it, mm: that of lengths read off an MR image.
 pub(super) const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
-/// Largest number of decimals of a millimetre that counts as measured; more decimals are a program's.
+/// Largest number of decimals of a millimetre that is attributed to a measurement; more decimals are attributed to a program.
 const MOST_DECIMALS: i32 = 2;
 
 impl Dataset {
-    /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
-    /// S4, 19 rows (S4 has no /ɯ/).
+    /// The built-in lengths of Takano and Honda (2007), from thesis table 4.4: eight muscles of the subjects S1 to S4 in 19 rows (S4 has no
+    /// /ɯ/).
     pub fn reference() -> Result<Self, ReadError> {
         Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
     }
 
-    /// Reads the table in the file at `path`, or on stdin if `path` is `-`; see [`Dataset::from_reader`] for
-    /// the format.
+    /// Reads the table in the file at `path`, or on stdin if `path` is `-`; [`Dataset::from_reader`] has the format.
     ///
     /// # Errors
-    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`ReadError::Unreadable`].
+    /// Those of [`Dataset::from_reader`]; [`ReadError::Unreadable`] for folders, pipes and devices.
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         if path.as_os_str() == "-" {
@@ -48,19 +46,17 @@ impl Dataset {
 
     /// Reads a table of lengths; `origin` names it in errors.
     ///
-    /// The text is UTF-8, or UTF-16 with a byte order mark; fields are separated by commas, semicolons or
-    /// tabs, decimals are written with a point or a comma, and lines may end in any way. Lines at the
-    /// beginning that start with `#` are skipped. The header has, in any order, the column of subjects
-    /// (`subject`, `speaker`, `participant`), that of vowels (`vowel`, `phoneme`, `segment`) and one for each
-    /// muscle with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is 10 to 200 mm (so that a
-    /// wrong unit is refused); an empty cell, `NA`, `-` or `*` means that it was not measured. Half widths of
-    /// rounding are read from `GGa_half_width_mm` or, for all muscles, from `half_width_mm` or `error_mm`;
-    /// without these columns they are half of the last digit of the lengths (0.5 mm for whole millimetres).
-    /// All other columns are ignored, and so is a title before the header. Names, numbers and units may be
-    /// written in full-width letters, the columns may be called `話者` and `母音`, and the vowels in kana.
+    /// The text is UTF-8, or UTF-16 with a byte order mark; fields are separated by commas, semicolons or tabs, decimals are written with a
+    /// point or a comma, and line ends may be LF, CR or both. A title and comments (`#`) before the header are skipped. The header has, in
+    /// any order, the column of subjects (`subject`, `speaker`, `participant`), that of vowels (`vowel`, `phoneme`, `segment`) and one for
+    /// each muscle with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is 10 to 200 mm, so that a wrong unit is refused; an
+    /// empty cell, `NA`, `-` or `*` means that it was not measured. Half widths of rounding are read from `GGa_half_width_mm` or, for all
+    /// muscles, from `half_width_mm` or `error_mm`; without these columns they are half of the last digit of the lengths (0.5 mm for whole
+    /// millimetres). All other columns are ignored. Names, numbers and units may be written in full-width letters, the columns may be
+    /// called `話者` and `母音`, and vowels may be written in kana.
     ///
-    /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a
-    /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
+    /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a subject, a vowel or any
+    /// length is left out and listed in [`Dataset::broken`].
     pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, ReadError> {
         Self::from_input(files::take_up_to(LARGEST, reader), origin)
     }
@@ -71,7 +67,6 @@ impl Dataset {
     }
 }
 
-/// The table in `bytes`; `origin` names it in errors.
 fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     let wanted = "subject,vowel,GGa_mm,GGm_mm, then a line for each subject and vowel";
     let cells = TableLines::read(bytes, origin, wanted, is_known)?;
@@ -108,7 +103,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         },
         broken: Vec::new(),
         bad_cells: Vec::new(),
-        index: BTreeMap::new(),
+        rows_of_subject: BTreeMap::new(),
     };
     let else_mm = columns.lengths.iter().map(|l| by_digits[l.unit as usize].1).collect();
     let reader =
@@ -118,7 +113,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         reader.add(line, &mut data, &mut seen);
     }
     for (number, row) in data.rows.iter().enumerate() {
-        data.index.entry(row.lengths.subject.clone()).or_default().push(number);
+        data.rows_of_subject.entry(row.lengths.subject.clone()).or_default().push(number);
     }
     if !data.rows.is_empty() {
         return Ok(data);
@@ -136,7 +131,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     })
 }
 
-/// The half width of lengths in a unit, mm, and whether it follows from their digits.
+/// Whether the digits of lengths in a unit show their half width, and the half width, mm.
 fn half_width_by_digits(
     cells: &TableLines<'_>,
     columns: &LengthColumns,
@@ -146,7 +141,7 @@ fn half_width_by_digits(
     let of_unit = columns.lengths.iter().filter(|l| l.unit == unit);
     let decimals = of_unit
         .flat_map(|l| cells.rows.iter().filter_map(move |row| decimals_mm(row.cell(l.field), mark, unit)));
-    // Parsed from text, to get exactly the decimal number.
+    // Parsing text gives the `f64` that is nearest to the decimal number.
     let mm: Option<f64> =
         decimals.max().filter(|n| *n <= MOST_DECIMALS).and_then(|n| format!("5e{}", -n - 1).parse().ok());
     let by_digits = mm.unwrap_or(DEFAULT_HALF_WIDTH_MM);
@@ -155,8 +150,8 @@ fn half_width_by_digits(
     (mm.is_some(), half_width)
 }
 
-/// Half of the step of lengths in a unit, mm, if all of them were rounded to whole or half centimetres, whatever digits they are written
-/// with; of few lengths it may be chance.
+/// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever digits they are written with. Of fewer than eight
+/// lengths this may be chance.
 fn half_of_common_step(
     cells: &TableLines<'_>,
     columns: &LengthColumns,
@@ -179,14 +174,14 @@ struct Reader<'a> {
     cells: &'a TableLines<'a>,
     columns: &'a LengthColumns,
     mark: DecimalMark,
-    /// Half width of each muscle's lengths where no column gives one, mm.
+    /// Half width of each muscle's lengths, mm, where no column gives it.
     else_mm: Vec<f64>,
     /// Whether the table has rows of both /u/ and /ɯ/, so that `u` does not stand for `ɯ`.
     has_both_u: bool,
 }
 
 impl Reader<'_> {
-    /// Adds a row to the table, or to what cannot be used. `seen` has the lines of earlier rows.
+    /// Adds a row to the table, or to the rows that cannot be used. `seen` has the lines of earlier rows.
     fn add(&self, line: &TableLine, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
         let mut bad_cells = Vec::new();
         let lengths = self.lengths(line, &data.muscles, &mut bad_cells);
@@ -196,7 +191,7 @@ impl Reader<'_> {
             Ok(_) if measured + bad_cells.len() == 0 => {
                 return data.reading.rows_without_lengths.push(line.number);
             }
-            // Mostly bad cells are a wrong unit or shifted columns: the others are then not to be trusted.
+            // Mostly bad cells mean a wrong unit or shifted columns, so that the other cells cannot be trusted either.
             Ok(_) if bad_cells.len() > measured => bad_cells.remove(0),
             Ok(lengths) => {
                 let Lengths { subject, vowel, .. } = &lengths;
@@ -206,8 +201,8 @@ impl Reader<'_> {
                     return data.rows.push(Row { line: line.number, lengths });
                 }
                 let what = format!("{subject} /{vowel}/ is given twice, here and on line {first}");
-                let help = "keep one of the two lines, or tell repetitions apart, as in a1 and a2";
-                // The first of the two rows is used, so this one has no vowel that could be asked for.
+                let help = "keep one of the two lines, or give repetitions different labels, as in a1 and a2";
+                // The first of the two rows is found by its vowel, so this one gets none.
                 let fault = self.cells.place_of(line, 0).error(what, help);
                 let subject = Some(subject.clone());
                 return data.broken.push(BrokenRow { subject, vowel: None, fault });
@@ -223,7 +218,7 @@ impl Reader<'_> {
         if self.has_both_u { Vowel::as_written(label) } else { Vowel::new(label) }
     }
 
-    /// The lengths of a row; those whose cells are wrong are as if they had not been measured.
+    /// The lengths of a row. Faults of cells are added to `bad`, and these cells count as not measured.
     fn lengths(
         &self,
         line: &TableLine,

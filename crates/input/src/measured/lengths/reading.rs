@@ -33,11 +33,10 @@ impl Separator {
     }
 }
 
-/// Origin of the half widths of a muscle's lengths.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "from", rename_all = "snake_case")]
 pub enum HalfWidth {
-    /// A column of the table; for its empty cells, `else_mm`.
+    /// A column of the table; `else_mm` holds for its empty cells.
     Column {
         name: String,
         else_mm: f64,
@@ -48,8 +47,7 @@ pub enum HalfWidth {
     Digits {
         mm: f64,
     },
-    /// 0.5 mm, as for lengths read off an MR image to 1 mm, because the lengths have more digits than a
-    /// measurement.
+    /// 0.5 mm, because the lengths have more digits than a measurement.
     Default {
         mm: f64,
     },
@@ -71,24 +69,23 @@ pub struct SetAside {
     pub why: String,
 }
 
-/// How the text of a table was understood.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reading {
     pub encoding: Encoding,
     pub line_ends: LineEnds,
     pub separator: Separator,
     pub decimal_mark: DecimalMark,
-    /// Line (from 1) that was taken for the header; those before it are a title or comments.
+    /// Line of the header, from 1; the lines before it are a title or comments.
     pub header_line: u64,
     pub subject: String,
     pub vowel: String,
     pub columns: Vec<ReadColumn>,
     pub set_aside: Vec<SetAside>,
-    /// Lines (from 1) of rows without any measured length; these rows are ignored.
+    /// Lines, from 1, of rows that are ignored because they have no length.
     pub rows_without_lengths: Vec<u64>,
 }
 
-/// An unusable row, with its subject and vowel if they can be read.
+/// A row that cannot be used, with its subject and vowel if they can be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct BrokenRow {
     pub subject: Option<String>,

@@ -1,4 +1,4 @@
-//! How far a body at rest is from measured rows.
+//! How much a body at rest differs from measured rows.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ pub struct RestDistance {
     pub largest_relative: f64,
 }
 
-/// Name of the measure for this number of `ratios` to the muscle `reference`.
+/// What [`RestDistance::rms_ratio`] is, for this number of `ratios` to the muscle `reference`.
 pub fn measure(ratios: usize, reference: &str) -> String {
     let count = ["zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"];
     let count = count.get(ratios).map_or_else(|| ratios.to_string(), |word| (*word).to_owned());
@@ -20,9 +20,8 @@ pub fn measure(ratios: usize, reference: &str) -> String {
     )
 }
 
-/// The distance of a body whose `muscles` have the lengths `rest` (any unit) from a row, by their ratios to
-/// the muscle `reference`. Muscles that were not measured or that the body lacks are left out; `None` if no
-/// ratio is left.
+/// The difference between a row and a body whose `muscles` have the lengths `rest` (any unit), by their ratios to the muscle `reference`.
+/// Muscles that were not measured or that the body lacks are left out; `None` if no ratio is left.
 pub fn distance(muscles: &[String], rest: &[f64], row: &Lengths, reference: &str) -> Option<RestDistance> {
     let unit = position_of(muscles, reference)?;
     let (rest_unit, row_unit) = (*rest.get(unit)?, row.length_mm_of(reference)?);
@@ -45,7 +44,7 @@ pub struct NearestRow {
     pub distance: RestDistance,
 }
 
-/// The nearest of all rows, the first of equals; `None` if [`distance`] is `None` for all.
+/// The row with the smallest [`RestDistance::rms_ratio`], the first of equals; `None` if no row can be compared.
 pub fn nearest(muscles: &[String], rest: &[f64], data: &Dataset, reference: &str) -> Option<NearestRow> {
     let rows = data.rows().iter().map(|row| &row.lengths);
     let (distance, row) = rows

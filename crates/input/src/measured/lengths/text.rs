@@ -1,4 +1,4 @@
-//! Decoding of bytes to text with line feeds as line ends.
+//! Decoding of bytes to text whose lines end in line feeds.
 
 use std::borrow::Cow;
 
@@ -25,14 +25,13 @@ pub enum LineEnds {
     Cr,
 }
 
-/// A table as text, its lines ended by line feeds.
 pub(in crate::measured) struct Text<'a> {
     pub text: Cow<'a, str>,
     pub encoding: Encoding,
     pub line_ends: LineEnds,
 }
 
-/// The text of `bytes`: UTF-8, or UTF-16 with a byte order mark.
+/// Decodes UTF-8, or UTF-16 with a byte order mark.
 pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<Text<'a>, Malformed> {
     let start = SourcePlace::start(origin);
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
@@ -49,7 +48,7 @@ pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<T
     };
     if let Some(at) = text.find('\0') {
         return Err(place_of_byte(origin, text.as_bytes(), at).error(
-            "the text holds a zero byte",
+            "the text contains a zero byte",
             "give a table as plain text, in UTF-8 or in UTF-16 with a byte order mark",
         ));
     }
@@ -62,7 +61,6 @@ pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<T
     Ok(Text { text, encoding, line_ends })
 }
 
-/// The text with a line feed for every other line end.
 fn with_line_feeds(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (n, piece) in text.split('\r').enumerate() {
@@ -92,7 +90,7 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16, start: SourcePlace<'_>) -> Resu
     }
 }
 
-/// The place of the byte `offset` of `bytes`, for errors found before the table is read.
+/// The place of the byte `offset`, for errors that are found before the text is a table.
 fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> SourcePlace<'a> {
     let before = bytes.get(..offset).unwrap_or(bytes);
     let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
@@ -101,11 +99,11 @@ fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> SourcePlac
     SourcePlace { origin, line, column }
 }
 
-/// Largest number of characters of a label, and of what a message quotes.
+/// Largest number of characters of a label, and of a quotation in a message.
 pub(super) const LONGEST: usize = 40;
 
-/// The text without surrounding spaces, in Unicode's form NFC (in which letters that look the same are equal), and
-/// with full-width forms (`１`, `ａ`, `（`, `㎝`) as they are on a Latin keyboard.
+/// The text without surrounding spaces, in Unicode's form NFC (in which letters that look the same are equal), with full-width forms (`１`,
+/// `ａ`, `（`, `㎝`) replaced by ASCII.
 pub(in crate::measured) fn fold(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for character in text.trim().chars() {
@@ -120,7 +118,7 @@ pub(in crate::measured) fn fold(text: &str) -> String {
     plain.trim().nfc().collect()
 }
 
-/// The beginning of a field, so that a message stays on one line.
+/// The first [`LONGEST`] characters of a field, for a message.
 pub(in crate::measured) fn clip(field: &str) -> String {
     match field.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}...", field.get(..end).unwrap_or_default()),

@@ -1,5 +1,3 @@
-//! Vowels, which are labels as in the table.
-
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use super::text::{LONGEST, clip, fold};
 use crate::measured::error::ReadError;
 
-/// The Japanese vowels in kana, and as they are written here.
 const KANA: [([&str; 3], &str); 5] = [
     (["あ", "ア", "ｱ"], "a"),
     (["い", "イ", "ｲ"], "i"),
@@ -17,9 +14,8 @@ const KANA: [([&str; 3], &str); 5] = [
     (["お", "オ", "ｵ"], "o"),
 ];
 
-/// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC
-/// (so that letters with accents that look the same are equal), with `ɯ` for `u` and the Japanese vowels for
-/// their kana. Ordered as text.
+/// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC (in which letters that look
+/// the same are equal), with a Latin letter for the kana of a Japanese vowel. Ordered as text.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Vowel(String);
@@ -34,8 +30,8 @@ impl Vowel {
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
     }
 
-    /// Reads a label as [`Vowel::new`] does, but keeps `u`: for tables that have both, and for looking up a
-    /// row, which is found as `ɯ` if there is no `u`.
+    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. A row in `ɯ` is also found by `u` if there is no row
+    /// in `u`.
     pub fn as_written(label: &str) -> Result<Self, ReadError> {
         let folded = fold(label);
         let bare = &*folded;
@@ -51,7 +47,7 @@ impl Vowel {
         ))
     }
 
-    /// /ɯ/, the default baseline, as in thesis 4.3.2.
+    /// /ɯ/, the default baseline (thesis 4.3.2).
     pub fn unrounded_u() -> Self {
         Self("ɯ".to_owned())
     }
@@ -60,7 +56,7 @@ impl Vowel {
         &self.0
     }
 
-    /// Whether the two are equal except for upper and lower case.
+    /// Whether two labels are equal but for upper and lower case, and `u` for `ɯ`.
     pub fn is_like(&self, other: &Self) -> bool {
         let [own, other] = [self, other].map(|v| match v.0.to_lowercase() {
             u if u == "u" => "ɯ".to_owned(),
@@ -69,7 +65,7 @@ impl Vowel {
         own == other
     }
 
-    /// `vowels` as in messages: `/i/, /e/`.
+    /// The labels as messages have them: `/i/, /e/`.
     pub fn list(vowels: &[Vowel]) -> String {
         match vowels {
             [] => "no row that can be used".to_owned(),

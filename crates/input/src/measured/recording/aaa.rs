@@ -1,8 +1,7 @@
-//! Articulate Assistant Advanced's export of splines: a table separated by tabs (by semicolons or commas where a
-//! spreadsheet has saved it) with a header, perhaps below a title, one row for each frame, and columns
-//! `X0 SPLINE`, `Y0 SPLINE` and so on, millimetres, y up. Missing values are empty or `*`;
-//! numbers may have a decimal comma. Column names as in the R package rticulate (Coretta 2021, `read_aaa`)
-//! and AAA's own list of DeepLabCut splines. Rows exported label by label are sorted by time.
+//! Articulate Assistant Advanced's export of splines: a table separated by tabs (semicolons or commas where a spreadsheet has saved it),
+//! with a header, perhaps below a title, a row for each frame, and columns `X0 SPLINE`, `Y0 SPLINE` and so on, mm, y up. Missing values are
+//! empty or `*`; numbers may have a decimal comma. The names of columns are those of the R package rticulate (Coretta 2021, `read_aaa`) and
+//! of AAA's list of DeepLabCut splines.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +12,9 @@ use super::{Budget, Format, Label, Recording, Sample, limits};
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
 
-const CUT: &str = "the file is cut off; export it anew";
+const CUT: &str = "the file is cut off; export it again";
 
-/// Beginnings of the columns that identify a recording: the speaker's, and two more.
+/// Beginnings of the names of the columns that identify a recording; the first has the speaker.
 const OF_RECORDING: [&str; 3] = ["Client", "Date", "Prompt"];
 
 struct PointColumns {
@@ -28,7 +27,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let text = limits::text(bytes, origin)?;
     let start = SourcePlace::start(origin);
     let csv = &mut csv::ReaderBuilder::new();
-    let help = "export the table from AAA anew, separated by tabs";
+    let help = "export the table from AAA again, separated by tabs";
     let (separator, title_lines) = limits::header(&text, |name| {
         spline_of(name).is_some() || TIMES.iter().any(|t| name.eq_ignore_ascii_case(t))
     });
@@ -43,13 +42,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             "export the time of the sample in the recording, as a table separated by tabs with a header",
         )
     })?;
-    let (points, twins, alone) = points(&header, start)?;
+    let (points, shared, without_y) = points(&header, start)?;
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
     let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
     let mut rows = RecordingRows::new(
         points.iter().map(|p| p.name.clone()).collect(),
-        // Whether times begin again with every annotation.
         ![TIMES[0], "time_s"].iter().any(|title| title.eq_ignore_ascii_case(&header[time])),
         begins(OF_RECORDING[0]).is_some(),
     );
@@ -66,8 +64,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             short.push(at.line);
         } else if is_short || has_surplus {
             let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
-            let comma =
-                "decimals with a comma cannot be told from separators; export the table separated by tabs";
+            let comma = "decimals with a comma cannot be distinguished from separators; export the table separated by tabs";
             let (column, help) = if is_short { (record.len(), CUT) } else { (header.len() + 1, comma) };
             return Err(at.at_column(column).error(what, help));
         }
@@ -81,18 +78,18 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Ok(x?.zip(y?).map(|(x, y)| [x, y, 0.0]))
         };
         let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
-        for (first, twin) in &twins {
-            let both = places[*first].zip(place(twin)?);
+        for (first, second) in &shared {
+            let both = places[*first].zip(place(second)?);
             let apart_mm = both.map_or(0.0, |([x, y, _], [u, v, _])| (u - x).hypot(v - y));
-            if apart_mm > TWINS_APART_MM {
-                let [a, b] = [points[*first].x, twin.x].map(|x| &header[x]);
+            if apart_mm > SHARED_APART_MM {
+                let [a, b] = [points[*first].x, second.x].map(|x| &header[x]);
                 let what =
-                    format!("{b:?} lies {apart_mm:.0} mm from {a:?}, though both are the {}", twin.name);
+                    format!("{b:?} lies {apart_mm:.0} mm from {a:?}, though both are the {}", second.name);
                 let help = "points of a spline are exchanged, or it has another's name; correct the header, or leave it out";
-                return Err(at.at_column(twin.x + 1).error(what, help));
+                return Err(at.at_column(second.x + 1).error(what, help));
             }
         }
-        if let Some(x) = alone.iter().find(|x| !is_missing(cell(**x))) {
+        if let Some(x) = without_y.iter().find(|x| !is_missing(cell(**x))) {
             let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
             return Err(at.at_column(x + 1).error(what, "export both, or leave the spline out"));
         }
@@ -119,13 +116,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     Ok(found)
 }
 
-/// Rows in the order of the file, grouped by recording.
 #[derive(Default)]
 pub(super) struct RecordingRows {
     channels: Vec<String>,
-    /// Whether times begin again with every annotation, so that every step back begins another recording.
+    /// Whether times start again with every annotation, so that every step back in time begins another recording.
     restarts: bool,
-    /// Whether the first identifying column is the speaker's.
+    /// Whether the first part of the key is the speaker.
     has_speaker: bool,
     found: Vec<FoundRows>,
     numbers: BTreeMap<Vec<String>, usize>,
@@ -135,7 +131,7 @@ pub(super) struct RecordingRows {
 
 struct FoundRows {
     key: Vec<String>,
-    /// Stretches of rows in which times do not step back, in the order of the file.
+    /// Runs of rows in which times do not step back, in the order of the file.
     runs: Vec<RowRun>,
 }
 
@@ -146,7 +142,7 @@ struct RowRun {
 }
 
 impl RowRun {
-    /// A row carries this label. One stretch goes on while the rows do.
+    /// Extends the last label of the tier to this row if it has the same name, or adds a label.
     fn label(&mut self, tier: &str, name: &str, time_s: f64) {
         match self.labels.iter_mut().rev().find(|l| l.tier == tier) {
             Some(last) if last.name == name && last.to_s <= time_s => last.to_s = time_s,
@@ -163,7 +159,7 @@ impl RecordingRows {
         Self { channels, restarts, has_speaker, ..Self::default() }
     }
 
-    /// Adds a row of the recording with this key, and returns its number.
+    /// Adds a row of the recording with this key, and returns the recording's number.
     pub fn add(
         &mut self,
         key: Vec<String>,
@@ -191,8 +187,8 @@ impl RecordingRows {
         Ok(number)
     }
 
-    /// The recordings, each sorted by time. A row repeated for several labels is taken once, although AAA may interpolate its time and its
-    /// coordinates anew for each.
+    /// The recordings, each sorted by time. A row that is repeated for several labels is taken once, although AAA may interpolate its time
+    /// and its coordinates again for each.
     pub fn recordings(mut self, format: Format, start: SourcePlace<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
         let parts = std::mem::take(&mut self.found).into_iter().flat_map(|FoundRows { key, runs }| {
@@ -212,7 +208,7 @@ impl RecordingRows {
             {
                 let what =
                     format!("all {} rows of this recording have the time {} s", rows.len(), first.time_s);
-                return wrong(*line, what, cause(&key));
+                return wrong(*line, what, advice_for_equal_times(&key));
             }
             let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
             let mut last_line = 0;
@@ -224,7 +220,7 @@ impl RecordingRows {
                             "the time {} s is also that of line {last_line}, which has other coordinates",
                             sample.time_s
                         );
-                        return wrong(line, what, cause(&key));
+                        return wrong(line, what, advice_for_equal_times(&key));
                     }
                     _ => samples.push(sample),
                 }
@@ -243,30 +239,31 @@ impl RecordingRows {
     }
 }
 
-/// What to do about rows of one time with different coordinates, in a recording with this key.
-fn cause(key: &[String]) -> &'static str {
+fn advice_for_equal_times(key: &[String]) -> &'static str {
     if key.iter().any(|word| word.contains(':')) {
-        "its times are rounded or repeated; export \"Time of sample in recording\" anew, in seconds with all decimals"
+        "its times are rounded or repeated; export \"Time of sample in recording\" again, in seconds with all decimals"
     } else {
-        "export the date and time of recording, so that recordings can be told apart, and the times with all decimals"
+        "export the date and time of recording, so that recordings can be distinguished, and the times with all decimals"
     }
 }
 
-/// The recordings of its runs, with notes: a run is another one where its times begin again (`restarts`), or lie between those that were
-/// there before with other coordinates. Otherwise it is of another label, or the rows are out of order.
+/// Joins runs of rows to recordings, each with its notes. A run begins another recording if times start again with every annotation
+/// (`restarts`), or if most of its rows lie between earlier ones in time but have other coordinates. Otherwise its rows are of another
+/// label of the same recording, or out of order.
 fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     let steps = runs.iter().flat_map(|run| run.rows.windows(2)).map(|w| w[1].1.time_s - w[0].1.time_s);
     let step_s = steps.filter(|s| *s > SAME_S).fold(f64::INFINITY, f64::min);
-    let alone: Vec<f64> = runs.iter().filter(|r| r.rows.len() == 1).map(|r| r.rows[0].1.time_s).collect();
-    let descends = runs.len() > FEW && alone.len() == runs.len() && alone.windows(2).all(|w| w[0] > w[1]);
-    // The rows of the last recording by their times.
-    let mut before: BTreeMap<i64, Sample> = BTreeMap::new();
+    let of_one_row: Vec<f64> =
+        runs.iter().filter(|r| r.rows.len() == 1).map(|r| r.rows[0].1.time_s).collect();
+    let descends =
+        runs.len() > FEW_RUNS && of_one_row.len() == runs.len() && of_one_row.windows(2).all(|w| w[0] > w[1]);
+    let mut rows_of_last: BTreeMap<i64, Sample> = BTreeMap::new();
     let mut parts: Vec<(RowRun, Vec<String>)> = Vec::new();
     let is_one = runs.len() == 1;
     for mut run in runs {
         let is_other = |(_, sample): &&(u64, Sample)| {
-            let near = tick(sample.time_s - NEAR * step_s)..=tick(sample.time_s + NEAR * step_s);
-            let mut near = before.range(near).peekable();
+            let near = tick(sample.time_s - NEAR_PART * step_s)..=tick(sample.time_s + NEAR_PART * step_s);
+            let mut near = rows_of_last.range(near).peekable();
             near.peek().is_some() && near.all(|(_, known)| !is_same(known, sample))
         };
         let others = if step_s.is_finite() { run.rows.iter().filter(is_other).count() } else { 0 };
@@ -274,7 +271,7 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
         let notes = match run.rows.first() {
             Some((line, _)) if is_new && !restarts && !parts.is_empty() => vec![format!(
                 "times step back at line {line}, so another recording begins there; export the date and time of each, so that they can be \
-                     told apart"
+                     distinguished"
             )],
             _ if descends && parts.is_empty() => {
                 vec!["its rows descend in time; they are read in ascending order".to_owned()]
@@ -283,17 +280,17 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
         };
         let is_known = run.rows.iter().all(|(_, sample)| {
             let near = tick(sample.time_s - SAME_S)..=tick(sample.time_s + SAME_S);
-            before.range(near).any(|(_, known)| is_same(known, sample))
+            rows_of_last.range(near).any(|(_, known)| is_same(known, sample))
         });
         if is_new {
-            before.clear();
+            rows_of_last.clear();
         }
         if !is_one {
-            before.extend(run.rows.iter().map(|(_, sample)| (tick(sample.time_s), sample.clone())));
+            rows_of_last.extend(run.rows.iter().map(|(_, sample)| (tick(sample.time_s), sample.clone())));
         }
         match parts.last_mut() {
             Some((last, notes)) if !is_new => {
-                run.labels.retain(|label| !last.labels.iter().any(|known| holds(known, label)));
+                run.labels.retain(|label| !last.labels.iter().any(|known| contains_label(known, label)));
                 if let Some((line, _)) = run.rows.first().filter(|_| is_known && run.labels.is_empty()) {
                     notes.push(format!("the rows from line {line} on are given twice, and are taken once"));
                 }
@@ -306,8 +303,7 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     parts
 }
 
-/// Whether a label is a part of another one of its tier and name.
-fn holds(known: &Label, label: &Label) -> bool {
+fn contains_label(known: &Label, label: &Label) -> bool {
     (&known.tier, &known.name) == (&label.tier, &label.name)
         && known.from_s <= label.from_s + SAME_S
         && known.to_s >= label.to_s - SAME_S
@@ -317,14 +313,14 @@ fn tick(time_s: f64) -> i64 {
     (time_s * 1e6).round() as i64
 }
 
-/// Times of one frame that AAA interpolates anew for several labels differ by less, s.
+/// Times of one frame, which AAA interpolates again for each label, differ by less, s.
 const SAME_S: f64 = 5e-4;
-/// So few times descend by chance, where each is that of a label of one row.
-const FEW: usize = 5;
-/// Part of the time between frames within which another frame is not of the same recording.
-const NEAR: f64 = 0.75;
+/// So few runs of one row each may descend in time by chance.
+const FEW_RUNS: usize = 5;
+/// Rows are compared with earlier rows that are at most this part of the time between frames away.
+const NEAR_PART: f64 = 0.75;
 
-/// Whether two samples are of one frame: at the same time and place but for rounding.
+/// Whether two samples are of one frame: their times and coordinates differ by rounding and interpolation only.
 fn is_same(a: &Sample, b: &Sample) -> bool {
     const PLACE_MM: f64 = 0.1;
     (a.time_s - b.time_s).abs() <= SAME_S
@@ -334,25 +330,25 @@ fn is_same(a: &Sample, b: &Sample) -> bool {
         })
 }
 
-/// Largest distance between the two places that a file gives for a point that two splines share, mm.
-const TWINS_APART_MM: f64 = 3.0;
+/// Largest distance between the two positions that a file gives for a point of two splines, mm.
+const SHARED_APART_MM: f64 = 3.0;
 
-/// The number and the spline of a column `X3 SPLINE`.
+/// The number and the spline of a column, such as `X3 SPLINE`.
 fn spline_of(title: &str) -> Option<(&str, &str)> {
     let (number, spline) = title.strip_prefix('X')?.split_once(' ')?;
     (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())).then_some((number, spline))
 }
 
-/// The points of a header, the second columns of points that two splines share with the number of the point, and columns without y.
+/// The points of a header, second columns for a point that two splines share (with the point's number), and columns of x without y.
 type HeaderPoints = (Vec<PointColumns>, Vec<(usize, PointColumns)>, Vec<usize>);
 
-/// The columns of points: pairs such as `X3 SPLINE`, `Y3 SPLINE`, and columns such as `X0 SPLINE` alone, which AAA writes for an empty spline.
+/// Finds pairs of columns such as `X3 SPLINE` and `Y3 SPLINE`. AAA writes `X0 SPLINE` alone for an empty spline.
 fn points(header: &csv::StringRecord, start: SourcePlace<'_>) -> Result<HeaderPoints, Malformed> {
     let mut points: Vec<PointColumns> = Vec::new();
-    let mut twins: Vec<(usize, PointColumns)> = Vec::new();
-    let mut alone: Vec<usize> = Vec::new();
+    let mut shared: Vec<(usize, PointColumns)> = Vec::new();
+    let mut without_y: Vec<usize> = Vec::new();
     let mut names: BTreeMap<String, usize> = BTreeMap::new();
-    // The first column of each title; a header may have a million.
+    // The first column of each title; a map, because a header may have very many columns.
     let mut columns: BTreeMap<&str, usize> = BTreeMap::new();
     for (at, title) in header.iter().enumerate() {
         columns.entry(title).or_insert(at);
@@ -360,12 +356,12 @@ fn points(header: &csv::StringRecord, start: SourcePlace<'_>) -> Result<HeaderPo
     for (x, title) in header.iter().enumerate() {
         let Some((number, spline)) = spline_of(title) else { continue };
         match columns.get(format!("Y{number} {spline}").as_str()) {
-            None => alone.push(x),
+            None => without_y.push(x),
             Some(&y) => {
                 let name = name_of(spline.trim(), number);
                 let first = *names.entry(name.clone()).or_insert(points.len());
                 let point = PointColumns { name, x, y };
-                if first < points.len() { twins.push((first, point)) } else { points.push(point) }
+                if first < points.len() { shared.push((first, point)) } else { points.push(point) }
             }
         }
     }
@@ -373,10 +369,10 @@ fn points(header: &csv::StringRecord, start: SourcePlace<'_>) -> Result<HeaderPo
         let help = "export the splines with \"X,Y values\" in a column each";
         return Err(start.error("no columns of a spline (\"X0 DLC_Tongue\", \"Y0 DLC_Tongue\", ..)", help));
     }
-    Ok((points, twins, alone))
+    Ok((points, shared, without_y))
 }
 
-/// Anatomical names of the keypoints of AAA's DeepLabCut models; other splines keep their names.
+/// Anatomical names for the keypoints of AAA's DeepLabCut models; other splines keep their names.
 fn name_of(spline: &str, number: &str) -> String {
     match (spline, number) {
         ("DLC_Tongue", n) => format!("tongue_{n}"),

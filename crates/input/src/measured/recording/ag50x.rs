@@ -1,19 +1,18 @@
-//! Carstens AG500 and AG501 positions (`.pos`): a header of text lines with its size in the second, then
-//! frames of seven little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms,
-//! extra. After Praat's reader (Weenink 2023, `EMA.cpp`) and the manufacturer's manual. Files of the AG500
-//! without a header have twelve sensors at 200 frames a second (the manufacturer's `loaddata.m`).
+//! Carstens AG500 and AG501 positions (`.pos`): a header of text lines, of which the second has its size, then frames of seven
+//! little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms, extra. After Praat's reader (Weenink 2023,
+//! `EMA.cpp`) and the manufacturer's manual. Files of the AG500 without a header have twelve sensors at 200 Hz (the manufacturer's
+//! `loaddata.m`).
 
 use super::super::error::{Malformed, SourcePlace};
+use super::limits::RATES_HZ;
 use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
 const VALUES: usize = 7;
 const LARGEST_HEADER: usize = 1 << 20;
 /// Number of sensors and rate (Hz) of a file without a header.
 const AG500: (usize, f64) = (12, 200.0);
-/// Limit of coordinates, mm: larger numbers show that the file has another format.
+/// Larger coordinates, mm, show that a file without a header has another format.
 const FARTHEST_MM: f64 = 1e4;
-/// Range of the rates of the manufacturer's instruments, Hz.
-const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = SourcePlace::start(origin);
@@ -38,10 +37,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let header = String::from_utf8_lossy(&bytes[..size]).into_owned();
     let value = |key: &str| {
         let found = header.lines().enumerate().find_map(|(n, l)| Some((n, l.trim().strip_prefix(key)?)));
-        let (n, text) = found.ok_or_else(|| start.error(format!("no line {key}"), "copy the file anew"))?;
+        let (n, text) = found.ok_or_else(|| start.error(format!("no line {key}"), "copy the file again"))?;
         let number = text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
         let at = SourcePlace { line: n as u64 + 1, ..start };
-        number.ok_or_else(|| at.error(format!("{key}{text} is not a positive number"), "copy the file anew"))
+        number.ok_or_else(|| at.error(format!("{key}{text} is not a positive number"), "copy the file again"))
     };
     let sensors = value("NumberOfChannels=")? as usize;
     let rate = value("SamplingFrequencyHz=")?;
@@ -52,7 +51,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     recording(bytes, size, sensors, rate, Times::InFile, start)
 }
 
-/// Whether every value is plausible for twelve sensors.
+/// Whether the size of the file and every position are plausible for twelve sensors.
 fn is_headerless(bytes: &[u8]) -> bool {
     let is_place = |v: f64| v.is_nan() || (v.abs() <= FARTHEST_MM && (v == 0.0 || v.abs() > 1e-12));
     let is_whole = !bytes.is_empty() && bytes.len().is_multiple_of(AG500.0 * VALUES * 4);
@@ -63,7 +62,6 @@ fn place(sensor: &[u8]) -> [f64; 3] {
     [0, 4, 8].map(|i| f64::from(f32::from_le_bytes(sensor[i..i + 4].try_into().unwrap_or_default())))
 }
 
-/// The frames behind a header of this number of bytes.
 fn recording(
     bytes: &[u8],
     size: usize,
@@ -78,10 +76,10 @@ fn recording(
     if !(bytes.len() - size).is_multiple_of(frame) {
         let at = SourcePlace { line: 1, column: size + frames * frame + 1, ..start };
         let what = format!("the last frame is cut off (byte {})", at.column);
-        return Err(at.error(what, format!("a frame has {frame} bytes; copy the file anew")));
+        return Err(at.error(what, format!("a frame has {frame} bytes; copy the file again")));
     }
     let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
-        // The position of a sensor that was not connected or not found is zeros or not a number.
+        // A sensor that was not connected or not found has zeros or NaN.
         let places = frame.chunks_exact(VALUES * 4).map(|sensor| {
             Some(place(sensor)).filter(|place| place.iter().all(|v| is_coordinate(*v)) && *place != [0.0; 3])
         });

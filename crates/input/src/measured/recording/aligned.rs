@@ -11,14 +11,12 @@ pub struct Mark {
     pub sd: f64,
 }
 
+/// Its lists are in the order of those of [`AlignedRecording`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AlignedFrame {
     pub time_s: f64,
-    /// Contour points, in the order of [`AlignedRecording::contour`].
     pub contour: Vec<Option<Mark>>,
-    /// Sensors, in the order of [`AlignedRecording::sensors`].
     pub sensors: Vec<Option<Mark>>,
-    /// Bones, in the order of [`AlignedRecording::bones`].
     pub bones: Vec<Option<Point>>,
 }
 
@@ -27,25 +25,24 @@ pub struct AlignedRecording {
     pub name: String,
     pub speaker: Option<String>,
     pub contour: Vec<String>,
-    /// Names of the sensors and the distance of each behind the tip along the surface at rest, m; in order
-    /// from the tip if distances were not measured.
+    /// Names of the sensors, and the distance of each behind the tip along the surface at rest, m; in order from the tip if distances were
+    /// not measured.
     pub sensors: Vec<(String, f64)>,
-    /// Whether the distance of each sensor was measured; otherwise it is a usual value.
+    /// Whether the distance of each sensor was measured; otherwise it is a usual one.
     pub measured: Vec<bool>,
     pub bones: Vec<String>,
     pub ignored: Vec<String>,
-    /// Whether the axis to the back is reversed against the file: its face looks to the right.
+    /// Whether the axis to the back of the head is reversed against the file, so that the face looks to the right.
     pub mirrored: bool,
-    /// Assumptions to report to the user.
     pub notes: Vec<String>,
-    /// What its map states, so that it is not doubted.
+    /// What the map states; plausibility checks do not contradict it.
     pub stated: Stated,
     pub labels: Vec<Label>,
     pub frames: Vec<AlignedFrame>,
 }
 
 impl AlignedFrame {
-    /// The points of the tongue: of the contour, then sensors.
+    /// The points of the contour, then the sensors.
     pub fn points(&self) -> impl Iterator<Item = Option<Mark>> {
         self.contour.iter().chain(&self.sensors).copied()
     }
@@ -55,8 +52,8 @@ impl AlignedFrame {
         self.points().chain(self.bones.iter().map(|bone| bone.map(|at| Mark { at, sd: BONE_SD_M })))
     }
 
-    /// Takes a point out, by its number among the names of its recording.
-    pub(super) fn forget(&mut self, point: usize) {
+    /// Removes a point, by its number in [`AlignedRecording::names`].
+    pub(super) fn remove_point(&mut self, point: usize) {
         let tongue = self.contour.len() + self.sensors.len();
         match self.contour.iter_mut().chain(&mut self.sensors).nth(point) {
             Some(mark) => *mark = None,
@@ -66,17 +63,17 @@ impl AlignedFrame {
 }
 
 impl AlignedRecording {
-    /// Names of the points of the contour, then of sensors, then of bones.
+    /// The points of the contour, then the sensors, then the bones.
     pub fn names(&self) -> impl Iterator<Item = &String> {
         self.contour.iter().chain(self.sensors.iter().map(|(name, _)| name)).chain(&self.bones)
     }
 
-    /// The frames that show a point, by its number among the names, with their times.
+    /// Times and positions of a point (its number in `names`) in the frames that show it.
     pub(super) fn positions_over_time(&self, point: usize) -> impl Iterator<Item = (f64, Mark)> {
         self.frames.iter().filter_map(move |f| Some((f.time_s, f.all().nth(point)??)))
     }
 
-    /// Contours in the frame of a body, m, a frame of each; the points are in the order of the contour.
+    /// A recording of contours in the frame of a body, m; each is a frame.
     pub fn of_contours(contours: &[&[Point]]) -> Self {
         let most = contours.iter().map(|c| c.len()).max().unwrap_or(0);
         let frames = contours.iter().map(|points| AlignedFrame {
@@ -94,23 +91,23 @@ impl AlignedRecording {
         self.bones.iter().position(|b| b == name)
     }
 
-    /// The recording with its coils at other distances behind the tip, m, by their names and whether their distances were measured; a coil
-    /// without another one stays.
+    /// The recording with other distances of coils behind the tip, m: those that `behind` returns for a name and whether its distance was
+    /// measured. A coil for which it returns `None` keeps its distance.
     #[must_use]
     pub fn with_coils(&self, behind: impl Fn(&str, bool) -> Option<f64>) -> Self {
-        let mut seen = self.clone();
-        for ((name, at), measured) in seen.sensors.iter_mut().zip(&seen.measured) {
+        let mut recording = self.clone();
+        for ((name, at), measured) in recording.sensors.iter_mut().zip(&recording.measured) {
             *at = behind(name, *measured).unwrap_or(*at);
         }
-        seen
+        recording
     }
 
     pub fn shows_bone(&self, name: &str) -> bool {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }
 
-    /// Mean position of a bone over `window` frames around each (fewer at the ends and where it was not
-    /// seen), m; if it was not seen in any of them, the nearest in time; `None` if it was never seen.
+    /// Mean position of a bone over `window` frames around each frame (fewer at the ends and where it was not seen), m; if it was seen in
+    /// none of them, that in the nearest frame; `None` if it was never seen.
     pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
         let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
         let count = self.frames.len();

@@ -4,9 +4,9 @@
 //! ```text
 //! p' = R(-angle of hyoid to mandible) (p - hyoid)
 //! ```
-//! The bones of every sample are noisy, and their noise is in p' and not in p. So second differences in time tell the two apart: of all
-//! `p' + k (p - p')` the smoothest has k = 1 if the contour is in the frame of each sample, and k = 0 if it is in that of its bones
-//! already. Where they are too few to tell, the place of the contour above its bones does.
+//! The positions of the bones are noisy in every sample, and this noise is in p' but not in p. So second differences in time distinguish
+//! the two frames: the smoothest of all `p' + k (p - p')` has k = 1 if the contour is in the frame of each sample, and k = 0 if it is in
+//! the frame of the bones. If there are too few frames, the position of the contour above the bones decides.
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
@@ -17,32 +17,33 @@ use super::flat::{Flat, Places, STEEPEST_BONES_DEG, steep_deg, upper_median_poin
 use super::map::ContourFrame;
 use super::{Map, Role};
 
-/// A factor k above which a contour is in the frame of each sample (0.8 to 1; a probe that shakes lowers it, and makes that of others
-/// negative), and the number of its standard deviations that decides.
+/// A contour with a larger factor k is in the frame of each sample; CERTAIN_SD standard deviations of k must lie on one side. k is 0.8 to 1
+/// there; a probe that shakes lowers it, and makes it negative in other recordings.
 const LEAST_FACTOR: f64 = 0.4;
 const CERTAIN_SD: f64 = 3.0;
-/// Fewest second differences in time that are judged, and their number in a block: those of different blocks are independent.
-const FEWEST: usize = 20;
+/// Fewest times at which second differences are taken. BLOCK such times form a block; the noise of different blocks is independent.
+const FEWEST_TIMES: usize = 20;
 const BLOCK: usize = 3;
-/// Differences larger than this number of medians are slips of a tracker.
-const SLIP: f64 = 4.0;
-/// A usual place of the middle of a contour: in front of the hyoid and above the line to the mandible, over the distance of these two; and
+/// Second differences larger than this number of medians are errors of tracking.
+const MOST_MEDIANS: f64 = 4.0;
+/// Usual position of the middle of a contour: in front of the hyoid and above the line to the mandible, over the distance of these two; and
 /// how far from it the middle may be. It is (0.3, 1.0) in the built-in body and (0.9, 0.9) in a real speaker.
-const MIDDLE: Point = Point::new(0.6, 0.95);
-const OFF_MIDDLE: f64 = 0.6;
-/// A contour is in the other frame by its place alone if it is farther from the usual one by this much as it is.
-const FARTHER_OFF: f64 = 0.5;
+const USUAL_MIDDLE: Point = Point::new(0.6, 0.95);
+const MOST_OFF_MIDDLE: f64 = 0.6;
+/// A contour is in the frame of each sample by its position alone if moving it to the frame of the bones brings it nearer to the usual
+/// position by this much.
+const LEAST_GAIN: f64 = 0.5;
 
-pub(super) const TOLD: &str = "its contour is in a frame of each sample (origin at the hyoid, x towards the mandible) and its bones are \
+pub(super) const NOTE: &str = "its contour is in a frame of each sample (origin at the hyoid, x towards the mandible) and its bones are \
                                not; it was brought back to the frame of the bones; if that is wrong, write contour_frame = \"bones\" \
                                into a map";
 
-/// The frame of each sample, by the channels at its origin and on its x axis.
+/// The frame of each sample: the channels at its origin and on its x axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SampleFrame {
     hyoid: usize,
     mandible: usize,
-    /// Whether y points to the right of x, as where the face looks to the left and y still grows upwards.
+    /// Whether y points to the right of x: where the face looks to the left, y then still grows upwards.
     reflected: bool,
 }
 
@@ -67,20 +68,20 @@ impl Axes {
     }
 }
 
-/// How the second differences of a contour change when it is brought from the frame of each sample to that of the bones.
-struct Steadiness {
-    /// The factor k with which it is smoothest, and its standard deviation.
+struct Smoothness {
+    /// The factor k with which the contour is smoothest, and its standard deviation.
     factor: f64,
     sd: f64,
-    /// Median second difference of the contour that was brought back, m.
+    /// Median second difference of the contour in the frame of the bones, m.
     rough_m: f64,
 }
 
 impl SampleFrame {
-    /// The frame of the contour of recordings of one speaker with the same channels; `None` for that of their bones.
+    /// The frame of the contours in recordings of one speaker with the same channels; `None` if it is that of the bones.
     ///
     /// # Errors
-    /// In words if the map says that the contour is in the frame of each sample, and the bones for it are missing or the axes stated.
+    /// A message if the map says that the contour is in the frame of each sample, but the bones for it are missing or the map states the
+    /// axes.
     pub fn of(group: &[&Flat<'_>], map: &Map) -> Result<Option<Self>, String> {
         let stated = map.contour_frame();
         let Some(first) = group.first().filter(|_| stated != Some(ContourFrame::Bones)) else {
@@ -89,9 +90,9 @@ impl SampleFrame {
         let is_stated = stated == Some(ContourFrame::Hyoid);
         let free = first.guessed && !map.stated().axes;
         // AAA's splines have two points on the mandible.
-        let second = first.recording.channels.iter().position(|c| c == "mandible");
+        let mandible = first.recording.channels.iter().position(|c| c == "mandible");
         let ends =
-            second.into_iter().chain(first.bone(MANDIBLE)).filter(|&m| first.roles[m] != Role::Contour);
+            mandible.into_iter().chain(first.bone(MANDIBLE)).filter(|&m| first.roles[m] != Role::Contour);
         let ends: Vec<usize> = ends.collect();
         let found: Vec<Self> =
             Vec::from_iter(first.bone(HYOID).filter(|_| free).into_iter().flat_map(|hyoid| {
@@ -106,7 +107,7 @@ impl SampleFrame {
             };
             return Err(problem.to_owned());
         }
-        // Recordings in which a bone slips say nothing about the frame.
+        // If the tracking of a bone slips, the recording does not show the frame.
         let bones = first.bone(HYOID).into_iter().chain(ends.iter().copied());
         let steady: Vec<&Flat<'_>> = Vec::from_iter(
             group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c))),
@@ -116,7 +117,7 @@ impl SampleFrame {
         let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame));
         let upright = upright.filter(|frame| frame.middle(group, true).is_some_and(|m| m.y > 0.0));
         let good = upright.filter(|frame| is_stated || frame.explains(group)).copied();
-        Ok(least_by(good, |frame| frame.steadiness(group).map_or(0.0, |s| s.rough_m)))
+        Ok(least_by(good, |frame| frame.smoothness(group).map_or(0.0, |s| s.rough_m)))
     }
 
     fn typical(&self, group: &[&Flat<'_>], of: fn(Axes) -> f64) -> Option<f64> {
@@ -124,8 +125,8 @@ impl SampleFrame {
         upper_median(axes.map(of))
     }
 
-    /// Brings contour points to the frame of the bones; where a bone was not seen they are lost.
-    pub fn bring_back(&self, places: &mut Places, contour: &[usize]) {
+    /// Moves contour points to the frame of the bones. In frames that lack a bone they count as not seen.
+    pub fn move_to_bones(&self, places: &mut Places, contour: &[usize]) {
         for frame in places {
             let axes = self.axes(frame);
             for &c in contour {
@@ -137,32 +138,37 @@ impl SampleFrame {
     fn axes(&self, frame: &[Option<Point>]) -> Option<Axes> {
         let (origin, end) = frame[self.hyoid].zip(frame[self.mandible])?;
         let x = (end - origin).try_normalize(f64::EPSILON)?;
+        Some(self.along(origin, x))
+    }
+
+    fn along(&self, origin: Point, x: Point) -> Axes {
         let y = if self.reflected { Point::new(x.y, -x.x) } else { Point::new(-x.y, x.x) };
-        Some(Axes { origin, x, y })
+        Axes { origin, x, y }
     }
 
     fn explains(&self, group: &[&Flat<'_>]) -> bool {
-        let off = |moved| self.middle(group, moved).map_or(f64::INFINITY, |m| (m - MIDDLE).norm());
+        let off = |moved| self.middle(group, moved).map_or(f64::INFINITY, |m| (m - USUAL_MIDDLE).norm());
         let (off, off_as_is) = (off(true), off(false));
-        if off > OFF_MIDDLE {
+        if off > MOST_OFF_MIDDLE {
             return false;
         }
-        match self.steadiness(group) {
+        match self.smoothness(group) {
             Some(s) if s.factor > LEAST_FACTOR.max(CERTAIN_SD * s.sd) => true,
             Some(s) if s.factor + CERTAIN_SD * s.sd < LEAST_FACTOR => false,
-            // The bones lie one above the other where the tracking of one of them has slipped.
+            // The tracking of a bone has slipped where the bones lie one above the other.
             _ if self
                 .typical(group, |axes| steep_deg(axes.x))
                 .is_some_and(|deg| deg > STEEPEST_BONES_DEG) =>
             {
                 false
             }
-            _ => off_as_is > OFF_MIDDLE.max(off + FARTHER_OFF),
+            _ => off_as_is > MOST_OFF_MIDDLE.max(off + LEAST_GAIN),
         }
     }
 
-    /// Median place of the contour in front of the hyoid and above the line to the mandible, over the distance of these two: of the
-    /// contour as it is, or `moved` from this frame to that of the bones. `None` where its end at the hyoid is in front of the other.
+    /// Position of the middle of the contour in front of the hyoid and above the line to the mandible, over the distance of these two: as
+    /// it is or, if `moved`, moved from this frame to that of the bones. It is the mean of the points' median positions; `None` if the end
+    /// at the hyoid is in front of the other end.
     fn middle(&self, group: &[&Flat<'_>], moved: bool) -> Option<Point> {
         let first = group.first()?;
         let contour: Vec<Point> = Vec::from_iter(first.contour.iter().filter_map(|&channel| {
@@ -180,15 +186,14 @@ impl SampleFrame {
         (root.x < tip.x).then_some(middle)
     }
 
-    /// `None` for too few second differences in time, or bones that do not move.
-    fn steadiness(&self, group: &[&Flat<'_>]) -> Option<Steadiness> {
+    /// `None` if there are too few second differences, or if the bones do not move.
+    fn smoothness(&self, group: &[&Flat<'_>]) -> Option<Smoothness> {
         let axes: Vec<Vec<Option<Axes>>> =
             group.iter().map(|flat| flat.places.iter().map(|frame| self.axes(frame)).collect()).collect();
-        // A constant turn changes no difference of places, so that only its changes are left.
+        // A constant rotation changes no second difference of positions, so the mean rotation is removed.
         let x = axes.iter().flatten().flatten().map(|a| a.x).sum::<Point>().try_normalize(f64::EPSILON)?;
-        let y = if self.reflected { Point::new(x.y, -x.x) } else { Point::new(-x.y, x.x) };
-        let usual = Axes { origin: Point::zeros(), x, y };
-        // Of every three frames and contour point the second difference, and its change.
+        let usual = self.along(Point::zeros(), x);
+        // For every three frames, the second difference of each contour point and its change by the move to the frame of the bones.
         let mut all: Vec<Vec<(Point, Point)>> = Vec::new();
         for (flat, axes) in group.iter().zip(&axes) {
             let step = upper_median(flat.times.windows(2).map(|t| t[1] - t[0])).unwrap_or(0.0);
@@ -202,29 +207,30 @@ impl SampleFrame {
                     let p = [flat.places[t - 1][i]?, flat.places[t][i]?, flat.places[t + 1][i]?];
                     let moved =
                         [a.to_bones(p[0]), b.to_bones(p[1]), c.to_bones(p[2])].map(|q| usual.components(q));
-                    Some((second(p), second(moved) - second(p)))
+                    Some((second_difference(p), second_difference(moved) - second_difference(p)))
                 });
                 all.push(differences.collect());
             }
         }
         let typical = |of: fn(&(Point, Point)) -> f64| upper_median(all.iter().flatten().map(of));
-        let (most, most_change) = (SLIP * typical(|d| d.0.norm())?, SLIP * typical(|d| d.1.norm())?);
+        let (most, most_change) =
+            (MOST_MEDIANS * typical(|d| d.0.norm())?, MOST_MEDIANS * typical(|d| d.1.norm())?);
         let sums = |block: &[Vec<(Point, Point)>]| {
             let good = block.iter().flatten().filter(|d| d.0.norm() <= most && d.1.norm() <= most_change);
             good.fold((0.0, 0.0), |(a, b), (d, change)| (a - d.dot(change), b + change.norm_squared()))
         };
         let (along, size) = sums(&all);
-        if all.len() < FEWEST || most_change <= 0.0 || size <= 0.0 {
+        if all.len() < FEWEST_TIMES || most_change <= 0.0 || size <= 0.0 {
             return None;
         }
         let factor = along / size;
         let left = all.chunks(BLOCK).map(sums).map(|(a, b)| (a - factor * b).powi(2));
         let sd = left.sum::<f64>().sqrt() / size;
-        Some(Steadiness { factor, sd, rough_m: typical(|d| (d.0 + d.1).norm())? })
+        Some(Smoothness { factor, sd, rough_m: typical(|d| (d.0 + d.1).norm())? })
     }
 }
 
-fn second(p: [Point; 3]) -> Point {
+fn second_difference(p: [Point; 3]) -> Point {
     p[0] - p[1] * 2.0 + p[2]
 }
 

@@ -1,16 +1,14 @@
-//! DeepLabCut's tables (`.csv`): three header lines (`scorer`, `bodyparts`, `coords`; a fourth,
-//! `individuals`, for several animals), then for each frame a line with its number and x, y and likelihood of
-//! every part, in pixels, y down (Nath et al. 2019, *Nature Protocols* 14). Points with a likelihood below
-//! 0.05 count as not seen, and the variance of the others is divided by it.
+//! DeepLabCut's tables (`.csv`): three header lines (`scorer`, `bodyparts`, `coords`; with several animals a fourth, `individuals`), then
+//! for each frame a line with its number and x, y and likelihood of every part, in pixels, y down (Nath et al. 2019, *Nature Protocols*
+//! 14). The variance of a point is divided by its likelihood.
 
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Recording, Sample, Times, limits, names, numbers};
 
-/// Likelihood below which a point counts as not seen.
 const LEAST_LIKELIHOOD: f64 = 0.05;
-/// A likelihood of 1 that was computed may be larger by rounding.
+/// A computed likelihood of 1 may be larger by rounding.
 const MOST_LIKELIHOOD: f64 = 1.001;
 /// Keypoints of the tongue in AAA's models, from the vallecula to the tip (Wrench and Balch-Tomes 2022).
 const TONGUE: [&str; 11] = [
@@ -28,7 +26,7 @@ const TONGUE: [&str; 11] = [
 ];
 const HELP: &str = "give the .csv that DeepLabCut's analyze_videos(.., save_as_csv=True) writes";
 
-/// A body part: its name, the column of its x, which that of its y follows, and that of its likelihood.
+/// A body part: its name, the column of its x (y is in the next one), and the column of its likelihood.
 struct BodyPart {
     name: String,
     x: usize,
@@ -83,7 +81,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     Ok(Recording { times: Times::Frames, ..found })
 }
 
-/// The parts of the lines of titles, of which that of the coordinates is the last.
+/// The body parts, from the lines of titles; the line of the coordinates is the last of these.
 fn parts_of(titles: &[csv::StringRecord], at: SourcePlace<'_>) -> Result<Vec<BodyPart>, Malformed> {
     let row = |name: &str| titles.iter().find(|row| row.get(0).is_some_and(|f| f.eq_ignore_ascii_case(name)));
     let names =
@@ -113,7 +111,7 @@ fn parts_of(titles: &[csv::StringRecord], at: SourcePlace<'_>) -> Result<Vec<Bod
     if parts.is_empty() { Err(at.error("no body part has x and y", HELP)) } else { Ok(parts) }
 }
 
-/// Anatomical names of the keypoints of AAA's models; other parts keep their names.
+/// Anatomical names for the keypoints of AAA's models; other parts keep their names.
 fn name_of(title: &str) -> String {
     let plain = names::normalised(title);
     if let Some(n) = TONGUE.iter().position(|t| *t == plain) {

@@ -1,7 +1,6 @@
-//! EdgeTrak's contours (`.con`): numbers without a header, one row for each point of the contour and two
-//! columns (x, y) for each frame, pixels, y down. The layout is that of GetContours' `ReshapeContours` (Tiede
-//! 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are accepted too, and of other readers of `.con`
-//! files (Faytak, `ssanova-formatter.py`).
+//! EdgeTrak's contours (`.con`): numbers without a header, a row for each point of the contour and two columns (x, y) for each frame,
+//! pixels, y down. The layout is that of GetContours' `ReshapeContours` (Tiede 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are
+//! accepted, too, and of Faytak's `ssanova-formatter.py`.
 
 use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Recording, Sample, Times, limits, numbers};

@@ -1,6 +1,6 @@
-//! Edinburgh Speech Tools' tracks (`.ema`): header lines from `EST_File Track` to `EST_Header_End`, then for
-//! each frame its time (s), a flag if breaks are present (0: nothing seen), and the channels, as 32-bit
-//! floats or as text. The format of `EST_TrackFile.cc`, `save_est_binary_ts` and `save_est_ts`.
+//! Edinburgh Speech Tools' tracks (`.ema`): header lines from `EST_File Track` to `EST_Header_End`, then for each frame its time (s), a
+//! flag if breaks are present (0: nothing seen), and the channels, as 32-bit floats or as text. After `EST_TrackFile.cc`,
+//! `save_est_binary_ts` and `save_est_ts`.
 
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let values: Vec<f64> = if header.ascii {
         let first_line = 1 + bytes[..header.size].iter().filter(|b| **b == b'\n').count() as u64;
         let at = SourcePlace { line: first_line, ..start };
-        let cut = "the file is cut off; copy it anew";
+        let cut = "the file is cut off; copy it again";
         let content = body.trim_ascii_end();
         if !content.is_empty() && !body[content.len()..].contains(&b'\n') {
             return Err(at.error("the last line does not end in a line end", cut));
@@ -57,7 +57,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let wanted = header.frames * width * 4;
         if body.len() < wanted {
             let what = format!("{} bytes follow the header where {wanted} are needed", body.len());
-            return Err(start.error(what, "the file is cut off; copy it anew"));
+            return Err(start.error(what, "the file is cut off; copy it again"));
         }
         let numbers = body[..wanted].chunks_exact(4).map(|b| {
             let b: [u8; 4] = b.try_into().unwrap_or_default();
@@ -71,7 +71,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let after = samples.last().is_none_or(|last| last.time_s < time_s);
         if !is_coordinate(time_s) || !after {
             let what = format!("the time of frame {n} is {time_s} s");
-            return Err(start.error(what, "times must be finite and ascending; copy the file anew"));
+            return Err(start.error(what, "times must be finite and ascending; copy the file again"));
         }
         let seen = !header.breaks || row[1] != 0.0;
         let places = axes.iter().map(|(_, channels)| {
@@ -124,7 +124,7 @@ fn header(bytes: &[u8], start: SourcePlace<'_>) -> Result<EstHeader, Malformed> 
     Ok(header)
 }
 
-/// Points from channels named `T1_px`, `T1_py` (mngu0) or `tt_x`, `tt_y` (MOCHA); others are ignored.
+/// Points with at least two channels named as `T1_px`, `T1_py` (mngu0) or `tt_x`, `tt_y` (MOCHA); other channels are ignored.
 fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
     let mut points: Vec<(String, [Option<usize>; 3])> = Vec::new();
     for (channel, name) in names.iter().enumerate() {

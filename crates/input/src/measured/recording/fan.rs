@@ -1,7 +1,6 @@
-//! AAA's older exports of a spline on a fan, without a header: tab-separated rows, one for each frame, whose
-//! last 84 fields are x and y (mm) of the spline on 42 fan lines, `*` where it does not meet one. The fields
-//! before them are the user's choice, among them a time, a date, a prompt, a label (rticulate, Coretta 2021,
-//! `read_aaa`).
+//! AAA's older exports of a spline on a fan, without a header: rows separated by tabs, one for each frame, whose last 84 fields are x and y
+//! (mm) of the spline on 42 fan lines, `*` where it does not meet one. The fields before them are the user's choice, among them a time, a
+//! date, a prompt, a label (rticulate, Coretta 2021, `read_aaa`).
 
 use super::super::error::{Malformed, SourcePlace};
 use super::aaa::RecordingRows;
@@ -9,7 +8,7 @@ use super::{Format, Recording, limits, numbers};
 
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;
-const HELP: &str = "export the spline from AAA anew with x and y of 42 fan lines in the last 84 columns";
+const HELP: &str = "export the spline from AAA again with x and y of 42 fan lines in the last 84 columns";
 
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line);
@@ -19,7 +18,7 @@ pub(super) fn is_row(line: &str) -> bool {
             .all(|c| numbers::is_missing(c) || numbers::number(c).is_some())
 }
 
-/// The fields of a line; a tab at its end adds no field.
+/// The fields of a line; a tab at its end adds none.
 fn cells(line: &str) -> Vec<&str> {
     let line = line.trim_end_matches(['\r', '\n']);
     line.strip_suffix('\t').unwrap_or(line).split('\t').map(str::trim).collect()
@@ -43,7 +42,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     for (at, cells) in lines {
         if cells.len() != width {
             let what = format!("the line has {} fields where the first has {width}", cells.len());
-            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
+            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it again"));
         }
         let time_s = numbers::seconds(cells[time], at.at_column(time + 1))?;
         let places = (0..FAN_LINES)
@@ -68,8 +67,8 @@ struct FanColumns {
 }
 
 impl FanColumns {
-    /// Words that change within one date are labels; a number that grows while all words stay the same is the
-    /// time.
+    /// The time is a number that grows while all words stay the same; words that change within one date are labels and do not identify a
+    /// recording.
     fn of<'a>(rows: impl Iterator<Item = Vec<&'a str>>, before: usize) -> Self {
         let mut rows: Vec<Vec<&str>> = rows.filter(|r| r.len() >= before).collect();
         rows.iter_mut().for_each(|r| r.truncate(before));

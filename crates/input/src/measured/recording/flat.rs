@@ -1,4 +1,4 @@
-//! A recording in the plane, before its points are sorted into contour, coils and bones.
+//! A recording in the plane, before its points are divided into contour, coils and bones.
 
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::upper_median;
@@ -9,23 +9,22 @@ use super::{Format, Map, Recording, Role, names};
 
 pub(super) type Places = Vec<Vec<Option<Point>>>;
 
-/// A recording in metres, with the axis to the back of the head (perhaps reversed) as x and y upwards.
+/// A recording in metres: x is the axis to the back of the head, which may still be reversed, and y points upwards.
 pub(super) struct Flat<'a> {
     pub recording: &'a Recording,
     pub roles: Vec<Role>,
-    /// The channels of the contour, by the numbers at the ends of their names, so that rows of a table may come in any order.
+    /// Channels of the contour in the order of the numbers at the ends of their names, because rows of a table may come in any order.
     pub contour: Vec<usize>,
     pub places: Places,
     pub times: Vec<f64>,
     pub metres: f64,
-    /// The axis of the file to the back of the head, and whether nobody stated it.
+    /// The axis of the file to the back of the head, and whether it was guessed.
     pub back: MappedAxis,
     pub guessed: bool,
     pub notes: Vec<String>,
 }
 
 impl<'a> Flat<'a> {
-    /// The first channel that shows a bone.
     pub fn bone(&self, name: &str) -> Option<usize> {
         self.roles.iter().position(|role| matches!(role, Role::Bone(bone) if bone == name))
     }
@@ -34,7 +33,7 @@ impl<'a> Flat<'a> {
         (0..self.roles.len()).filter(|&channel| is_wanted(&self.roles[channel])).collect()
     }
 
-    /// The median position of a channel, m.
+    /// Median position of a channel, m.
     pub fn place(&self, channel: usize) -> Option<Point> {
         upper_median_point(self.places.iter().filter_map(|frame| frame[channel]))
     }
@@ -59,9 +58,9 @@ impl<'a> Flat<'a> {
         }
         let one_plane = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
         let (back, mut up) = map.axes(recording.format, one_plane);
-        let told_up = match height(recording, &roles, back, metres) {
+        let told_up = match upward_axis(recording, &roles, back, metres) {
             Some((found, why)) if recording.format == Format::Sensors && !map.stated().axes => {
-                up = MappedAxis(found.ok_or_else(|| wrong(format!("{why}; {GIVE_UP}")))?, 1.0);
+                up = MappedAxis(found.ok_or_else(|| wrong(format!("{why}; {GIVE_UPWARD_AXIS}")))?, 1.0);
                 Some(format!(
                     "its header does not say which axis leads upwards: {} is taken, since {why}; if that is wrong, give up in a map",
                     AXES[up.0]
@@ -72,7 +71,7 @@ impl<'a> Flat<'a> {
                 if map.stated().axes {
                     Some(format!("{why}; if that is wrong, correct up in the map"))
                 } else {
-                    return Err(wrong(format!("{why}; {GIVE_UP}")));
+                    return Err(wrong(format!("{why}; {GIVE_UPWARD_AXIS}")));
                 }
             }
             _ => None,
@@ -103,7 +102,7 @@ impl<'a> Flat<'a> {
                  jaw and the lips do; take a point of the head (nose, upper incisor, behind an ear)"
             )));
         }
-        hold_head(&mut places, &references);
+        remove_head_motion(&mut places, &references);
         let mut contour: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Contour).collect();
         contour.sort_by_key(|&c| number(&recording.channels[c]));
         let unknown = recording.channels.iter().filter(|c| names::is_unknown(c) && !map.names(c));
@@ -122,18 +121,18 @@ impl<'a> Flat<'a> {
     }
 }
 
-const GIVE_UP: &str = "give the axis that grows upwards in a map, such as up = \"z\"";
+const GIVE_UPWARD_AXIS: &str = "give the axis that grows upwards in a map, such as up = \"z\"";
 
-/// The axis upwards of coils, with the reason: not the one from side to side, along which the coils of a tongue, which are glued to its
-/// middle, hardly differ in all frames, and not the one to the back, which is x, or the one of the other two along which they differ most.
-/// No axis where this does not tell; nothing where the file has one plane or the coils one place.
-fn height(
+/// The upward axis of coils, and the reason. The axis with the least spread is from side to side, because coils are glued to the middle of
+/// a tongue. The upward axis is one of the other two: not the one to the back or, if this is not known, not x; of two that remain, the one
+/// with less spread. The axis is `None` if the spreads do not show it, the result if the file has one plane or the coils have one position.
+fn upward_axis(
     recording: &Recording,
     roles: &[Role],
     back: Option<MappedAxis>,
     metres: f64,
 ) -> Option<(Option<usize>, String)> {
-    /// Least ratio of the spread upwards to the one from side to side, and least spread upwards, mm: coils are glued to within 2 mm of the
+    /// Least ratio of the spread upwards to that from side to side, and least spread upwards, mm: coils are glued to within 2 mm of the
     /// middle, and their heights differ by 10 mm and more.
     const RATIO: f64 = 2.0;
     const LEAST_MM: f64 = 4.0;
@@ -163,8 +162,8 @@ fn height(
     (spreads[up] > 0.0).then_some((is_clear.then_some(up), why))
 }
 
-/// The axis along which the tongue lies, of the two that do not lead upwards: the usual one unless its points are more than twice as far apart
-/// along the other.
+/// The axis along the tongue, of the two that do not point upwards: the usual one, unless the points are more than twice as far apart along
+/// the other.
 fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) -> usize {
     let spread = |axis: usize| {
         let medians = (0..roles.len())
@@ -188,7 +187,7 @@ pub(super) fn upper_median_point(points: impl Iterator<Item = Point>) -> Option<
     Some(Point::new(x?, y?))
 }
 
-/// Whether the median motion of a channel in a tenth of a second is larger than a head's.
+/// Whether the median displacement of a channel within a tenth of a second is larger than a head's.
 fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usize) -> bool {
     const WINDOW_S: f64 = 0.1;
     const HEAD_MOVES_M: f64 = 3e-3;
@@ -204,9 +203,9 @@ fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usiz
     steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
 }
 
-/// Moves every frame so that the reference points are where they are in the first frame that has all of them:
-/// shifted for one point, shifted and turned for several. Frames that lack one are dropped.
-fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
+/// Moves every frame so that the reference points are where they are in the first frame that has all of them: shifted for one point,
+/// shifted and turned for several. In frames that lack one, all points count as not seen.
+fn remove_head_motion(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
     if references.is_empty() {
         return;
     }
@@ -218,7 +217,7 @@ fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
     }
 }
 
-/// The steepest line of the bones to the horizontal, degrees.
+/// Largest angle of the line from the mental spine to the hyoid to the horizontal, degrees.
 pub(crate) const STEEPEST_BONES_DEG: f64 = 60.0;
 
 pub(crate) fn steep_deg(apart: Point) -> f64 {

@@ -1,4 +1,4 @@
-//! Labels of stretches of a recording: AAA's annotations and prompts, and Praat's TextGrids beside a recording.
+//! Labels of intervals of a recording: AAA's annotations and prompts, and Praat's TextGrids.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ const MOST_LABELS: usize = 100_000;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Label {
-    /// The tier that it belongs to: `annotation` and `prompt` of AAA, or a tier of a TextGrid.
+    /// The tier of the label: `annotation` or `prompt` of AAA, or a tier of a TextGrid.
     pub tier: String,
     #[serde(rename = "label")]
     pub name: String,
@@ -20,14 +20,14 @@ pub struct Label {
 }
 
 impl Label {
-    /// Whether a time lies in it, its ends included.
+    /// Whether the interval contains a time, its ends included.
     pub fn holds(&self, time_s: f64) -> bool {
         const SAME_S: f64 = 1e-9;
         self.from_s - SAME_S <= time_s && time_s <= self.to_s + SAME_S
     }
 }
 
-/// Takes the labels of `NAME.TextGrid` beside `NAME.tsv` where the file has one recording.
+/// Adds the labels of `NAME.TextGrid` to the only recording of the file `NAME` beside it.
 pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), ReadError> {
     let Some(path) =
         ["TextGrid", "textgrid"].map(|e| path.with_extension(e)).into_iter().find(|p| p.is_file())
@@ -48,36 +48,36 @@ pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), Re
     Ok(())
 }
 
-/// The intervals that say something in a TextGrid (Boersma and Weenink, Praat's manual: "TextGrid file formats"), long or short.
+/// The intervals with text in a TextGrid (Boersma and Weenink, Praat's manual: "TextGrid file formats"), long or short.
 pub fn text_grid(bytes: &[u8], origin: &str) -> Result<Vec<Label>, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let mut words = Words { text: &text, line: 1, origin };
+    let mut tokens = Tokens { text: &text, line: 1, origin };
     let help = "export the TextGrid from Praat as a text file";
-    if words.word()?.as_deref() != Some("ooTextFile") || words.word()?.as_deref() != Some("TextGrid") {
-        return Err(words.wrong("this is no TextGrid in text", help));
+    if tokens.token()?.as_deref() != Some("ooTextFile") || tokens.token()?.as_deref() != Some("TextGrid") {
+        return Err(tokens.wrong("this is not a TextGrid in text form", help));
     }
     for _ in 0..2 {
-        words.number("the time of the whole")?;
+        tokens.number("the time of the whole")?;
     }
     let mut out = Vec::new();
-    for _ in 0..words.number("the number of tiers")? as usize {
-        let is_interval = words.needed("the class of a tier")? == "IntervalTier";
-        let tier = words.needed("the name of a tier")?;
+    for _ in 0..tokens.number("the number of tiers")? as usize {
+        let is_interval = tokens.required("the class of a tier")? == "IntervalTier";
+        let tier = tokens.required("the name of a tier")?;
         for _ in 0..2 {
-            words.number("the time of a tier")?;
+            tokens.number("the time of a tier")?;
         }
-        for _ in 0..words.number("the number of intervals")? as usize {
-            let from_s = words.number("the beginning of an interval")?;
-            let to_s = if is_interval { words.number("the end of an interval")? } else { from_s };
-            let name = words.needed("the text of an interval")?.trim().to_owned();
+        for _ in 0..tokens.number("the number of intervals")? as usize {
+            let from_s = tokens.number("the beginning of an interval")?;
+            let to_s = if is_interval { tokens.number("the end of an interval")? } else { from_s };
+            let name = tokens.required("the text of an interval")?.trim().to_owned();
             if name.is_empty() || !is_interval {
                 continue;
             }
             if from_s > to_s {
-                return Err(words.wrong("an interval ends before it begins", help));
+                return Err(tokens.wrong("an interval ends before it begins", help));
             }
             if out.len() == MOST_LABELS {
-                return Err(words.wrong("too many intervals", help));
+                return Err(tokens.wrong("too many intervals", help));
             }
             out.push(Label { tier: tier.clone(), name, from_s, to_s });
         }
@@ -85,20 +85,20 @@ pub fn text_grid(bytes: &[u8], origin: &str) -> Result<Vec<Label>, Malformed> {
     Ok(out)
 }
 
-/// Texts in quotes and numbers of their own; everything else is left out, as Praat does.
-struct Words<'a> {
+/// The texts in quotes and the numbers of a TextGrid. As in Praat, everything else is ignored.
+struct Tokens<'a> {
     text: &'a str,
     line: u64,
     origin: &'a str,
 }
 
-impl Words<'_> {
+impl Tokens<'_> {
     fn wrong(&self, what: &str, help: &str) -> Malformed {
         SourcePlace { origin: self.origin, line: self.line, column: 1 }.error(what.to_owned(), help)
     }
 
-    /// The next text in quotes (`""` is one of them in it) or number.
-    fn word(&mut self) -> Result<Option<String>, Malformed> {
+    /// The next number, or the next text in quotes, in which `""` is a quote.
+    fn token(&mut self) -> Result<Option<String>, Malformed> {
         loop {
             self.text = self.text.trim_start_matches(|c: char| c.is_whitespace() && c != '\n');
             match self.text.chars().next() {
@@ -109,10 +109,10 @@ impl Words<'_> {
                 }
                 Some('"') => {
                     let mut out = String::new();
-                    // A quote that follows a closing one belongs to the text, which goes on.
+                    // A quote directly behind a closing one belongs to the text, which goes on.
                     while let Some(rest) = self.text.strip_prefix('"') {
                         let Some((part, after)) = rest.split_once('"') else {
-                            let help = "the file is cut off; export it anew";
+                            let help = "the file is cut off; export it again";
                             return Err(self.wrong("a text has no closing quote", help));
                         };
                         out += part;
@@ -126,24 +126,24 @@ impl Words<'_> {
                 }
                 Some(_) => {
                     let end = self.text.find(|c: char| c.is_whitespace() || c == '"');
-                    let (word, rest) = self.text.split_at(end.unwrap_or(self.text.len()));
+                    let (token, rest) = self.text.split_at(end.unwrap_or(self.text.len()));
                     self.text = rest;
-                    if word.parse::<f64>().is_ok_and(f64::is_finite) {
-                        return Ok(Some(word.to_owned()));
+                    if token.parse::<f64>().is_ok_and(f64::is_finite) {
+                        return Ok(Some(token.to_owned()));
                     }
                 }
             }
         }
     }
 
-    fn needed(&mut self, what: &str) -> Result<String, Malformed> {
-        let found = self.word()?;
-        found.ok_or_else(|| self.wrong(&format!("{what} is missing"), "the file is cut off; export it anew"))
+    fn required(&mut self, what: &str) -> Result<String, Malformed> {
+        let found = self.token()?;
+        found.ok_or_else(|| self.wrong(&format!("{what} is missing"), "the file is cut off; export it again"))
     }
 
     fn number(&mut self, what: &str) -> Result<f64, Malformed> {
-        let word = self.needed(what)?;
-        let number = word.parse().ok().filter(|v: &f64| v.is_finite());
-        number.ok_or_else(|| self.wrong(&format!("{what} is {word:?}"), "give a number"))
+        let token = self.required(what)?;
+        let number = token.parse().ok().filter(|v: &f64| v.is_finite());
+        number.ok_or_else(|| self.wrong(&format!("{what} is {token:?}"), "give a number"))
     }
 }

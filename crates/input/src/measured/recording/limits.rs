@@ -5,24 +5,23 @@ use std::cmp::Reverse;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::super::lengths::text::decode;
+pub(super) use super::super::table::HEADER_WITHIN;
 
-/// Maximum number of frames in a file: twenty minutes at 80 a second. The results of a frame take about 20
-/// kB.
+/// Largest number of frames in a file: twenty minutes at 80 Hz. The results of a frame take about 20 kB.
 pub const MOST_FRAMES: usize = 100_000;
 pub const MOST_CHANNELS: usize = 2048;
-/// Maximum number of positions in a file (frames times channels, over all recordings), so that reading it needs
-/// at most 300 MB.
+/// Largest number of positions in a file (frames times channels, over all recordings), so that reading it needs at most 300 MB.
 pub(super) const MOST_VALUES: usize = 2_500_000;
-/// Largest size of a file, bytes: its text may be held twice.
+/// Largest size of a file, bytes: its text may be in memory twice.
 pub(super) const LARGEST: u64 = 96 << 20;
-/// Number of lines among which a header is looked for: those before it are a title.
-pub(super) const HEADER_WITHIN: usize = 20;
-/// What a recording, a channel of it and a frame of it need beside their positions, in positions.
+/// Plausible rates of electromagnetic systems, Hz.
+pub(super) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
+/// Memory of a recording, a channel and a frame beside their positions, in units of a position.
 const RECORDING: usize = 40;
 const CHANNEL: usize = 4;
 const FRAME: usize = 2;
 
-/// The text of a file, none of whose lines has more fields than two of every frame.
+/// The text of a file. A line with more fields than two for each of [`MOST_FRAMES`] is an error.
 pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Malformed> {
     const MOST_FIELDS: usize = 2 * MOST_FRAMES;
     let text = decode(bytes, origin)?.text;
@@ -35,7 +34,6 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
     })
 }
 
-/// The lines with content of a text that begins at `start`, each with its place.
 pub(super) fn lines<'a>(
     text: &'a str,
     start: SourcePlace<'a>,
@@ -44,8 +42,8 @@ pub(super) fn lines<'a>(
     places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// The separator of a table and the number of lines before its header, which are a title: of tabs, commas and semicolons, and of the first
-/// lines, those with which most fields are known names of columns.
+/// The separator of a table (tab, comma or semicolon) and the number of lines before its header: those with which most fields are known
+/// names of columns.
 pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {
     let known = |line: &str, separator: u8| {
         let names = line.split(char::from(separator)).map(|name| name.trim_matches([' ', '"']));
@@ -60,7 +58,6 @@ pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize)
     best.map_or((b'\t', 0), |(_, Reverse(n), separator)| (separator, n))
 }
 
-/// The records of a table in CSV after so many lines, each with its place.
 pub(super) fn records<'a>(
     text: &'a str,
     origin: &'a str,
@@ -87,17 +84,16 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// Adds a recording, of which no channel or frame is known so far.
     pub fn recording(&mut self) {
         self.values = self.values.saturating_add(RECORDING);
     }
 
-    /// Adds a channel of a recording that then has this number of frames and channels.
+    /// Adds a channel to a recording, which then has this number of frames and channels.
     pub fn channel(&mut self, frames: usize, channels: usize, at: SourcePlace<'_>) -> Result<(), Malformed> {
         self.add(frames, channels, frames.saturating_add(CHANNEL), at)
     }
 
-    /// Adds a frame of a recording that then has this number of frames and channels.
+    /// Adds a frame to a recording, which then has this number of frames and channels.
     pub fn frame(&mut self, frames: usize, channels: usize, at: SourcePlace<'_>) -> Result<(), Malformed> {
         self.add(frames, channels, channels.saturating_add(FRAME), at)
     }

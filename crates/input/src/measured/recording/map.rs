@@ -1,6 +1,5 @@
-//! Map of a recording: a TOML file that gives the meaning of channels, and its template with the likely role of every channel.
-//!
-//! Without a map the names decide. The keys are in `docs/guide.md`, and with their meaning in every map that [`Map::template`] writes.
+//! Map of a recording: a TOML file that gives the meaning of channels, and its template with the likely role of every channel. Without a
+//! map the names of channels decide. The keys are in `docs/guide.md`, and explained in every map that [`Map::template`] writes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -17,18 +16,16 @@ use tongue_core::statistics::{least_by, upper_median};
 use tongue_core::toml_text::{self, reworded};
 use tongue_core::{choice, limits};
 
-/// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
-/// human labels).
+/// Standard deviation of a contour point, m: of DeepLabCut keypoints on ultrasound (AAA's models differ by 0.93 mm from human labels).
 pub const CONTOUR_SD_M: f64 = 0.93e-3;
-/// Standard deviation of an electromagnetic sensor, m (AG500; newer ones are better).
+/// Standard deviation of an electromagnetic sensor, m: that of the AG500; newer systems are better.
 pub const SENSOR_SD_M: f64 = 0.5e-3;
 
-/// Standard deviation of a bone, m.
 pub(super) const BONE_SD_M: f64 = 1e-3;
-/// The line of a map with which the bones of a recording are not used.
+/// The line of a map that leaves the bones of a recording out.
 pub const WITHOUT_BONES: &str = "points = { hyoid = \"ignore\", mental_spine = \"ignore\" }";
 
-/// Whether a map states the unit, and the axis upwards.
+/// Whether the map states the unit and the upward axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Stated {
     pub unit: bool,
@@ -65,7 +62,6 @@ pub(super) enum ContourFrame {
     Bones,
 }
 
-/// A point of the map that is given as a table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TablePoint {
@@ -85,11 +81,11 @@ struct MapEntry {
 
 const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
-/// Usual distance of neighbouring coils, mm, from which the unit is guessed (metres, centimetres,
-/// millimetres, their hundredths and thousandths).
+/// Usual distance of neighbouring coils, mm. The unit that brings them nearest to it is taken: metres, centimetres, millimetres, or
+/// hundredths or thousandths of these.
 const USUAL_GAP_MM: f64 = 15.0;
 
-/// An axis of the file, and the sign with which it is taken.
+/// An axis of the file, and its sign.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "String")]
 pub(super) struct MappedAxis(pub usize, pub f64);
@@ -140,8 +136,8 @@ impl Map {
         Ok(Self { file, origin: origin.to_owned() })
     }
 
-    /// The transformation of the recording (m, in the axes of the body), to the body's frame if it has a shift;
-    /// `None` if the map has none.
+    /// The transformation of the recording (m, in the axes of the body) that the map states. Only with a shift does it lead to the body's
+    /// frame ([`Map::is_in_frame`]).
     pub fn placement(&self) -> Option<Similarity> {
         let MapFile { scale, turn_deg, shift_mm, .. } = &self.file;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
@@ -151,7 +147,7 @@ impl Map {
         Some(Similarity::new(scale.unwrap_or(1.0), turn_deg.unwrap_or(0.0).to_radians(), shift))
     }
 
-    /// Whether the recording is then in the body's frame: one that is only turned or multiplied is not.
+    /// Whether the recording is in the body's frame after [`Map::placement`]; one that is only turned or multiplied is not.
     pub fn is_in_frame(&self) -> bool {
         self.file.shift_mm.is_some()
     }
@@ -179,7 +175,7 @@ impl Map {
     }
 
     /// The roles of channels, by the map or by their names. A coil whose name says that it is on the jaw moves with the mandible; beside a
-    /// contour or the mental spine, by which a body is placed, it is not used, since it lies elsewhere on the mandible.
+    /// contour, the hyoid or the mental spine, which place a body, it is not used, because it is elsewhere on the mandible.
     pub(super) fn roles(&self, channels: &[String]) -> Vec<Role> {
         let roles: Vec<Role> = channels.iter().map(|c| self.role(c)).collect();
         let is_by_name = |c: &String| names::bone(c).is_none() && !self.names(c);
@@ -189,7 +185,7 @@ impl Map {
                 || matches!(role, Role::Bone(bone) if bone == HYOID)
                 || (is_mandible(role) && !is_by_name(c))
         });
-        // A bone is ignored by its own name too where the channel that shows it has another one.
+        // A map may also ignore a bone by the bone's name when its channel has another name.
         let is_left_out = |bone: &String| !channels.contains(bone) && self.ignores(bone);
         Vec::from_iter(roles.into_iter().zip(channels).map(|(role, c)| match &role {
             Role::Bone(bone) if is_left_out(bone) || (is_mandible(&role) && is_by_name(c) && others) => {
@@ -207,7 +203,7 @@ impl Map {
         self.file.points.get(name).is_some_and(|e| e.role == Role::Ignored)
     }
 
-    /// Standard deviation of a channel, m: from the map's point, the map, the file, or the usual value.
+    /// Standard deviation of a channel, m: that of the map's point, else of the file, else of the map, else the usual one.
     pub(super) fn sd(&self, channel: &str, role: &Role, in_file: Option<f64>) -> f64 {
         let own = self.file.points.get(channel).and_then(|e| e.noise_mm);
         own.map(|mm| mm * 1e-3).or(in_file).or(self.file.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(match role {
@@ -216,8 +212,8 @@ impl Map {
         })
     }
 
-    /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the
-    /// unit, it is the power of ten with which neighbouring coils are about 15 mm apart.
+    /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the unit, it is found from the
+    /// distances of coils.
     pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), ReadError> {
         if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
@@ -253,8 +249,8 @@ impl Map {
         }
     }
 
-    /// The axes to the back and upwards; `None` for those that are not given. `flat`: whether all x are zero,
-    /// as in a track with only y and z.
+    /// The axis to the back, `None` if neither the map nor the format gives it, and the upward axis. `flat`: whether all x are zero, as in
+    /// a track with only y and z.
     pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<MappedAxis>, MappedAxis) {
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, MappedAxis(2, 1.0)),
@@ -318,8 +314,8 @@ impl TryFrom<toml::Value> for MapEntry {
 }
 
 impl Map {
-    /// A map (TOML) for a recording, for its user to correct: with the roles that the names of channels
-    /// suggest, and the position and motion of every channel in comments.
+    /// A map (TOML) for a user to correct, with the roles that the names of channels suggest, and the position and motion of every channel
+    /// in comments.
     pub fn template(recording: &Recording) -> String {
         let map = Self::default();
         let name = recording.name.replace(char::is_control, " ");
@@ -366,14 +362,14 @@ impl Map {
                 Role::Bone(bone) => format!("{{ bone = \"{bone}\" }}"),
                 _ => "\"ignore\"".to_owned(),
             };
-            let _ = writeln!(text, "{key} = {role}  # {}", usual_place(recording, nth));
+            let _ = writeln!(text, "{key} = {role}  # {}", typical_place(recording, nth));
         }
         text
     }
 }
 
-/// Position of a channel in the middle of the recording, and how far it moves, in the unit of the file.
-fn usual_place(recording: &Recording, channel: usize) -> String {
+/// Median position of a channel and its median distance from there, in the unit of the file.
+fn typical_place(recording: &Recording, channel: usize) -> String {
     let places = recording.samples.iter().filter_map(|s| s.places[channel]);
     let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places.clone().map(|p| p[axis]))).collect();
     let Some(middle) = middle else { return "never seen".to_owned() };

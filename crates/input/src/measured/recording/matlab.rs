@@ -1,10 +1,8 @@
-//! Reader of MATLAB's level 5 files (`.mat`, the format of `save` except for version 7.3): numbers, text,
-//! structures and cells.
+//! Reader of numbers, text, structures and cells in MATLAB's level 5 files (`.mat`, the format of `save` but for version 7.3).
 //!
-//! A file is a header of 128 bytes and elements: a type, a size and that many bytes, padded to a multiple of
-//! eight. Variables are elements of type `miMATRIX`, plain or compressed (MathWorks, *MAT-File Format*, level
-//! 5). Every size is checked against the available bytes and decompression is limited, so that no file needs
-//! more memory than [`MOST_INFLATED`] and its own size.
+//! A file is a header of 128 bytes and elements: a type, a size and that many bytes, padded to a multiple of eight. Variables are elements
+//! of type `miMATRIX`, plain or compressed (MathWorks, *MAT-File Format*, level 5). Every size is checked against the available bytes and
+//! decompression is limited, so that no file needs more memory than [`MOST_INFLATED`] and its own size.
 
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
 
@@ -15,31 +13,28 @@ const MOST_INFLATED: usize = 64 << 20;
 const DEEPEST: usize = 6;
 /// Limit of the number of elements in all arrays of structures and cells.
 const MOST_ELEMENTS: usize = 200_000;
-const HELP: &str = "save it in MATLAB with save(file, '-v7'), or copy it anew";
+const HELP: &str = "save it in MATLAB with save(file, '-v7'), or copy it again";
 
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
 #[derive(Debug, PartialEq)]
 pub(super) enum MatValue<'a> {
-    /// Numbers, column by column.
+    /// In column-major order.
     Numbers {
         /// Rows and columns; further dimensions are multiplied into the columns.
         size: [usize; 2],
-        /// Type of the stored numbers.
         kind: u32,
-        /// Whether the most significant byte comes first.
         big_endian: bool,
         bytes: &'a [u8],
     },
     Text(String),
-    /// An array of structures: the fields of each.
+    /// The fields of each structure of an array.
     Structures(Vec<Vec<(String, MatValue<'a>)>>),
     Other,
 }
 
 impl MatValue<'_> {
-    /// The number at index `n`, column by column.
     pub fn number(&self, n: usize) -> Option<f64> {
         let Self::Numbers { kind, big_endian, bytes, .. } = self else { return None };
         let width = width_of(*kind)?;
@@ -53,14 +48,14 @@ impl MatValue<'_> {
         Some(match kind {
             7 => f64::from(f32::from_bits(bits as u32)),
             9 => f64::from_bits(bits),
-            // Shifted up and down, so that the sign fills the bits that are not used.
+            // The arithmetic shift down extends the sign.
             1 | 3 | 5 | 12 => ((bits << unused) as i64 >> unused) as f64,
             _ => bits as f64,
         })
     }
 }
 
-/// Bytes of a number of this type, at most eight.
+/// Bytes of a number of MATLAB's type `kind`.
 fn width_of(kind: u32) -> Option<usize> {
     Some(match kind {
         1 | 2 => 1,
@@ -71,15 +66,13 @@ fn width_of(kind: u32) -> Option<usize> {
     })
 }
 
-/// A file with its compressed variables decompressed.
 pub(super) struct MatFile<'a> {
     origin: &'a str,
     big_endian: bool,
-    /// The bytes of every variable, without its tag.
+    /// The bytes of every variable, decompressed and without its tag.
     variables: Vec<std::borrow::Cow<'a, [u8]>>,
 }
 
-/// Part of a file that is read from its beginning.
 #[derive(Clone, Copy)]
 struct Piece<'a> {
     bytes: &'a [u8],
@@ -92,10 +85,10 @@ impl<'a> Piece<'a> {
         Some(if self.big_endian { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) })
     }
 
-    /// The type and the bytes of the next element.
+    /// Type and bytes of the next element.
     fn next(&mut self) -> Option<(u32, &'a [u8])> {
         let first = self.word(0)?;
-        // Up to four bytes are stored in the tag itself.
+        // A small element has up to four bytes in the tag itself.
         if first >> 16 != 0 {
             let data = self.bytes.get(4..8)?.get(..(first >> 16) as usize)?;
             self.bytes = self.bytes.get(8..)?;
@@ -145,7 +138,7 @@ impl<'a> MatFile<'a> {
                 _ => fail(at, "a compressed variable is damaged or cut off"),
             })?;
             left -= all.len();
-            // The tag is the same as in a variable that is not compressed.
+            // A decompressed variable has the same tag as one that is not compressed.
             match (Piece { bytes: &all, big_endian }).next() {
                 Some((MATRIX, data)) => variables.push(data.to_vec().into()),
                 Some(_) => {}

@@ -1,14 +1,13 @@
-//! What is measured of a recording to judge whether it is plausible: sizes, and places of points to one another.
+//! Quantities of a recording by which its plausibility is judged: sizes, and positions of points relative to one another.
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
-use super::dynamics::{FEW, NamedValue, PointCourses, bare};
+use super::dynamics::{FEWEST_FRAMES, NamedValue, PointTracks, unnamed};
 use super::flat::{steep_deg, upper_median_point};
 use super::{AlignedFrame, AlignedRecording, names};
 
-/// A recording with its palate, the median positions of its channels, m, and their motion.
 pub(super) struct Measures<'a> {
     pub recording: &'a AlignedRecording,
     /// From front to back.
@@ -18,16 +17,16 @@ pub(super) struct Measures<'a> {
     /// The sensors that were seen, from the tip backwards.
     coils: Vec<MeasuredCoil<'a>>,
     bones: Vec<Option<Point>>,
-    pub motion: PointCourses<'a>,
+    pub motion: PointTracks<'a>,
 }
 
-/// A coil on the tongue: its number among the sensors, its name, and its median position, m.
+/// A coil on the tongue: its number among the sensors, its name, its median position, m.
 type MeasuredCoil<'a> = (usize, &'a str, Point);
 
 pub(super) const MM: f64 = 1e3;
 pub(super) const ANY: f64 = f64::INFINITY;
 
-/// How far a line is on average below that of its ends, m; `None` for fewer than two points.
+/// Mean distance of a line below that of its ends, m; `None` for fewer than two points.
 pub(super) fn sag(line: &[Point]) -> Option<f64> {
     let (first, last) = (line.first()?, line.last()?);
     let along = if first.x <= last.x { last - first } else { first - last };
@@ -50,7 +49,7 @@ impl<'a> Measures<'a> {
         let mut coils: Vec<MeasuredCoil<'_>> =
             all.filter_map(|(n, ((name, _), p))| Some((n, name.as_str(), (*p)?))).collect();
         coils.sort_by(|a, b| recording.sensors[a.0].1.total_cmp(&recording.sensors[b.0].1));
-        Self { contour, sensors, coils, bones, motion: PointCourses::of(recording), palate, recording }
+        Self { contour, sensors, coils, bones, motion: PointTracks::of(recording), palate, recording }
     }
 
     pub fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
@@ -58,7 +57,7 @@ impl<'a> Measures<'a> {
         spine.zip(hyoid)
     }
 
-    /// The contour without points that are far from it, if it has at least so many others.
+    /// The median positions of the contour without points that are farther than 0.15 m from their centre, if at least `least` are left.
     pub fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
         let all = self.contour.iter().flatten().copied();
         let centre = upper_median_point(all.clone()).unwrap_or_default();
@@ -66,7 +65,6 @@ impl<'a> Measures<'a> {
         (near.len() >= least).then_some(near)
     }
 
-    /// The numbers in the names of all coils, from the tip backwards.
     fn ranks(&self) -> Option<Vec<u32>> {
         self.coils.iter().map(|c| names::rank(c.1)).collect()
     }
@@ -75,7 +73,7 @@ impl<'a> Measures<'a> {
         self.coils.windows(2).map(|w| (w[1].2 - w[0].2).norm() * MM).collect()
     }
 
-    /// The lengths of the contour and between the bones, or twice that of the chain of coils.
+    /// The length of the contour and the distance of the bones, or twice the length of the chain of coils.
     pub fn sizes_mm(&self) -> Option<[f64; 2]> {
         match whole_mm(&self.contour) {
             Some(contour) => Some([contour, self.spine_and_hyoid().map(|(a, b)| (a - b).norm() * MM)?]),
@@ -85,10 +83,10 @@ impl<'a> Measures<'a> {
 
     pub fn step_ms(&self) -> Option<NamedValue> {
         let steps = self.recording.frames.windows(2).map(|w| w[1].time_s - w[0].time_s);
-        upper_median(steps).map(|s| bare(s * MM))
+        upper_median(steps).map(|s| unnamed(s * MM))
     }
 
-    /// How many labels lie within the recording, with where both lie.
+    /// The number of labels within the recording, and the times of both.
     pub fn labels_within(&self) -> Option<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let (first, last) = (frames.first()?.time_s, frames.last()?.time_s);
@@ -99,25 +97,24 @@ impl<'a> Measures<'a> {
     }
 
     pub fn most_points(&self) -> Option<NamedValue> {
-        self.recording.frames.iter().map(|f| f.points().flatten().count()).max().map(|n| bare(n as f64))
+        self.recording.frames.iter().map(|f| f.points().flatten().count()).max().map(|n| unnamed(n as f64))
     }
 
-    /// The median standard deviation of the points of the tongue.
     pub fn usual_sd_mm(&self) -> Option<NamedValue> {
         let points = self.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
-        upper_median(points.map(|mark| mark.sd)).map(|sd| bare(sd * MM))
+        upper_median(points.map(|mark| mark.sd)).map(|sd| unnamed(sd * MM))
     }
 
     pub fn bones_apart_mm(&self) -> Option<NamedValue> {
         let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
-        steady.map(|(a, b)| bare((a - b).norm() * MM))
+        steady.map(|(a, b)| unnamed((a - b).norm() * MM))
     }
 
-    /// The diameter that contains half of the points, so that one distant point does not make it large.
+    /// Diameter of the circle that contains half of the points, which one distant point does not enlarge.
     pub fn contour_width_mm(&self) -> Option<NamedValue> {
         let contour = self.contour.iter().flatten().copied();
         let centre = upper_median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
-        upper_median(contour.map(|p| (p - centre).norm())).map(|r| bare(2.0 * r * MM))
+        upper_median(contour.map(|p| (p - centre).norm())).map(|r| unnamed(2.0 * r * MM))
     }
 
     /// The coil that is more than twice as far from its nearest neighbour as all others are from theirs.
@@ -140,7 +137,7 @@ impl<'a> Measures<'a> {
         Vec::from_iter(all.iter().map(|(n, p)| ((p - centre).norm() * MM, (*n).clone())))
     }
 
-    /// How steep the line from spine to hyoid is, degrees, and whether the tongue is arched upwards all the same.
+    /// Angle of the line from spine to hyoid to the horizontal, degrees, and whether the tongue is nevertheless arched upwards.
     pub fn steep_bones(&self) -> Option<(NamedValue, bool)> {
         let (spine, hyoid) = self.spine_and_hyoid().filter(|_| !self.recording.stated.axes)?;
         let upright = self.near_contour(1).is_some_and(|contour| {
@@ -148,29 +145,31 @@ impl<'a> Measures<'a> {
             let arch = centre - (contour[0] + contour[contour.len() - 1]) / 2.0;
             arch.y > 3e-3 && arch.y > arch.x.abs()
         });
-        Some((bare(steep_deg(hyoid - spine)), upright))
+        Some((unnamed(steep_deg(hyoid - spine)), upright))
     }
 
     pub fn tongue_above_bones_mm(&self) -> Option<NamedValue> {
         let (spine, hyoid) = self.spine_and_hyoid()?;
         let points = self.near_contour(0)?.into_iter().chain(self.sensors.iter().flatten().copied());
-        upper_median(points.map(|p| p.y)).map(|y| bare((y - spine.y.min(hyoid.y)) * MM))
+        upper_median(points.map(|p| p.y)).map(|y| unnamed((y - spine.y.min(hyoid.y)) * MM))
     }
 
-    /// By how much the ends of a contour are nearer to the wrong bones.
+    /// By how much the ends of the contour would be nearer to the bones if the spine and the hyoid were exchanged.
     pub fn root_nearer_to_spine_mm(&self) -> Option<NamedValue> {
         let ((spine, hyoid), contour) = self.spine_and_hyoid().zip(self.near_contour(4))?;
         let (first, last) = (contour.first()?, contour.last()?);
         let [right, reversed] =
             [(first, last), (last, first)].map(|(root, tip)| (root - hyoid).norm() + (tip - spine).norm());
-        Some(bare((right - reversed) * MM))
+        Some(unnamed((right - reversed) * MM))
     }
 
-    /// The larger of how far the contour reaches above the line of the bones: 1.1 to 1.5 times the distance of these and 0.50 to 0.57 times its
-    /// own length in most bodies, where 1.7 and 0.66 are the most. A hyoid near the jaw raises the first alone, a root that is not seen the
-    /// second alone, so both must be beyond: the smaller of the two over its limit. Or the same of its ends: the lower one is 0.2 times the
-    /// distance of the bones above their line in most recordings and the mean of both 0.4, and 0.6 and 0.7 to 0.8 where the contour is 15 mm
-    /// too high.
+    /// How much too high the contour is for the bones: above 1 if its top or both of its ends are. The name is the height of the top over
+    /// the distance of the bones.
+    ///
+    /// The height of the top is 1.1 to 1.5 times the distance of the bones and 0.50 to 0.57 times the length of the contour in most bodies.
+    /// A hyoid near the jaw raises the first alone, a hidden root the second alone, so both limits (1.7 and 0.66) must be exceeded. The
+    /// lower end is 0.2 times the distance of the bones above their line in most recordings and the mean of both ends 0.4; in contours that
+    /// are 15 mm too high these are 0.6 and 0.7 to 0.8.
     pub fn height_over_bones(&self) -> Option<NamedValue> {
         let ((spine, hyoid), contour) = self.spine_and_hyoid().zip(self.near_contour(5))?;
         let apart = hyoid - spine;
@@ -185,7 +184,7 @@ impl<'a> Measures<'a> {
     }
 
     pub fn detour_of_contour(&self) -> Option<NamedValue> {
-        Some(bare(detour(&self.near_contour(5)?)))
+        Some(unnamed(detour(&self.near_contour(5)?)))
     }
 
     pub fn coils_that_turn(&self) -> Option<NamedValue> {
@@ -193,30 +192,30 @@ impl<'a> Measures<'a> {
         turn.map(|w| (1.0, listed(w)))
     }
 
-    /// Whether the names of coils say another order than their places.
+    /// The coils, if the ranks in their names have another order than their positions.
     pub fn coils_out_of_rank(&self) -> Option<NamedValue> {
         let wrong = self.ranks()?.windows(2).any(|w| w[0] > w[1]);
         wrong.then(|| (1.0, listed(&self.coils)))
     }
 
-    /// How steep the line between the two farthest coils is, where they are out of order.
+    /// Angle of the line between the two farthest coils to the horizontal, if coils are out of order.
     pub fn disordered_coils_steep_deg(&self) -> Option<NamedValue> {
         self.coils_that_turn()
             .or_else(|| self.coils_out_of_rank())
             .filter(|_| !self.recording.stated.axes)?;
         let pairs = self.coils.iter().flat_map(|a| self.coils.iter().map(|b| b.2 - a.2));
-        pairs.max_by(|a, b| a.norm().total_cmp(&b.norm())).map(|widest| bare(steep_deg(widest)))
+        pairs.max_by(|a, b| a.norm().total_cmp(&b.norm())).map(|widest| unnamed(steep_deg(widest)))
     }
 
-    /// How far the coil at the tip lies behind the last one; endless if all names are in reverse.
+    /// Distance of the coil at the tip behind the last one; infinite if the ranks of all coils are reversed.
     pub fn tip_behind_mm(&self) -> Option<NamedValue> {
         let [first, .., last] = &self.coils[..] else { return None };
         let reversed = self.ranks().is_some_and(|ranks| ranks.windows(2).all(|w| w[0] > w[1]));
-        Some(bare(if reversed { ANY } else { (first.2.x - last.2.x) * MM }))
+        Some(unnamed(if reversed { ANY } else { (first.2.x - last.2.x) * MM }))
     }
 
-    /// How much smaller or larger the coils lie than on a tongue: above 1 where neighbours are on average less than 9 mm or more than 28 mm
-    /// apart, or the first and the last more than 58 mm.
+    /// How much too small or too large the chain of coils is: above 1 if neighbours are on average less than 9 mm or more than 28 mm apart,
+    /// or the first and the last more than 58 mm.
     pub fn size_of_coils(&self) -> Option<NamedValue> {
         let gaps = self.gaps_mm();
         let length = gaps.iter().sum::<f64>();
@@ -226,13 +225,13 @@ impl<'a> Measures<'a> {
         is_judged.then(|| ((9.0 / mean).max(mean / 28.0).max(length / 58.0), name))
     }
 
-    /// How far the lowest coil lies below the line of the first and the last in at least four fifths of the frames. A retroflex makes one low, but
-    /// only for a short time.
+    /// Largest distance of a coil below the line of the first and the last, if it is below in more than four fifths of the frames. A
+    /// retroflex lowers one for a short time only.
     pub fn hollow_mm(&self) -> Option<NamedValue> {
         const PART: f64 = 0.8;
         let AlignedRecording { frames, stated, .. } = self.recording;
         let [first, inner @ .., last] = &self.coils[..] else { return None };
-        if frames.len() < FEW || stated.axes {
+        if frames.len() < FEWEST_FRAMES || stated.axes {
             return None;
         }
         let hollow = inner.iter().filter_map(|(number, name, p)| {
@@ -248,7 +247,8 @@ impl<'a> Measures<'a> {
         Some((mm, format!("{name} lies {mm:.0} mm below the line from {} to {}", first.1, last.1)))
     }
 
-    /// The point over which the way is much longer than past it, in most frames: on a tongue it is longer by less than a tenth.
+    /// The point that stands out most from the contour: the way over it is more than 1.45 times as long as past it. On a tongue it is less
+    /// than 1.1 times as long.
     pub fn spike_mm(&self) -> Option<NamedValue> {
         const DETOUR: f64 = 1.45;
         let all = self.recording.contour.iter().zip(&self.contour);
@@ -264,7 +264,7 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// The length of a contour over that of a path from its outermost point to the nearest that is left, and so on.
+/// The length of a contour over that of a path which begins at its outermost point and always goes on to the nearest remaining one.
 pub(super) fn detour(contour: &[Point]) -> f64 {
     let mut left = contour.to_vec();
     let mut path: Vec<Point> = Vec::with_capacity(left.len());

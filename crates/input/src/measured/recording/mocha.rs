@@ -1,13 +1,12 @@
-//! MOCHA's sensors as plain text (`.ema`): one line for each frame without a header, with the time (s), a
-//! flag (0: nothing seen) and twenty channels in hundredths of a millimetre, at 500 frames a second; or the
-//! twenty channels alone. The order is that of MOCHA's EST files, as in some corpora (Wrench 1999; Qin and
-//! Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
+//! MOCHA's sensors as plain text (`.ema`): a line for each frame without a header, with the time (s), a flag (0: nothing seen) and twenty
+//! channels in hundredths of a millimetre, at 500 Hz; or the twenty channels alone. The order is that of MOCHA's EST files (Wrench 1999;
+//! Qin and Carreira-Perpinan 2009, `MOCHAread.m`).
 
 use super::super::error::{Malformed, SourcePlace};
 use super::numbers::NumberTable;
 use super::{Format, Recording, Sample, Times, is_coordinate};
 
-/// The sensors and the columns of their x and y among the channels.
+/// The sensors, with the channels of their x and y.
 const SENSORS: [(&str, usize, usize); 9] = [
     ("ui", 0, 5),
     ("li", 1, 6),

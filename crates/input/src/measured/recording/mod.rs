@@ -1,7 +1,6 @@
-//! Recordings of a tongue over time in the formats of laboratories: points of its contour, sensors glued to
-//! it, and bones.
+//! Recordings of a tongue over time in the formats of laboratories: points of its contour, sensors glued to it, and bones.
 //!
-//! `docs/guide.md` lists the formats with their units ("Other recordings"); each reader here begins with where its format is from.
+//! `docs/guide.md` lists the formats with their units ("Other recordings"); the module of each reader has the source of its format.
 //!
 //! ```text
 //! bytes -> Recording (channels by name, axes and unit of the file) -> Map -> AlignedRecording (points of the body, m)
@@ -72,7 +71,7 @@ pub enum Format {
     Mview,
     DeepLabCut,
     NdiWave,
-    /// Tables of sensors whose header does not say whose they are, so that the axis upwards is found from the data.
+    /// Tables of sensors whose header does not name the system, so that the upward axis is found from the data.
     Sensors,
 }
 
@@ -90,10 +89,10 @@ impl Format {
         ("sensors", Format::Sensors),
     ];
 
-    /// The format of a file by its content, or else by its name.
+    /// The format, from the content or else from the name of the file.
     pub fn of(bytes: &[u8], origin: &str) -> Self {
         let ends = |end: &str| Path::new(origin).extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
-        // NUL bytes are removed, so that a header in UTF-16 is recognised too.
+        // NUL bytes are removed, so that a header in UTF-16 is recognised, too.
         let head: Vec<u8> = bytes.iter().take(65536).copied().filter(|b| *b != 0 && *b != b'"').collect();
         let head = String::from_utf8_lossy(&head);
         let line = head.lines().next().unwrap_or_default();
@@ -119,7 +118,7 @@ impl Format {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     pub time_s: f64,
-    /// Position of every channel, in the axes and unit of the file; `None` if it was not seen.
+    /// Position of every channel, in the axes and the unit of the file; `None` if it was not seen.
     pub places: Vec<Option<[f64; 3]>>,
     /// Likelihood of each position, 0 to 1; empty if the format has none.
     pub likelihood: Vec<f32>,
@@ -136,29 +135,29 @@ pub enum Times {
     InFile,
     /// The file has no times; its instrument usually has this rate, Hz.
     Usual(f64),
-    /// The file counts frames: the times of the samples are frame numbers.
+    /// Times of samples are numbers of frames.
     Frames,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Name that distinguishes it from other recordings of the file.
+    /// Distinguishes it from other recordings of the file.
     pub name: String,
     pub speaker: Option<String>,
     pub channels: Vec<String>,
-    /// Standard deviation of every channel, in the unit of the file, if the file has it.
+    /// Standard deviation of every channel, in the unit of the file; `None` if the file lacks it.
     pub sigma: Vec<Option<f64>>,
     pub labels: Vec<Label>,
     pub notes: Vec<String>,
     pub samples: Vec<Sample>,
-    /// Metres in a unit of the file, if the format defines it.
+    /// Metres in a unit of the file; `None` if the format does not define it.
     pub metres: Option<f64>,
     pub times: Times,
     pub format: Format,
 }
 
 impl Recording {
-    /// A recording with times of its own, named after its file.
+    /// A recording that is named after its file.
     fn of_file(
         origin: &str,
         format: Format,
@@ -181,10 +180,10 @@ impl Recording {
         }
     }
 
-    /// The coils of recordings of one frame each as one recording, with a sample of each in their order. Other channels are left out.
+    /// The coils of several recordings of one frame each as one recording, with a sample of each. Other channels are left out.
     ///
     /// # Errors
-    /// In words if the recordings are not of one format and unit, or one has not exactly one frame.
+    /// A message if the recordings have different formats or units, or one does not have exactly one frame.
     pub fn of_coils(frames: &[Self]) -> Result<Self, String> {
         let Some(first) = frames.first() else { return Err("there is no recording".to_owned()) };
         if frames.iter().any(|f| (f.format, f.metres) != (first.format, first.metres)) {
@@ -207,8 +206,8 @@ impl Recording {
         Ok(Self { channels, sigma, samples, labels: Vec::new(), ..first.clone() })
     }
 
-    /// Reads all recordings of a file. Its format is found from its content and name unless it is given. A Praat TextGrid of the same
-    /// name beside a file of one recording gives its labels.
+    /// Reads all recordings of a file, whose format is found if it is not given. A file of one recording gets the labels of a Praat
+    /// TextGrid of the same name beside it.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, ReadError> {
         let origin = path.display().to_string();
         let bytes = crate::files::read_up_to(limits::LARGEST, path);
@@ -218,10 +217,10 @@ impl Recording {
         Ok(found)
     }
 
-    /// Reads all recordings in the bytes of a file; `origin` is its name in messages, usually its path.
+    /// Reads all recordings in the bytes of a file; `origin` is its name in messages.
     ///
     /// # Errors
-    /// [`Malformed`] with line and column; in binary data the column is the byte.
+    /// With line and column; in binary data the column is the byte.
     pub fn from_bytes(bytes: &[u8], origin: &str, format: Option<Format>) -> Result<Vec<Self>, Malformed> {
         let format = format.unwrap_or_else(|| Format::of(bytes, origin));
         let mut found = match format {
@@ -236,10 +235,10 @@ impl Recording {
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
             Format::NdiWave | Format::Sensors => sensor_table::read(bytes, origin).map(|r| vec![r]),
         }?;
-        found.iter_mut().for_each(Self::forget_zeros);
-        // MATLAB, Carstens and Edinburgh state their sizes.
+        found.iter_mut().for_each(Self::remove_zeros);
+        // The other formats do not state their sizes.
         if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {
-            found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::cut(bytes)));
+            found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::truncation_note(bytes)));
         }
         if found.iter().all(|r| r.samples.is_empty()) {
             let start = SourcePlace::start(origin);
@@ -248,9 +247,9 @@ impl Recording {
         Ok(found)
     }
 
-    /// Takes out places at exactly the origin, in frames that have several, of channels that are elsewhere in most frames: programs write
-    /// zeros for what was not seen.
-    fn forget_zeros(&mut self) {
+    /// Removes positions at exactly the origin if several of a frame are there and the channel is elsewhere in most frames: programs write
+    /// zeros for points that were not seen.
+    fn remove_zeros(&mut self) {
         let frames: Vec<usize> = (0..self.samples.len())
             .filter(|&t| self.samples[t].places.iter().filter(|place| **place == Some([0.0; 3])).count() > 1)
             .collect();
@@ -262,14 +261,14 @@ impl Recording {
             if zeros == 0 || 2 * zeros >= seen {
                 continue;
             }
-            let mut is_told = false;
+            let mut is_removed = false;
             for &t in &frames {
                 let place = &mut self.samples[t].places[channel];
                 if *place == Some([0.0; 3]) {
-                    (*place, is_told) = (None, true);
+                    (*place, is_removed) = (None, true);
                 }
             }
-            names.extend(is_told.then_some(name.as_str()));
+            names.extend(is_removed.then_some(name.as_str()));
         }
         if !names.is_empty() {
             let names = names.join(", ");
@@ -277,7 +276,7 @@ impl Recording {
         }
     }
 
-    /// Whether another recording, not of a speaker with another name, has the same frames: the times and coordinates of this one.
+    /// Whether the recordings have the same times and positions, and speakers that are not known to differ.
     pub fn has_frames_of(&self, other: &Self) -> bool {
         let are_of_two = self.speaker.as_ref().zip(other.speaker.as_ref()).is_some_and(|(a, b)| a != b);
         !are_of_two
@@ -294,7 +293,7 @@ impl Recording {
         ReadError::Refused(format!("the recording {:?}: {problem}", self.name))
     }
 
-    /// Median distance between neighbouring channels of these, in the unit of the file.
+    /// Median distance between neighbours of these channels, in the unit of the file.
     fn middle_gap(&self, channels: &[usize]) -> Option<f64> {
         let gaps = channels.windows(2).flat_map(|w| {
             self.samples.iter().filter_map(move |s| {

@@ -1,16 +1,16 @@
-//! Articulatory recordings in MATLAB files of MVIEW (Tiede 2005), among them the Haskins production rate
-//! comparison: an array of structures, one for each channel, with `NAME`, `SRATE` (Hz) and `SIGNAL`, one row
-//! for each frame. A sensor's signal has two columns (to the front, upwards) or at least three (to the front,
-//! sideways, upwards, then angles), mm; channels with one column, such as the sound, are not read.
+//! Articulatory recordings in MATLAB files of MVIEW (Tiede 2005), among them the Haskins production rate comparison: an array of
+//! structures, one for each channel, with `NAME`, `SRATE` (Hz) and `SIGNAL`, which has a row for each frame. A sensor's signal has two
+//! columns (to the front, upwards) or at least three (to the front, sideways, upwards, then angles), mm; channels with one column, such as
+//! the sound, are not read.
 
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
+use super::limits::RATES_HZ;
 use super::matlab::{MatFile, MatValue};
 use super::{Budget, Format, Recording, Sample, is_coordinate};
 
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
-const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 struct Channel<'a> {
     name: &'a str,
@@ -74,7 +74,7 @@ fn place(channel: &Channel<'_>, frame: usize) -> Option<[f64; 3]> {
     place.iter().all(|v| is_coordinate(*v)).then_some(place)
 }
 
-/// The structure as a sensor's channel; `None` for the sound and other signals.
+/// `None` for the sound and other signals that are not of a sensor.
 fn channel<'a>(structure: &'a [(String, MatValue<'a>)]) -> Option<Channel<'a>> {
     let field = |name: &str| structure.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v);
     let Some(MatValue::Text(name)) = field("NAME") else { return None };

@@ -1,4 +1,4 @@
-//! Roles of channels by the names that laboratories give them.
+//! Roles of channels, by the names that laboratories give them.
 
 use tongue_core::body::{HYOID, MANDIBLE};
 
@@ -6,18 +6,16 @@ use tongue_core::body::{HYOID, MANDIBLE};
 pub enum Role {
     /// A point somewhere on the surface of the tongue.
     Contour,
-    /// A material point of the surface at this distance behind the tip along it at rest, m.
+    /// A material point of the surface at this distance behind the tip along the surface at rest, m.
     Surface(f64),
-    /// A material point of the surface at an unknown distance behind the tip; its number counted from the
-    /// tip, if known.
+    /// A material point of the surface at an unknown distance behind the tip; its rank from the tip, if known.
     Coil(Option<u32>),
     Bone(String),
     Reference,
     Ignored,
 }
 
-/// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and the usual
-/// protocols of NDI and Carstens.
+/// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and usual protocols of NDI and Carstens.
 #[rustfmt::skip]
 const COILS: [&str; 25] = [
     "t1", "t2", "t3", "t4", "t5", "tt", "tb", "tm", "td", "tr", "ta", "tc", "ttip", "tbody", "tdorsum", "tmid", "tback",
@@ -29,17 +27,17 @@ const INCISORS: [&str; 9] =
 const BESIDE_INCISORS: [&str; 4] = ["manm", "jawl", "jawr", "jawm"];
 const TIPS: [&str; 5] = ["t1", "tt", "ta", "tonguetip", "ttip"];
 
-/// Beginnings of names of coils on the head and of traces that are no part of the tongue, and whole names of others.
+/// Beginnings of names of coils on the head and of traces, and whole names of other channels, none of which are of the tongue.
 const OF_HEAD: [&str; 9] = ["ref", "head", "nose", "nas", "ear", "mastoid", "palate", "roof", "vel"];
 const BESIDE_TONGUE: [&str; 7] =
     ["ui", "upperincisor", "upperincisors", "mandible", "v", "bn", "bridgeofnose"];
 
-/// A name in lower case without punctuation.
+/// The name in lower case without punctuation.
 pub(super) fn normalised(channel: &str) -> String {
     channel.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }
 
-/// The role of a channel by its name; [`Role::Ignored`] if the name is unknown.
+/// [`Role::Ignored`] if the name is unknown.
 pub(super) fn role(channel: &str) -> Role {
     if let Some(bone) = bone(channel) {
         return Role::Bone(bone.to_owned());
@@ -58,7 +56,6 @@ pub(super) fn role(channel: &str) -> Role {
     }
 }
 
-/// The bone that a channel of this name shows.
 pub(super) fn bone(channel: &str) -> Option<&'static str> {
     match normalised(channel).as_str() {
         "hyoid" => Some(HYOID),
@@ -67,14 +64,14 @@ pub(super) fn bone(channel: &str) -> Option<&'static str> {
     }
 }
 
-/// Whether nothing is known of a channel of this name.
+/// Whether the name does not even tell that the channel is not of the tongue.
 pub(super) fn is_unknown(channel: &str) -> bool {
     let name = normalised(channel);
     let is_beside = BESIDE_TONGUE.contains(&name.as_str()) || OF_HEAD.iter().any(|of| name.starts_with(of));
     role(channel) == Role::Ignored && lip(channel).is_none() && !is_beside
 }
 
-/// The place of a coil among those on a tongue, counted from the tip, by its usual name.
+/// Rank of a coil from the tip backwards, by its name: its number, or 1 at the tip, 2 on blade and body, 3 behind them.
 pub(super) fn rank(channel: &str) -> Option<u32> {
     let name = normalised(channel);
     match name.strip_prefix('t').and_then(|n| n.parse().ok()) {
@@ -98,7 +95,7 @@ pub(super) fn lip(channel: &str) -> Option<bool> {
     }
 }
 
-/// Whether a channel of this name is in front of the tongue: a lip, an incisor or the jaw.
+/// Whether the channel is in front of the tongue: a lip, an incisor or the jaw.
 pub(super) fn is_in_front(channel: &str) -> bool {
     let plain = normalised(channel);
     lip(channel).is_some() || INCISORS.iter().chain(&["ui", "upperincisor"]).any(|name| *name == plain)

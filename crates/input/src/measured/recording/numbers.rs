@@ -1,4 +1,4 @@
-//! Numbers in the cells of tables, and the reader of tables of numbers without a header, separated by spaces, tabs or commas.
+//! Numbers in the cells of tables, and tables of numbers without a header, separated by spaces, tabs or commas.
 
 use std::fmt::Display;
 
@@ -16,7 +16,7 @@ pub(super) fn number(text: &str) -> Option<f64> {
     coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
 }
 
-/// The number in the cell of `what`; `None` where the cell says that nothing was measured.
+/// The number in a cell; `None` if the cell says that nothing was measured. `what` names the cell in errors.
 pub(super) fn value(text: &str, what: impl Display, at: SourcePlace<'_>) -> Result<Option<f64>, Malformed> {
     if is_missing(text) {
         return Ok(None);
@@ -31,7 +31,7 @@ pub(super) fn seconds(text: &str, at: SourcePlace<'_>) -> Result<f64, Malformed>
     number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
 }
 
-/// The last number of a text without a line end at its end, and those at the ends of the lines above, each with its number of decimals.
+/// The last number of a text that has no line end behind it, and the last numbers of the lines above; each with its number of decimals.
 pub(super) struct LastNumber<'a> {
     cell: &'a str,
     value: (f64, usize),
@@ -54,18 +54,18 @@ impl<'a> LastNumber<'a> {
         })
     }
 
-    /// Whether it has fewer decimals than all above it.
+    /// Whether it has fewer decimals than every number above it.
     pub fn is_short(&self) -> bool {
         self.above.iter().map(|(_, decimals)| *decimals).min() > Some(self.value.1)
     }
 }
 
-/// A doubt if a text file seems to be cut off: it ends without a line end, and its last number has fewer digits
-/// than those above it in the same column.
-pub(super) fn cut(bytes: &[u8]) -> Option<String> {
+/// A note if a text file seems to be cut off: it ends without a line end in a number that has fewer digits than those above it in the same
+/// column.
+pub(super) fn truncation_note(bytes: &[u8]) -> Option<String> {
     const TAIL: usize = 1 << 16;
     const FEWEST_LINES: usize = 5;
-    // NUL bytes are those of UTF-16.
+    // Text in UTF-16 has NUL bytes.
     let tail: Vec<u8> =
         bytes[bytes.len().saturating_sub(TAIL)..].iter().copied().filter(|b| *b != 0).collect();
     let text = String::from_utf8_lossy(&tail);
@@ -78,23 +78,21 @@ pub(super) fn cut(bytes: &[u8]) -> Option<String> {
         _ => last.is_short() || decimals + 2 <= usual,
     };
     is_cut.then(|| {
-        format!("the file ends without a line end in a number, {cell}, that is shorter than those above it: it may be cut off; export it anew")
+        format!("the file ends without a line end in a number, {cell}, that is shorter than those above it: it may be cut off; export it again")
     })
 }
 
 /// A table with the same number of values in every line.
 pub(super) struct NumberTable {
     pub width: usize,
-    /// All values, line by line; NaN for those that the file marks as missing.
+    /// Values line by line; NaN where the file has NaN.
     pub values: Vec<f64>,
     lines: Vec<u64>,
 }
 
 impl NumberTable {
-    /// Reads a table that begins at `start`; `widths` are the allowed numbers of values in a line, and `help` is the advice for
-    /// other lines.
-    ///
-    /// A first line of words alone is a header and is skipped.
+    /// Reads a table that begins at `start`; `widths` are the allowed numbers of values in a line, and `help` is the advice for other
+    /// lines. A first line without numbers is a header and is skipped.
     pub fn read(
         bytes: &[u8],
         start: SourcePlace<'_>,
@@ -132,7 +130,7 @@ impl NumberTable {
         Ok(out)
     }
 
-    /// The places of every row, of which `read` takes the time in seconds and the rest. Times must ascend.
+    /// The samples that `read` makes of the number and the values of each row. Their times must ascend.
     pub fn samples(
         &self,
         start: SourcePlace<'_>,

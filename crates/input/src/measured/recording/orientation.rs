@@ -1,5 +1,5 @@
-//! How a recording lies in the head, from its map, bones, contour and coils: which way the back of the head is, and which end of a contour
-//! or chain of coils is the tip. Lips, incisors and coils on the jaw tell whether axes or coils are exchanged.
+//! Orientation of a recording in the head, from its map, bones, contour and coils: the axis to the back of the head, and the end of a
+//! contour or chain of coils at the tip. Lips, incisors and coils on the jaw show whether axes or coils are exchanged.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use tongue_core::statistics::upper_median;
 
 use super::super::error::ReadError;
 use super::contour_frame::{self, SampleFrame};
-use super::dynamics::FEW;
+use super::dynamics::FEWEST_FRAMES;
 use super::flat::{Flat, upper_median_point};
 use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, names};
 
@@ -17,42 +17,39 @@ use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, 
 pub const FIRST_COIL_M: f64 = 8e-3;
 /// Usual ratio of the distance of neighbouring coils along the surface to their straight distance.
 pub const LONGER_THAN_CHORD: f64 = 1.03;
-/// Ends of a contour whose heights differ by less are level, m: the first point is then taken for the root.
+/// Ends of a contour whose heights differ by less, m, do not show the root, which is then the first point.
 const LEVEL_M: f64 = 1e-3;
-/// Fewer points do not show which end is at the root.
+/// A contour with fewer points does not show which end is the root.
 const FEWEST_OF_ARCH: usize = 4;
-const REVERSED: &str =
+const REVERSED_NOTE: &str =
     "the contour runs from the tip to the root (its lower end is the root), and was turned round";
 
-/// Differences below this mean nothing, m.
-const APART_M: f64 = 5e-3;
-/// A coil on the jaw is at the lower incisors and in front of the tongue's first coil, which lies behind the tip: it is not farther
-/// behind that one than this, m.
-const BEHIND_M: f64 = 3e-3;
-/// When the tongue is low, its first coil lies at about the height of the lower incisors, 2 to 8 mm above the coil below them; farther
-/// above or below it than this, m, the two are not in one frame.
-const APART_IN_HEIGHT_M: f64 = 15e-3;
+/// Smallest difference of positions that is judged, m.
+const JUDGED_FROM_M: f64 = 5e-3;
+/// A coil on the jaw is at the lower incisors and so in front of the tongue's first coil; largest distance behind that one, m.
+const MOST_BEHIND_M: f64 = 3e-3;
+/// When the tongue is low, its first coil is 2 to 8 mm above a coil at the lower incisors. If it is farther above or below by more than
+/// this, m, the two are not in one frame.
+const MOST_IN_HEIGHT_M: f64 = 15e-3;
 
-/// The incisors and the mental spine of the built-in body: from the coil below the lower incisors to the mental spine, m, in a head whose
-/// axes are those of the recording.
+/// From the coil below the lower incisors to the mental spine of the built-in body, m.
 const INCISORS_TO_SPINE_M: Point = Point::new(14e-3, -20e-3);
 
 impl AlignedRecording {
     /// Interprets a recording with its map, as [`AlignedRecording::all`] does.
     ///
     /// # Errors
-    /// [`ReadError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
-    /// channel is usable.
+    /// [`ReadError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no channel is usable.
     pub fn new(recording: &Recording, map: &Map) -> Result<Self, ReadError> {
         Self::all(&[recording], map).swap_remove(0)
     }
 
-    /// Interprets recordings with their map. Those of one speaker with the same channels are exported alike, so the frame of their
-    /// contours is found from all of them.
+    /// Interprets recordings with their map. The frame of contours is found from all recordings of a speaker with the same channels, which
+    /// are exported alike.
     ///
-    /// If no map gives the axis to the back of the head, it is x, reversed if the mental spine lies at larger
-    /// x than the hyoid. Without these bones it is reversed if the lower end of the contour, which is the root, lies at smaller x than
-    /// the other; with coils only, if the one at the tip lies at larger x than the others.
+    /// If no map gives the axis to the back of the head, it is x: reversed if the mental spine lies at larger x than the hyoid; without
+    /// these bones if the lower end of the contour, which is the root, lies at smaller x than the other; with coils only if the one at the
+    /// tip lies at larger x than the others.
     pub fn all(recordings: &[&Recording], map: &Map) -> Vec<Result<Self, ReadError>> {
         let flat: Vec<_> = recordings.iter().map(|r| Flat::new(r, map)).collect();
         let key = |r: &Recording| (r.speaker.clone(), r.channels.clone());
@@ -77,13 +74,13 @@ impl AlignedRecording {
         let mut sensors = flat.of_role(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
         let mut bones = flat.of_role(|r| matches!(r, Role::Bone(_)));
         if let Some(frame) = frame.map_err(wrong)? {
-            frame.bring_back(&mut flat.places, &flat.contour);
-            flat.notes.push(contour_frame::TOLD.to_owned());
+            frame.move_to_bones(&mut flat.places, &flat.contour);
+            flat.notes.push(contour_frame::NOTE.to_owned());
         }
-        // The front end must have the smaller x: of the bones, or of the contour if these were not seen.
+        // The front has the smaller x: the mental spine, or the end of the contour at the tip if the bones were not seen.
         let [spine, hyoid] = [MANDIBLE, HYOID].map(|name| flat.place(flat.bone(name)?));
         let of_bones = spine.zip(hyoid).map(|(front, rear)| (front.x, rear.x));
-        // The lower end of a contour is the root, and the one nearer to the hyoid.
+        // The root is the lower end of a contour and the one nearer to the hyoid.
         let rise = flat.rise_of_contour();
         let nearer_to_spine = |c: &usize| {
             let at = flat.place(*c)?;
@@ -96,7 +93,7 @@ impl AlignedRecording {
             && by_bones.is_none_or(|(first, last)| first < last);
         if is_reversed {
             flat.contour.reverse();
-            flat.notes.push(REVERSED.to_owned());
+            flat.notes.push(REVERSED_NOTE.to_owned());
         }
         let by_contour = rise.filter(|_| of_bones.is_none());
         let by_contour = by_contour.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
@@ -123,7 +120,7 @@ impl AlignedRecording {
             place.x *= side;
             *place = placement.as_ref().map_or(*place, |to| to.place(*place));
         }
-        let behind = flat.places_of_coils(&mut sensors);
+        let behind = flat.distances_of_coils(&mut sensors);
         if of_bones.is_none() && flat.contour.is_empty() {
             let doubt = flat.check_front(map, &sensors, &bones).map_err(wrong)?;
             flat.notes.extend(doubt);
@@ -140,11 +137,10 @@ impl AlignedRecording {
                 ));
             }
         }
-        flat.carry_by_coils(&mut bones);
+        flat.move_bones_by_coils(&mut bones);
         let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
             let marks = of.iter().map(|&c| {
                 let in_file = recording.sigma[c].map(|sigma| sigma * flat.metres);
-                // The variance is divided by the likelihood.
                 let sd = map.sd(&recording.channels[c], &flat.roles[c], in_file)
                     / likelihood.get(c).map_or(1.0, |l| f64::from(*l)).sqrt();
                 places[c].map(|at| Mark { at, sd })
@@ -182,7 +178,7 @@ impl AlignedRecording {
 }
 
 impl Flat<'_> {
-    /// From the first to the last seen point of the contour, m: the median of all frames.
+    /// Median vector from the first to the last seen point of the contour, m.
     fn rise_of_contour(&self) -> Option<Point> {
         upper_median_point(self.places.iter().filter_map(|frame| {
             let mut seen = self.contour.iter().filter_map(|&c| frame[c]);
@@ -191,7 +187,7 @@ impl Flat<'_> {
         }))
     }
 
-    /// The median x of the coil at the tip and of the coil farthest from it.
+    /// Median x of the coil at the tip and of the coil farthest from it along x.
     fn ends_of_coils(&self, sensors: &[usize]) -> Option<(f64, f64)> {
         let known = sensors.iter().filter_map(|c| match self.roles[*c] {
             Role::Surface(at) => Some((at, *c)),
@@ -209,9 +205,8 @@ impl Flat<'_> {
         Some((x, rear))
     }
 
-    /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
-    /// usual value.
-    fn places_of_coils(&self, sensors: &mut [usize]) -> Vec<f64> {
+    /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: the measured or the usual one.
+    fn distances_of_coils(&self, sensors: &mut [usize]) -> Vec<f64> {
         let nth = |c: usize| match self.roles[c] {
             Role::Coil(Some(nth)) => f64::from(nth),
             _ => f64::INFINITY,
@@ -234,10 +229,10 @@ impl Flat<'_> {
         out
     }
 
-    /// Where several coils move with one bone, they give its rotation, too: the first of them is moved to the place that they carry along, and
-    /// the others are taken out of `bones`. It is the mental spine for coils on the jaw, which lies below and behind the incisors. A frame in
-    /// which one of them was not seen shows no bone.
-    fn carry_by_coils(&mut self, bones: &mut Vec<usize>) {
+    /// Several coils that move with one bone also give its rotation: the first of them is moved to a point that they carry along rigidly,
+    /// and the others are removed from `bones`. This point is the mental spine, which lies below and behind the incisors. In frames that
+    /// lack one of the coils the bone counts as not seen.
+    fn move_bones_by_coils(&mut self, bones: &mut Vec<usize>) {
         let all = std::mem::take(bones);
         for &coil in &all {
             if bones.iter().any(|&b| self.roles[b] == self.roles[coil]) {
@@ -260,18 +255,18 @@ impl Flat<'_> {
         }
     }
 
-    /// What is doubtful in a recording of coils without a contour, x to the back of the head. `sensors`: the coils on the tongue from the tip
-    /// backwards; `jaw`: those on the jaw. Channels that the map names are not judged.
+    /// A doubt about a recording of coils without a contour. `sensors` are the coils on the tongue from the tip backwards, `jaw` those on
+    /// the jaw. Channels that the map names are not judged.
     ///
     /// # Errors
-    /// In words if lips are upside down, or lips, incisors or jaw lie behind the tongue.
+    /// A message if the lips are upside down, or if lips, incisors or jaw are nearer to the rear coil than to the one at the tip.
     fn check_front(&self, map: &Map, sensors: &[usize], jaw: &[usize]) -> Result<Option<String>, String> {
         let channels = &self.recording.channels;
         let judged = || (0..channels.len()).filter(|&c| !map.names(&channels[c]));
         let placed = |c: usize| Some((channels[c].as_str(), self.place(c)?));
         let lip = |is_upper| judged().find(|&c| names::lip(&channels[c]) == Some(is_upper)).and_then(placed);
         if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
-            && a.y < b.y - APART_M
+            && a.y < b.y - JUDGED_FROM_M
         {
             return Err(format!(
                 "{upper} lies below {lower}: the recording is upside down; give the axis that grows upwards in a map, such as up = \"-y\""
@@ -284,15 +279,17 @@ impl Flat<'_> {
         let front: Vec<(&str, f64)> = front.map(|(name, at)| (name, at.x)).collect();
         if let Some((name, x)) = front.first()
             && sensors.len() > 1
-            && (x - tip.x).abs() > (x - rear.x).abs() + APART_M
+            && (x - tip.x).abs() > (x - rear.x).abs() + JUDGED_FROM_M
         {
             return Err(format!(
                 "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their names, \
              or back in a map"
             ));
         }
-        let behind =
-            front.into_iter().map(|(name, x)| (name, x - tip.x)).filter(|(_, behind)| *behind > BEHIND_M);
+        let behind = front
+            .into_iter()
+            .map(|(name, x)| (name, x - tip.x))
+            .filter(|(_, behind)| *behind > MOST_BEHIND_M);
         let (names, behind): (Vec<&str>, Vec<f64>) = behind.unzip();
         if !names.is_empty() {
             return Ok(Some(format!(
@@ -310,8 +307,8 @@ impl Flat<'_> {
         above.sort_unstable_by(f64::total_cmp);
         let (low, high) = (*above.get(above.len() / 10)?, *above.get(above.len() * 9 / 10)?);
         let (off, side, even) =
-            if low > APART_IN_HEIGHT_M { (low, "above", "lowest") } else { (-high, "below", "highest") };
-        (above.len() >= FEW && off > APART_IN_HEIGHT_M).then(|| {
+            if low > MOST_IN_HEIGHT_M { (low, "above", "lowest") } else { (-high, "below", "highest") };
+        (above.len() >= FEWEST_FRAMES && off > MOST_IN_HEIGHT_M).then(|| {
             format!(
                 "{first} lies {:.0} mm {side} {name}, a coil on the jaw, even where it is {even}: the coils of tongue and jaw do not seem to \
                  be in one frame; compare both with a picture, or write \"{name}\" = \"ignore\" into a map",

@@ -1,8 +1,8 @@
-//! Plausibility of a whole recording: one table of checks, each with what is measured, its range, and the words for a value outside it.
+//! Plausibility of a recording: checks that consist of a quantity, its range, and the message for a value outside it.
 
 use tongue_core::geometry::Point;
 
-use super::dynamics::{FEW, NamedValue, bare};
+use super::dynamics::{FEWEST_FRAMES, NamedValue, unnamed};
 use super::flat::STEEPEST_BONES_DEG;
 use super::map::WITHOUT_BONES;
 use super::measures::{ANY, MM, Measures, detour, sag};
@@ -10,18 +10,17 @@ use super::outliers::above;
 use super::{AlignedFrame, AlignedRecording};
 use Severity::{Note, Refused, Untrusted};
 
-/// What follows from an implausible property of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     Note,
-    /// Results exist, but cannot be trusted unless the user knows better.
+    /// There are results, but they cannot be trusted unless the user knows better.
     Untrusted,
     Refused,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Doubt {
-    pub said: String,
+    pub message: String,
     pub severity: Severity,
 }
 
@@ -38,8 +37,9 @@ struct DoubtList {
 }
 
 impl DoubtList {
-    /// Tells of values outside a range; of the checks with one subject only the first that fails is told. In the words, `{value}` is the
-    /// value, `{name}` what has it, `{without_bones}` the line of a map that leaves the bones out, `{give_palate}` how to give a palate.
+    /// Adds a doubt for each value outside a range, but only for the first check of a subject that fails. `words` is the message, with
+    /// `{value}`, `{name}` of what has it, `{without_bones}` (the line of a map that leaves the bones out) and `{give_palate}` (how to give
+    /// a palate).
     fn check(
         &mut self,
         subject: &'static str,
@@ -52,14 +52,15 @@ impl DoubtList {
             return;
         }
         for (value, name) in found.into_iter().filter(|(value, _)| *value < least || *value > most) {
-            let said = words.replace("{value}", &three_digits(value)).replace("{name}", &name);
-            let said = said.replace("{without_bones}", WITHOUT_BONES).replace("{give_palate}", GIVE_PALATE);
-            self.doubts.push(Doubt { said, severity });
+            let message = words.replace("{value}", &three_significant_digits(value)).replace("{name}", &name);
+            let message =
+                message.replace("{without_bones}", WITHOUT_BONES).replace("{give_palate}", GIVE_PALATE);
+            self.doubts.push(Doubt { message, severity });
             self.subjects.push(subject);
         }
     }
 
-    /// Checks of times, number of points and size. After one that refuses, the shape is not checked.
+    /// Checks of times, number of points and size.
     #[rustfmt::skip]
     fn size(&mut self, m: &Measures<'_>) {
         self.check("rate", m.step_ms(), [0.1, 1e4], Refused,
@@ -87,12 +88,12 @@ impl DoubtList {
         self.check("size", m.coil_alone_mm(), [0.0, 30.0], Refused,
             "{name} lies {value} mm from the nearest other coil, more than twice as far as these from one another: it has come off or its tracking \
              has slipped; write \"{name}\" = \"ignore\" into a map");
-        self.check("size", m.gaps_mm().into_iter().max_by(f64::total_cmp).map(bare), [4.0, 50.0], Refused,
+        self.check("size", m.gaps_mm().into_iter().max_by(f64::total_cmp).map(unnamed), [4.0, 50.0], Refused,
             "neighbouring coils are apart by up to {value} mm, where 4 to 50 are possible; correct unit_mm in the map, or give a table in \
              millimetres");
     }
 
-    /// Checks of the order of points and bones in the head, and of the way up.
+    /// Checks of the order of points and bones in the head, and of the upward axis.
     #[rustfmt::skip]
     fn shape(&mut self, m: &Measures<'_>) {
         self.check("far", m.far_points_mm(), [0.0, 150.0], Note,
@@ -100,19 +101,19 @@ impl DoubtList {
         self.check("slip", m.motion.slipped_points_mm(), [0.0, 8.0], Refused,
             "{name}, while the other points do not: its tracking has slipped; correct it, or leave the point out with \"ignore\" in a map");
         self.check("axes", m.steep_bones().filter(|(_, upright)| *upright).map(|(deg, _)| deg), [0.0, STEEPEST_BONES_DEG], Refused,
-            "the hyoid and the mental spine lie one above the other, while the tongue is the right way up: the tracking of one of them has \
+            "the hyoid and the mental spine lie one above the other, while the tongue is arched upwards: the tracking of one of them has \
              slipped; correct it, or leave the bones out with a map (--map) of the line {without_bones}");
         self.check("axes", m.steep_bones().map(|(deg, _)| deg), [0.0, STEEPEST_BONES_DEG], Refused, EXCHANGED);
         self.check("axes", m.tongue_above_bones_mm(), [0.0, ANY], Refused,
             "the tongue lies below the hyoid and the mental spine: the recording is upside down; give the axis that grows upwards in a map, \
              such as up = \"-y\"");
-        self.check("axes", m.spine_and_hyoid().map(|(spine, hyoid)| bare((spine.x - hyoid.x) * MM)), [-ANY, 0.0], Refused,
+        self.check("axes", m.spine_and_hyoid().map(|(spine, hyoid)| unnamed((spine.x - hyoid.x) * MM)), [-ANY, 0.0], Refused,
             "the mental spine lies behind the hyoid; correct back in the map, or the names of the two");
         self.check("axes", m.root_nearer_to_spine_mm(), [-ANY, 0.0], Refused,
             "the end of the contour at the root lies by the mental spine and not by the hyoid: the names of these two are wrong, or contour and \
              bones are not in one frame; correct them, or leave the bones out with a map (--map) of the line {without_bones}");
         self.check("axes", m.detour_of_contour(), [0.0, MOST_DETOUR], Refused, DISORDERED);
-        self.check("axes", m.near_contour(5).and_then(|contour| sag(&contour)).map(|m| bare(m * MM)), [-ANY, 5.0], Refused,
+        self.check("axes", m.near_contour(5).and_then(|contour| sag(&contour)).map(|m| unnamed(m * MM)), [-ANY, 5.0], Refused,
             "the contour hangs below the line of its ends, where a tongue is arched upwards: the recording is upside down; give the axis that \
              grows upwards in a map, such as up = \"-y\"");
         self.check("axes", m.disordered_coils_steep_deg(), [0.0, 60.0], Refused, EXCHANGED);
@@ -135,32 +136,33 @@ impl DoubtList {
             "{name} stands out of the contour by {value} mm; correct it, or write \"{name}\" = \"ignore\" into a map");
     }
 
-    /// Checks of motion. Pellets on the tongue move at 60 to 130 mm/s on average in speech (Tasko and Westbury 2002), and tips at 400 mm/s in the
-    /// fastest gestures; a gesture takes 0.1 to 0.3 s.
+    /// Checks of motion. On average pellets on the tongue move at 60 to 130 mm/s in speech (Tasko and Westbury 2002), and tips at 400 mm/s
+    /// in the fastest gestures; a gesture takes 0.1 to 0.3 s.
     #[rustfmt::skip]
     fn motion(&mut self, m: &Measures<'_>) {
         self.check("still", m.motion.frozen(), [0.0, 0.0], Refused,
-            "nothing moves: all {value} frames have exactly the same places, which no measurement has; export the recording anew, or give one \
+            "nothing moves: all {value} frames have exactly the same places, which no measurement has; export the recording again, or give one \
              frame alone");
         self.check("still", m.motion.repeated(), [0.0, 0.5], Note,
             "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out");
         self.check("still", m.motion.part_rounded(), [0.0, 0.5], Note,
-            "most points stay in the very same place in most frames: the places are rounded to steps that are larger than the motion; export more \
+            "most points stay at exactly the same place in most frames: the places are rounded to steps that are larger than the motion; export more \
              decimals");
         self.check("still", m.motion.stuck(), [0.0, 0.5], Note,
-            "{name} stays in the very same place in most frames while others move; write \"ignore\" for it into a map");
+            "{name} stays at exactly the same place in most frames while others move; write \"ignore\" for it into a map");
         self.check("still", m.motion.longest_freeze(), [0.0, 10.0], Note,
-            "all points stay in the very same place in {value} frames from {name} on, which no measurement has; take these frames out");
+            "all points stay at exactly the same place in {value} frames from {name} on, which no measurement has; take these frames out");
         self.check("rate", m.motion.disorder(), [0.0, 0.6], Refused,
             "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; sort them by time");
         self.check("rate", m.motion.fastest_tenth_mm_s(), [0.0, 320.0], Untrusted,
-            "a tenth of the time the tongue moves faster than {value} mm/s, where 80 to 200 are usual in speech; if that is wrong, correct \
+            "in a tenth of the time the tongue moves faster than {value} mm/s, where 80 to 200 are usual in speech; if that is wrong, correct \
              rate_hz in the map, or the times, which are in seconds");
-        // Of slow careful speech it is 0.94 to 1, and 0.61 to 0.84 with twice, 0.30 to 0.47 with five times its time.
+        // The part is 0.94 to 1 in slow careful speech, 0.61 to 0.84 if its times are doubled, and 0.30 to 0.47 if they are multiplied by
+        // five.
         self.check("rate", m.motion.quickest_part(), [0.5, ANY], Untrusted,
             "the quickest motion takes {name}, where a tongue in speech needs 0.1 to 0.3 s: the times are too long, or nothing is spoken; if they \
              are wrong, correct rate_hz in the map, or the times, which are in seconds");
-        self.check("rate", m.step_ms().filter(|_| m.recording.frames.len() >= FEW && m.motion.is_moving()), [0.0, 200.0], Untrusted,
+        self.check("rate", m.step_ms().filter(|_| m.recording.frames.len() >= FEWEST_FRAMES && m.motion.is_moving()), [0.0, 200.0], Untrusted,
             "its frames are {value} ms apart, where 2 to 200 ms are usual, so nothing is known of the motion between them; if that is wrong, \
              correct rate_hz in the map, or the times, which are in seconds");
         self.check("rate", m.step_ms(), [1.99, 200.0], Note,
@@ -171,7 +173,7 @@ impl DoubtList {
              \"reference\" in a map, or give the parts as recordings of their own");
     }
 
-    /// Checks of the palate. Three coils of vowels stay up to 23 mm below a traced one, and a single posture may be farther below it.
+    /// Checks of the palate. Three coils in vowels are at most 23 mm below a traced palate, and a single posture may be farther below it.
     #[rustfmt::skip]
     fn palate(&mut self, m: &Measures<'_>) {
         let Some(palate) = m.palate else { return };
@@ -179,15 +181,15 @@ impl DoubtList {
         let over_mm: Vec<Option<f64>> = points.map(|p| Some(above(palate, p.at)? * MM)).collect();
         let under: Vec<f64> = over_mm.iter().flatten().copied().collect();
         let beyond = 100.0 * under.iter().filter(|mm| **mm > 3.0).count() as f64 / under.len() as f64;
-        let room_mm = under.iter().copied().max_by(f64::total_cmp).map(|highest| bare(-highest));
-        self.check("palate", sag(palate).filter(|_| palate.len() >= 3).map(|m| bare(m * MM)), [-ANY, 2.0], Refused,
+        let room_mm = under.iter().copied().max_by(f64::total_cmp).map(|highest| unnamed(-highest));
+        self.check("palate", sag(palate).filter(|_| palate.len() >= 3).map(|m| unnamed(m * MM)), [-ANY, 2.0], Refused,
             "the palate sags by {value} mm below the line of its ends: it is upside down; change the sign of its y_mm");
-        self.check("palate", (!over_mm.is_empty()).then(|| bare(under.len() as f64)), [1.0, ANY], Refused,
+        self.check("palate", (!over_mm.is_empty()).then(|| unnamed(under.len() as f64)), [1.0, ANY], Refused,
             "no point of the tongue lies under the palate; {give_palate}");
-        self.check("palate", [bare(beyond)], [0.0, 20.0], Refused, "{value} % of the points lie beyond the palate; {give_palate}");
+        self.check("palate", [unnamed(beyond)], [0.0, 20.0], Refused, "{value} % of the points lie beyond the palate; {give_palate}");
         self.check("palate", room_mm.clone(), [-ANY, 60.0], Refused,
             "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
-        self.check("palate", room_mm.filter(|_| m.recording.frames.len() >= FEW), [-ANY, 25.0], Note,
+        self.check("palate", room_mm.filter(|_| m.recording.frames.len() >= FEWEST_FRAMES), [-ANY, 25.0], Note,
             "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
     }
 }
@@ -196,7 +198,7 @@ const MOST_DETOUR: f64 = 1.6;
 const DISORDERED: &str =
     "the points of the contour are not in their order along the tongue; number them from the root to the tip";
 
-/// What is wrong with the order of the points of a contour, if anything is.
+/// A message if the points of a contour are not in their order along the tongue.
 pub fn disorder_of_contour(contour: &[Point]) -> Option<&'static str> {
     (contour.len() >= 5 && detour(contour) > MOST_DETOUR).then_some(DISORDERED)
 }
@@ -206,40 +208,39 @@ const GIVE_PALATE: &str =
 const EXCHANGED: &str = "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
      \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way";
 
-/// What is implausible in a recording: in its size, then in its shape, then in its motion, then in the place of the palate (m, in the frame
-/// of the recording). After one that refuses the recording, the rest is not checked.
+/// The doubts about a recording: its size, then its shape, its motion, and the position of the palate (m, in the frame of the recording).
+/// Checks end after the first of these four in which a doubt refuses the recording.
 pub fn check_plausibility(recording: &AlignedRecording, palate: Option<&[Point]>) -> Vec<Doubt> {
     let measures = Measures::of(recording, palate);
-    let mut told = DoubtList::default();
+    let mut list = DoubtList::default();
     for stage in [DoubtList::size, DoubtList::shape, DoubtList::motion, DoubtList::palate] {
-        stage(&mut told, &measures);
-        if told.doubts.iter().any(Doubt::is_refused) {
+        stage(&mut list, &measures);
+        if list.doubts.iter().any(Doubt::is_refused) {
             break;
         }
     }
     let stated = recording.stated;
-    for (subject, doubt) in told.subjects.iter().zip(&mut told.doubts) {
+    for (subject, doubt) in list.subjects.iter().zip(&mut list.doubts) {
         let key = match *subject {
             "axes" if stated.axes => "the axes",
             "size" | "unit" if stated.unit => "unit_mm",
             _ => continue,
         };
-        doubt.said += &format!(" (the map given states {key}: correct that, or the names in it)");
+        doubt.message += &format!(" (the map given states {key}: correct that, or the names in it)");
     }
-    told.doubts
+    list.doubts
 }
 
-/// A number with three digits that mean something.
-fn three_digits(value: f64) -> String {
+fn three_significant_digits(value: f64) -> String {
     let decimals = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{value:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// The first of these recordings whose tongue is of another size than that of the first, with the doubt whether it is of the same speaker.
+/// The first recording whose tongue differs in size from that of the first one, as if it were of another speaker, with the doubt.
 pub fn other_size(recordings: &[&AlignedRecording]) -> Option<(usize, Doubt)> {
-    /// Smallest ratio of sizes that is told where the tongue moves in both recordings, since the distances of bones and coils vary by a
-    /// tenth in speech, and where it is held in one: an /i/ is up to a third longer than an /a/ of the same speaker.
+    /// Smallest ratio of sizes that is reported: if the tongue moves in both recordings, since the distances of bones and coils vary by a
+    /// tenth in speech, and if it is held in one of them, since an /i/ is up to a third longer than an /a/ of the same speaker.
     const RATIO: f64 = 1.18;
     const RATIO_OF_POSTURES: f64 = 1.45;
     let (first, others) = recordings.split_first()?;
@@ -252,13 +253,13 @@ pub fn other_size(recordings: &[&AlignedRecording]) -> Option<(usize, Doubt)> {
         let (a, b) = (tongue / sizes[0], bones / sizes[1]);
         let ratio = if of_first.motion.is_moving() && measured.motion.is_moving() { RATIO } else { RATIO_OF_POSTURES };
         (a.min(b) > ratio || a.max(b) < 1.0 / ratio).then(|| {
-            let said = format!(
+            let message = format!(
                 "its tongue is {:.2} times as large as that of {}, as if it were of another speaker; each speaker needs a body of his or her \
-                 own, so track them apart",
+                 own, so track them separately",
                 (a * b).sqrt(),
                 first.name
             );
-            (n + 1, Doubt { said, severity: Note })
+            (n + 1, Doubt { message, severity: Note })
         })
     })
 }

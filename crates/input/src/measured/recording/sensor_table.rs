@@ -1,7 +1,7 @@
-//! Tables of electromagnetic sensors with a header and a row for every frame: NDI Wave's (`.tsv`: `Wav Time`, then for each sensor its number,
-//! frame, state, the quaternion `Q0` to `Qz` and the position `Tx`, `Ty`, `Tz`, as the readers of Sprouse's `ema_head_correction` describe it)
-//! and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions are known by x, y, z or Tx, Ty,
-//! Tz before or behind the sensor's name, mm.
+//! Tables of electromagnetic sensors with a header and a row for every frame: NDI Wave's (`.tsv`: `Wav Time`, then for each sensor its
+//! number, frame, state, the quaternion `Q0` to `Qz` and the position `Tx`, `Ty`, `Tz`, as the readers of Sprouse's `ema_head_correction`
+//! describe it) and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions, mm, have
+//! x, y, z or Tx, Ty, Tz before or behind the name of the sensor.
 
 use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Recording, Sample, limits, numbers};
@@ -12,12 +12,12 @@ const HELP: &str = "give a header with a time and, for each sensor, x, y and z i
 struct TableSensor {
     name: String,
     columns: [Option<usize>; 3],
-    /// Where NDI writes OK or why the sensor was not seen.
+    /// The column in which NDI writes OK, or why the sensor was not seen.
     state: Option<usize>,
 }
 
 struct SensorHeader {
-    /// The column of the time, and seconds in its unit.
+    /// The column of the time, and its unit in seconds.
     time: Option<(usize, f64)>,
     sensors: Vec<TableSensor>,
     format: Format,
@@ -42,13 +42,13 @@ impl SensorHeader {
             let (Some(first), Some(last)) = (words.first(), words.last()) else { continue };
             header.format = match header.format {
                 Format::Sensors if ["wav", "state", "q0", "tx"].into_iter().any(is) => Format::NdiWave,
-                Format::Sensors if is("phi") || is("theta") || is_channel(first) => Format::Ag50x,
+                Format::Sensors if is("phi") || is("theta") || is_carstens_channel(first) => Format::Ag50x,
                 known => known,
             };
             if is("state") || is("status") {
                 state = Some(column);
             } else if is("time") || is("timestamp") {
-                // The time of the sound is that of the other recordings.
+                // Of several times, that of the sound (`Wav Time`) is taken.
                 if header.time.is_none() || is("wav") {
                     let is_ms =
                         is("ms") || title.to_ascii_lowercase().contains("(ms") || title.contains("[ms");
@@ -63,7 +63,7 @@ impl SensorHeader {
         header
     }
 
-    /// Adds a coordinate of a sensor; without a name the sensors are counted.
+    /// Adds the column of a coordinate; sensors without names are numbered.
     fn add(&mut self, name: String, axis: usize, column: usize, state: &mut Option<usize>) {
         let lower = name.to_ascii_lowercase();
         let number = ["sensor", "channel", "ch", ""]
@@ -86,8 +86,7 @@ impl SensorHeader {
     }
 }
 
-/// Whether a name is that of a channel of Carstens's, like `Ch1`.
-fn is_channel(name: &str) -> bool {
+fn is_carstens_channel(name: &str) -> bool {
     let number = name.to_ascii_lowercase();
     let number = number.strip_prefix("ch").map(|n| n.strip_prefix("annel").unwrap_or(n));
     number.is_some_and(|n| n.parse::<u32>().is_ok())
@@ -99,7 +98,7 @@ fn axis(word: &str) -> Option<usize> {
         .position(|a| word.eq_ignore_ascii_case(a) || word.eq_ignore_ascii_case(&format!("t{a}")))
 }
 
-/// Whether a first line is the header of such a table: a time and whole positions of two sensors.
+/// Whether a line has a time and the three coordinates of at least two sensors.
 pub(super) fn is_head(line: &str) -> bool {
     let header = SensorHeader::of(line);
     let whole = header.sensors.iter().filter(|s| s.columns.iter().all(Option::is_some)).count();
@@ -126,14 +125,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         if cells.len() < last_field && at.line == last_line {
             let what =
                 format!("the line has {} fields where positions end in field {last_field}", cells.len());
-            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
+            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it again"));
         }
         let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
         let time_at = at.at_column(time + 1);
         let time_s = numbers::seconds(cell(time), time_at)? * unit_s;
         if let Some(last) = samples.last().map(|s| s.time_s).filter(|last| *last >= time_s) {
             let what = format!("the time {time_s} s comes after {last} s");
-            return Err(time_at.error(what, "times must ascend from row to row; export the table anew"));
+            return Err(time_at.error(what, "times must ascend from row to row; export the table again"));
         }
         budget.frame(samples.len() + 1, sensors.len(), at)?;
         let places = sensors.iter().map(|sensor: &TableSensor| -> Result<Option<[f64; 3]>, Malformed> {
@@ -142,7 +141,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let mut place = [0.0; 3];
             for (value, column) in place.iter_mut().zip(sensor.columns.iter().flatten()) {
                 let text = cell(*column);
-                // NDI writes a number of -3.7e28 for a sensor that was not seen, and others NaN.
+                // For a sensor that was not seen NDI writes -3.7e28, other systems NaN.
                 if is_bad || text.parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
                     return Ok(None);
                 }

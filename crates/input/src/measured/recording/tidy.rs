@@ -1,5 +1,4 @@
-//! Tidy tables with one row for each point: `recording,time_s,point,x_mm,y_mm[,sigma_mm]`. Every other format
-//! can be converted to them.
+//! Tables with a row for each point, `recording,time_s,point,x_mm,y_mm[,sigma_mm]`, into which every other format can be converted.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +28,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 
     let mut found: Vec<Recording> = Vec::new();
     let mut budget = Budget::default();
-    // Indices of each recording, and in it of each channel.
+    // Numbers of the recordings by name, and of each recording's channels.
     let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
     let mut channels: Vec<BTreeMap<String, usize>> = Vec::new();
     for record in records {

@@ -1,8 +1,7 @@
-//! The X-ray microbeam's pellets (`.txy`): one line of 17 numbers for each frame without a header: the time
-//! in microseconds, then x and y of eight pellets in thousandths of a millimetre; 1000000 marks a pellet that
-//! was mistracked. x grows to the front along the occlusal plane, y upwards, and the origin is the tip of the
-//! upper incisors (Westbury 1994, *X-ray microbeam speech production database user's handbook*, chapters 6
-//! and 8).
+//! The X-ray microbeam's pellets (`.txy`): a line of 17 numbers for each frame without a header: the time in microseconds, then x and y of
+//! eight pellets in thousandths of a millimetre; 1000000 marks a pellet that was mistracked. x grows to the front along the occlusal plane,
+//! y upwards, and the origin is the tip of the upper incisors (Westbury 1994, *X-ray microbeam speech production database user's handbook*,
+//! chapters 6 and 8).
 
 use super::super::error::{Malformed, SourcePlace};
 use super::numbers::NumberTable;

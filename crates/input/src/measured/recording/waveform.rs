@@ -1,11 +1,9 @@
-//! The sound beside a recording.
-
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use super::limits;
 
-/// A sound as it is drawn: the smallest and the largest sample of every bin, from -1 to 1, from the beginning of the recording on.
+/// A sound for drawing: the smallest and the largest sample of every bin, from -1 to 1, from the recording's time 0 on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waveform {
     pub ends: Vec<[f32; 2]>,
@@ -15,19 +13,19 @@ impl Waveform {
     /// Duration of a bin, s.
     pub const BIN_S: f64 = 2e-3;
 
-    /// The file of the sound `NAME.wav` beside the recording `NAME.tsv`, whose first sample is at the recording's time 0.
+    /// The sound `NAME.wav` beside the recording `NAME.tsv`, if there is one.
     pub fn beside(recording: &Path) -> Option<PathBuf> {
         ["wav", "WAV"].map(|e| recording.with_extension(e)).into_iter().find(|p| p.is_file())
     }
 
-    /// Reads a WAV file; otherwise a sentence why that is not possible.
+    /// Reads a WAV file; the error is a sentence for the user.
     pub fn read(path: &Path) -> Result<Self, String> {
         let unread = |why: String| format!("the sound {} cannot be drawn: {why}", path.display());
         let bytes = crate::files::read_up_to(limits::LARGEST, path).map_err(|e| unread(e.to_string()))?;
         Self::of_wav(&bytes).map_err(unread)
     }
 
-    /// The first channel of a WAV file.
+    /// Reads the first channel of a WAV file.
     pub fn of_wav(bytes: &[u8]) -> Result<Self, String> {
         let mut file = hound::WavReader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
         let spec = file.spec();
@@ -76,7 +74,7 @@ mod tests {
             let spec = WavSpec { channels: 2, sample_rate: 10_000, bits_per_sample, sample_format };
             let mut bytes = Cursor::new(Vec::new());
             let mut out = WavWriter::new(&mut bytes, spec).unwrap();
-            // 20 samples are a bin; the second channel is louder.
+            // A bin has 20 samples; the second channel is louder.
             for sample in
                 (0..110).flat_map(|i| [0.01 * (i / 20) as f32 * if i % 2 == 0 { 1.0 } else { -0.5 }, 0.9])
             {
