@@ -53,7 +53,7 @@ enum Study {
     },
     /// The mesh of the continuum, and the settings that were chosen without data (a minute or two)
     Continuum,
-    /// A body in space against its own midsagittal plane, muscle by muscle, and in which muscles the plane tells rightly what pulls harder (minutes)
+    /// A body in space against its own midsagittal plane, muscle by muscle: the error, and the signs of differences (minutes)
     Plane {
         /// A folder with ArtiSynth's tongue in place of the built-in one
         #[arg(long, value_name = "FOLDER")]

@@ -1,4 +1,4 @@
-//! Repeated measurement of times, and the order of convergence.
+//! Repeated measurement of times, and orders of convergence.
 
 use std::time::{Duration, Instant};
 
@@ -8,18 +8,17 @@ use tongue_core::statistics::median;
 pub struct Effort {
     /// Maximum number of repeats of a run; its time is their median.
     pub repeats: usize,
-    /// Total time after which a run is not repeated, s.
+    /// A run is not repeated after this total time, s.
     pub repeat_within_s: f64,
-    /// Longest time that a single run may take, s; longer runs are refused with an estimate.
+    /// A run that would take longer is refused, s.
     pub longest_run_s: f64,
-    /// Maximum number of steps of a run with fixed steps; longer runs are refused with an estimate.
+    /// A run with more fixed steps is refused.
     pub most_steps: f64,
-    /// Mesh spacings, m, coarsest first.
+    /// Mesh spacings, m, the coarsest first.
     pub spacings: &'static [f64],
 }
 
 impl Effort {
-    /// The full study, in ten minutes on two cores.
     pub const FULL: Self = Self {
         repeats: 15,
         repeat_within_s: 1.0,
@@ -27,7 +26,6 @@ impl Effort {
         most_steps: 2e7,
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3, 0.7e-3],
     };
-    /// A quick study, in half a minute.
     pub const QUICK: Self = Self {
         repeats: 5,
         repeat_within_s: 0.1,
@@ -35,7 +33,7 @@ impl Effort {
         most_steps: 2e7,
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3],
     };
-    /// A smoke test without timing: each run once, with few steps on coarse meshes.
+    /// For tests: each run once, with few steps on coarse meshes.
     #[cfg(test)]
     pub const TINY: Self = Self {
         repeats: 1,
@@ -48,15 +46,14 @@ impl Effort {
 
 #[derive(Debug, Clone)]
 pub struct Timed<T> {
-    /// The result of the last repeat; all repeats give the same.
+    /// The result of the last repeat.
     pub result: T,
     /// Median wall-clock time, s.
     pub seconds: f64,
     pub repeats: usize,
 }
 
-/// Runs `work` up to `effort.repeats` times and takes the median time. If there are several repeats, the
-/// first warms up and is not counted.
+/// Runs `work` up to `effort.repeats` times and takes the median time. The first of several runs is not counted.
 pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     let begin = Instant::now();
     let mut result = work();
@@ -75,7 +72,7 @@ pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     Timed { result, seconds: median(times.iter().copied()).unwrap_or(warming), repeats: times.len() }
 }
 
-/// `p` in `error ~ step^p`, by least squares on logarithms; `None` from fewer than two usable points.
+/// The exponent p in `error ~ step^p`, by least squares of logarithms; `None` with fewer than two usable points.
 pub fn observed_order(points: &[(f64, f64)]) -> Option<f64> {
     let usable: Vec<(f64, f64)> =
         points.iter().filter(|(h, e)| *h > 0.0 && *e > 0.0).map(|(h, e)| (h.ln(), e.ln())).collect();

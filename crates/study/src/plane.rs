@@ -1,8 +1,8 @@
-//! How wrong the plane is: a body in space against its own midsagittal plane, muscle by muscle.
+//! The error of the plane: a body in space against its own midsagittal plane, muscle by muscle.
 //!
-//! Both have the same mesh, muscles and law; in the plane no node moves sideways. The displacements of the free
-//! nodes of the midsagittal contour are compared. Those in the plane are multiplied by the best number for each
-//! muscle, because a wrong strength is not an error of the plane.
+//! SpaceAndPlane have the same mesh, muscles and law; in the plane no node moves sideways. The displacements of the free nodes of the midsagittal
+//! contour are compared. Those in the plane are multiplied by the best factor for each muscle, because a wrong strength is not an error of
+//! the plane.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use serde::Serialize;
 use tongue_core::body::Body;
 use tongue_core::effect::{Effect, SymmetryPlane};
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_files::report::{ReportError, Series, Svg, parts};
 use tongue_infer::inverse::in_space::SpaceSearch;
@@ -19,41 +19,40 @@ use tongue_input::measured::SpaceMark;
 use crate::table::markdown;
 use crate::{Error, tell};
 
-/// Stiffness that holds a node in its plane, N/m.
+/// Stiffness that holds a node at its sideways position, N/m.
 const HELD: f64 = 1e7;
-/// Activation of a muscle alone.
+/// Activation of each muscle alone.
 const ALONE: f64 = 0.1;
-/// Standard deviation of the places that are inverted, m.
+/// Standard deviation of positions in the inverse problems, m.
 const SD_M: f64 = 5e-4;
-/// Postures that are made in space and inverted in the plane.
+/// Activations of postures that are simulated in space and inverted in the plane.
 const POSTURES: [(&str, &[(&str, f64)]); 3] = [
     ("low and back, as in /a/", &[("GGA", 0.05), ("HG", 0.06), ("TRANS", 0.03)]),
     ("high and front, as in /i/", &[("GGP", 0.15), ("TRANS", 0.05)]),
     ("protruded", &[("GGP", 0.1), ("TRANS", 0.1), ("VERT", 0.05)]),
 ];
 
-/// The error of the plane for one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaneRow {
     pub muscle: String,
-    /// Root mean square way of the contour in space, mm.
+    /// Root mean square displacement of the contour in space, mm.
     pub way_mm: f64,
-    /// The number by which displacements in the plane are multiplied.
+    /// The factor by which displacements in the plane are multiplied.
     pub best_scale: f64,
-    /// Error of the contour after that, as a part of its way.
+    /// Error of the displacements after scaling, over the displacements in space (RMS).
     pub error: f64,
-    /// Change of the area of the midsagittal section in space, per cent; in the plane the tissue keeps it.
+    /// Change of the area of the midsagittal section in space, per cent; in the plane the tissue keeps its area.
     pub area_change_percent: f64,
 }
 
-/// What the plane finds in a contour that was made in space.
+/// A muscle in a fit, in the plane, of a contour that was simulated in space.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InverseRow {
     pub posture: String,
     pub muscle: String,
     pub true_activation: f64,
     pub found_in_plane: f64,
-    /// What remains between the contours, mm (RMS).
+    /// Root mean square residual of the contour, mm.
     pub rms_mm: f64,
 }
 
@@ -61,14 +60,14 @@ pub struct InverseRow {
 pub struct PlaneStudy {
     pub body: String,
     pub alone: Vec<PlaneRow>,
-    /// Rows of muscles that act, or that the plane takes for acting.
+    /// Only muscles with an activation in space or in the plane.
     pub inverse: Vec<InverseRow>,
 }
 
 #[derive(Debug)]
 struct PlaneSection {
     faces: Vec<[usize; 4]>,
-    /// Free nodes of its contour.
+    /// Free nodes of the contour.
     contour: Vec<usize>,
 }
 
@@ -83,12 +82,12 @@ impl PlaneSection {
         self.faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
     }
 
-    fn ways(&self, body: &Body<3>, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    fn displacements(&self, body: &Body<3>, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.contour.iter().map(|&n| x[n] - body.mesh.nodes[n]).collect()
     }
 }
 
-/// The same body in which no node moves sideways.
+/// The body with all nodes held at their sideways positions.
 fn in_plane(body: &Body<3>, model: &SpaceModel) -> Result<System<3>, Error> {
     let free: Vec<usize> =
         (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
@@ -96,7 +95,7 @@ fn in_plane(body: &Body<3>, model: &SpaceModel) -> Result<System<3>, Error> {
     Ok(System::in_space_with(body, model, Additions { effects: held, ..Additions::default() })?)
 }
 
-/// Positions of all nodes at activations of all muscles; `None` where there is no equilibrium.
+/// Positions of all nodes; `None` if there is no equilibrium.
 pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
     let mut w = Workspace::new(system);
     let solution = statics::solve(system, &mut w, activations, &SolveSettings::default());
@@ -104,20 +103,19 @@ pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>
 }
 
 pub fn run(body: &Body<3>) -> Result<PlaneStudy, Error> {
-    let both = Both::new(body, &SpaceModel::default())?;
-    Ok(PlaneStudy { body: body.what.clone(), alone: both.alone(), inverse: both.inverse()? })
+    let bodies = SpaceAndPlane::new(body, &SpaceModel::default())?;
+    Ok(PlaneStudy { body: body.what.clone(), alone: bodies.alone(), inverse: bodies.inverse()? })
 }
 
-/// A body in space and in its own plane.
 #[derive(Debug)]
-struct Both<'a> {
+struct SpaceAndPlane<'a> {
     body: &'a Body<3>,
     section: PlaneSection,
     space: System<3>,
     plane: System<3>,
 }
 
-impl<'a> Both<'a> {
+impl<'a> SpaceAndPlane<'a> {
     fn new(body: &'a Body<3>, model: &SpaceModel) -> Result<Self, Error> {
         let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
         Ok(Self { body, section: PlaneSection::new(body), space, plane })
@@ -130,7 +128,7 @@ impl<'a> Both<'a> {
             tell(&format!("{muscle} in space and in the plane"));
             let Ok(activations) = body.activations(&[(&muscle, ALONE)]) else { continue };
             let Some((s, p)) = shape(space, &activations).zip(shape(plane, &activations)) else { continue };
-            let (ways, flat) = (section.ways(body, &s), section.ways(body, &p));
+            let (ways, flat) = (section.displacements(body, &s), section.displacements(body, &p));
             let dot =
                 |a: &[Vector3<f64>], b: &[Vector3<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
             let best_scale = dot(&ways, &flat) / dot(&flat, &flat);
@@ -147,7 +145,7 @@ impl<'a> Both<'a> {
         alone
     }
 
-    /// Inverts contours in the plane that were made in space.
+    /// Fits contours in the plane that were simulated in space.
     fn inverse(&self) -> Result<Vec<InverseRow>, Error> {
         let Self { body, section, space, plane } = self;
         let mut inverse = Vec::new();
@@ -155,9 +153,9 @@ impl<'a> Both<'a> {
             tell(&format!("{posture}: made in space, inverted in the plane"));
             let Ok(truth) = body.activations(given) else { continue };
             let Some(s) = shape(space, &truth) else { continue };
-            let seen: Vec<SpaceMark> =
+            let marks: Vec<SpaceMark> =
                 section.contour.iter().map(|&node| SpaceMark::node(node, s[node], SD_M)).collect();
-            let fit = SpaceSearch::default().fit(body, plane, &seen, None)?;
+            let fit = SpaceSearch::default().fit(body, plane, &marks, None)?;
             for (name, found_in_plane) in fit.names.iter().zip(fit.activations_found()) {
                 let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
                 if true_activation > 0.0 || found_in_plane > 0.01 {
@@ -175,7 +173,6 @@ impl<'a> Both<'a> {
     }
 }
 
-/// What the plane misses, muscle by muscle.
 pub fn picture(study: &PlaneStudy) -> Result<Svg, ReportError> {
     let muscles: Vec<String> = study.alone.iter().map(|row| row.muscle.clone()).collect();
     let values = study.alone.iter().map(|row| row.error).collect();
@@ -185,7 +182,7 @@ pub fn picture(study: &PlaneStudy) -> Result<Svg, ReportError> {
 }
 
 pub fn page(study: &PlaneStudy, made: &str) -> Result<String, Error> {
-    let middle = upper_median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
+    let middle = median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(
         "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the way of the \
          midsagittal contour (the median of {} muscles), after the best scaling.**\n\n\
@@ -209,9 +206,9 @@ mod tests {
     #[test]
     fn planar_commands_quote_what_the_plane_misses_of_the_built_in_tongue() {
         let body = Body::tongue_in_space(1).unwrap();
-        let rows = Both::new(&body, &SpaceModel::default()).unwrap().alone();
+        let rows = SpaceAndPlane::new(&body, &SpaceModel::default()).unwrap().alone();
         assert_eq!(rows.len(), 11);
-        let middle = upper_median(rows.iter().map(|r| r.error)).unwrap();
+        let middle = median(rows.iter().map(|r| r.error)).unwrap();
         assert!((middle - MISSED_BY_PLANE).abs() < 5e-3, "{rows:?}");
     }
 
@@ -222,7 +219,7 @@ mod tests {
         let Ok(body) = tongue_input::bodies::artisynth::read(&folder) else {
             return eprintln!("skipped: ArtiSynth's tongue is not at {}", folder.display());
         };
-        let rows = Both::new(&body, &SpaceModel::default()).unwrap().alone();
+        let rows = SpaceAndPlane::new(&body, &SpaceModel::default()).unwrap().alone();
         let of = |name: &str| rows.iter().find(|r| r.muscle == name).unwrap();
         assert_eq!(rows.len(), 11);
         for (name, missed) in [("GGP", 0.25), ("GGM", 0.22), ("IL", 0.27), ("TRANS", 0.91)] {

@@ -1,4 +1,4 @@
-//! Which signs of differences survive the plane: contours made by the tongue in space at known activations, tracked in the plane.
+//! Signs of differences between postures in the plane: contours of the tongue in space at known activations are tracked in the plane.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -20,7 +20,7 @@ use crate::table::markdown;
 use crate::{Error, tell};
 
 const PAIRS: u64 = 60;
-/// Muscles of the plane, and what they are in space.
+/// Muscles of the plane, each with its muscle in space.
 const MUSCLES: [(&str, &str); 8] = [
     ("GGa", "GGA"),
     ("GGm", "GGM"),
@@ -32,21 +32,21 @@ const MUSCLES: [(&str, &str); 8] = [
     ("HGp", "HG"),
 ];
 /// Largest activations: of muscles that the plane has, and of others.
-const MOST: [f64; 2] = [0.12, 0.08];
-/// Smallest difference of activations that counts.
-const DIFFERENT: f64 = 0.02;
-/// Each posture is said so often, with so many frames.
+const LARGEST: [f64; 2] = [0.12, 0.08];
+/// Activations with a smaller difference count as alike.
+const LEAST_DIFFERENCE: f64 = 0.02;
+/// Number of repetitions of each posture, and of frames in each.
 const REPETITIONS: usize = 3;
 const FRAMES: usize = 4;
 const CONTOUR_POINTS: usize = 11;
-/// Noise of a contour point along each axis, and its stated standard deviation, m.
+/// Noise of a contour point along each axis, and the standard deviation that the tracker assumes, m.
 const NOISE_M: f64 = 0.8e-3;
 const SD_M: f64 = 0.93e-3;
 
-/// What the plane says of a muscle where its activations in space differ.
+/// Verdicts in the plane on a muscle whose activations in space are known.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct SignRow {
-    /// Which muscles of space pull: those of the plane, or all.
+    /// Which muscles are active in space: those of the plane, or all.
     pub pulling: String,
     pub muscle: String,
     pub in_space: String,
@@ -58,13 +58,13 @@ pub struct SignRow {
     pub not_known: usize,
     /// Pairs in which a posture could not be tracked.
     pub not_tracked: usize,
-    /// Pairs in which the muscle pulls alike, and those of them in which it is called surely or probably different.
+    /// Pairs with alike activations, and those of them with the verdict that the muscle surely or probably differs.
     pub alike: usize,
     pub surely_where_alike: usize,
     pub probably_where_alike: usize,
 }
 
-/// A tongue in space that is seen from the side.
+/// A tongue in space, and its midsagittal section.
 struct SideView<'a> {
     body: &'a Body<3>,
     section: Body<2>,
@@ -77,12 +77,12 @@ pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
     let section = body.section();
     let surface = TongueSurface::of(&section).ok_or("the body has no midsagittal contour")?;
     let system = System::in_space(body, &SpaceModel::default())?;
-    let seen = SideView { body, section, surface, system, names: body.groups() };
+    let view = SideView { body, section, surface, system, names: body.groups() };
     let mut rows = Vec::new();
     for (pulling, others) in [("muscles of the plane", false), ("all muscles", true)] {
         tell(&format!("{PAIRS} pairs of postures: {pulling}"));
         let seeds: Vec<u64> = (0..PAIRS).collect();
-        let pairs = parallel::map(&seeds, |&seed| seen.pair(seed, others));
+        let pairs = parallel::map(&seeds, |&seed| view.pair(seed, others));
         let pairs = pairs.into_iter().collect::<Result<Vec<_>, Error>>()?;
         for (number, (muscle, in_space)) in MUSCLES.into_iter().enumerate() {
             let begun = SignRow {
@@ -97,11 +97,11 @@ pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
     Ok(rows)
 }
 
-/// A row with another pair: the true difference, and the word for it, if the pair could be tracked.
-fn with_pair(mut row: SignRow, (true_difference, word): (f64, Option<Certainty>)) -> SignRow {
-    if true_difference.abs() < DIFFERENT {
+/// Adds a pair to a row: the true difference, and the verdict if the pair could be tracked.
+fn with_pair(mut row: SignRow, (true_difference, verdict): (f64, Option<Certainty>)) -> SignRow {
+    if true_difference.abs() < LEAST_DIFFERENCE {
         row.alike += 1;
-        match word {
+        match verdict {
             Some(Certainty::SurelyHarder | Certainty::SurelyNotHarder) => row.surely_where_alike += 1,
             Some(Certainty::ProbablyHarder | Certainty::ProbablyNotHarder) => row.probably_where_alike += 1,
             Some(Certainty::NotKnown) | None => {}
@@ -110,7 +110,7 @@ fn with_pair(mut row: SignRow, (true_difference, word): (f64, Option<Certainty>)
     }
     row.pairs += 1;
     let is_harder = true_difference > 0.0;
-    let count = match word {
+    let count = match verdict {
         None => &mut row.not_tracked,
         Some(Certainty::NotKnown) => &mut row.not_known,
         Some(Certainty::SurelyHarder) if is_harder => &mut row.surely_right,
@@ -125,26 +125,26 @@ fn with_pair(mut row: SignRow, (true_difference, word): (f64, Option<Certainty>)
 }
 
 impl SideView<'_> {
-    /// Two postures with an equilibrium each, tracked as two words: for every muscle of the plane the true difference of its activations and
-    /// the word for that of its tensions.
+    /// For every muscle of the plane, the true difference of activation between two random postures, and the verdict on the difference of
+    /// tension.
     fn pair(&self, seed: u64, others: bool) -> Result<[(f64, Option<Certainty>); 8], Error> {
         let mut rng = fastrand::Rng::with_seed(seed_of(seed, usize::from(others)));
         let postures = [self.posture(&mut rng, others)?, self.posture(&mut rng, others)?];
-        let recording = self.recorded(&postures, &mut rng);
-        let words = words(&recording)?;
+        let recording = self.recording_of(&postures, &mut rng);
+        let verdicts = verdicts(&recording)?;
         Ok(std::array::from_fn(|m| {
             let number = self.names.iter().position(|name| name == MUSCLES[m].1);
             let [a, b] = [0, 1].map(|p| number.map_or(0.0, |n| postures[p].0[n]));
-            (a - b, words.as_ref().map(|words| words[m]))
+            (a - b, verdicts.as_ref().map(|verdicts| verdicts[m]))
         }))
     }
 
-    /// Activations of the muscles, of which 40 % do nothing, and positions of all nodes.
+    /// Activations of all muscles, 40 % of which are 0, and positions of all nodes.
     fn posture(&self, rng: &mut fastrand::Rng, others: bool) -> Result<(Vec<f64>, Vec<Vector3<f64>>), Error> {
         for _ in 0..50 {
             let activations: Vec<f64> = Vec::from_iter(self.names.iter().map(|name| {
                 let is_of_plane = MUSCLES.iter().any(|(_, in_space)| in_space == name);
-                let most = MOST[usize::from(!is_of_plane)];
+                let most = LARGEST[usize::from(!is_of_plane)];
                 let pull = if rng.f64() < 0.4 { 0.0 } else { most * rng.f64() };
                 if is_of_plane || others { pull } else { 0.0 }
             }));
@@ -157,8 +157,8 @@ impl SideView<'_> {
         Err("no equilibrium was found for 50 postures".into())
     }
 
-    /// The postures in turn as words `a` and `b`, seen as contour points with noise beside bones that do not move.
-    fn recorded(
+    /// A recording of the postures, which alternate under the labels `a` and `b`: contour points and bones with noise.
+    fn recording_of(
         &self,
         postures: &[(Vec<f64>, Vec<Vector3<f64>>); 2],
         rng: &mut fastrand::Rng,
@@ -168,9 +168,9 @@ impl SideView<'_> {
         let weights: Vec<_> = places.map(|at| self.surface.curve.weights(at)).collect();
         let bones = [HYOID, MANDIBLE].map(|bone| mark_of(&self.section, bone));
         let (mut frames, mut labels) = (Vec::new(), Vec::new());
-        for said in 0..2 * REPETITIONS {
-            let positions = &postures[said % 2].1;
-            let start_s = 0.4 * said as f64;
+        for repetition in 0..2 * REPETITIONS {
+            let positions = &postures[repetition % 2].1;
+            let start_s = 0.4 * repetition as f64;
             let time = |t: usize| start_s + t as f64 / 80.0;
             for t in 0..FRAMES {
                 let mut noise = || Point::new(normal(rng), normal(rng)) * NOISE_M;
@@ -182,7 +182,7 @@ impl SideView<'_> {
                 let bones = bones.iter().map(|at| at.map(|at| at + noise())).collect();
                 frames.push(AlignedFrame { time_s: time(t), contour, sensors: Vec::new(), bones });
             }
-            let name = ["a", "b"][said % 2].to_owned();
+            let name = ["a", "b"][repetition % 2].to_owned();
             labels.push(Label { tier: "word".to_owned(), name, from_s: start_s, to_s: time(FRAMES - 1) });
         }
         AlignedRecording {
@@ -196,8 +196,8 @@ impl SideView<'_> {
     }
 }
 
-/// For every muscle of the plane the word for its tension in `a` less that in `b`; `None` where the recording cannot be tracked.
-fn words(recording: &AlignedRecording) -> Result<Option<[Certainty; 8]>, Error> {
+/// For every muscle of the plane the verdict on its tension in `a` less that in `b`; `None` if the recording cannot be tracked.
+fn verdicts(recording: &AlignedRecording) -> Result<Option<[Certainty; 8]>, Error> {
     let (body, anatomy) = (Body::tongue(DEFAULT_SPACING_M)?, Anatomy::reference()?);
     let contracting = MUSCLES.iter().map(|(name, _)| body.muscle(name)).collect::<Result<Vec<_>, _>>()?;
     let settings = TrackSettings { shapes: 0, ..TrackSettings::new(20.0, 0.1) };
@@ -230,7 +230,7 @@ pub fn page(rows: &[SignRow]) -> Result<String, Error> {
     Ok(format!(
         "\n## Which signs of differences survive\n\n{PAIRS} pairs of postures of this tongue in space, seen from the side as `track` sees a \
          speaker ({CONTOUR_POINTS} points of the contour with a noise of {} mm, hyoid and mandible; each posture {REPETITIONS} times), and tracked \
-         with the tongue of the plane. Of the differences in a muscle's activation above {DIFFERENT}, **{sure} that are called sure have the \
+         with the tongue of the plane. Of the differences in a muscle's activation above {LEAST_DIFFERENCE}, **{sure} that are called sure have the \
          right sign, and {probable} that are called probable**; of {alike} smaller ones {false_alarms} are called sure. The styloglossus and the \
          hyoglossus of space are each compared with every part of theirs in the plane, so these counts are not independent.\n\n{}",
         1e3 * NOISE_M,
@@ -248,17 +248,17 @@ mod tests {
         let section = body.section();
         let surface = TongueSurface::of(&section).unwrap();
         let system = System::in_space(&body, &SpaceModel::default()).unwrap();
-        let seen = SideView { body: &body, section, surface, system, names: body.groups() };
+        let view = SideView { body: &body, section, surface, system, names: body.groups() };
         let postures = [0.12, 0.0].map(|a| {
             let all = body.activations(&[("GGA", a)]).unwrap();
-            let positions = shape(&seen.system, &all).unwrap();
+            let positions = shape(&view.system, &all).unwrap();
             (all, positions)
         });
-        let recording = seen.recorded(&postures, &mut fastrand::Rng::with_seed(1));
-        let words = words(&recording).unwrap().unwrap();
-        assert_eq!(words[0], Certainty::SurelyHarder, "{words:?}");
-        let row = with_pair(SignRow::default(), (0.12, Some(words[0])));
-        let row = with_pair(with_pair(row, (-0.12, Some(words[0]))), (0.01, None));
+        let recording = view.recording_of(&postures, &mut fastrand::Rng::with_seed(1));
+        let verdicts = verdicts(&recording).unwrap().unwrap();
+        assert_eq!(verdicts[0], Certainty::SurelyHarder, "{verdicts:?}");
+        let row = with_pair(SignRow::default(), (0.12, Some(verdicts[0])));
+        let row = with_pair(with_pair(row, (-0.12, Some(verdicts[0]))), (0.01, None));
         assert_eq!((row.pairs, row.surely_right, row.surely_wrong, row.alike), (2, 1, 1, 1));
     }
 }

@@ -1,11 +1,11 @@
-//! Markdown tables of serialisable rows: their fields are the columns, as in CSV.
+//! Markdown tables of serialisable rows, whose fields are the columns.
 
 use serde::Serialize;
 use serde_json::{Error, Value};
 
 use tongue_files::report::column::{self, Column};
 
-/// Markdown with a column for each field except those in `without`; unknown values are a dash.
+/// `without` names fields that are left out; unknown values are a dash.
 pub fn markdown<'a, T: Serialize + 'a>(
     rows: impl IntoIterator<Item = &'a T>,
     without: &[&str],
@@ -20,7 +20,7 @@ pub fn markdown<'a, T: Serialize + 'a>(
     Ok(column::markdown(&columns, &rows) + "\n")
 }
 
-/// The name of a field in words, with its unit unless the cells contain one.
+/// The name of a field in words, with its unit unless cells contain it.
 fn heading(field: &str) -> String {
     let units = [("_n_per_m", ", N/m"), ("_mm", ", mm"), ("_n", ", N"), ("_bytes", ", MB"), ("_s", "")];
     let (name, unit) = units
@@ -37,13 +37,13 @@ fn cell(column: &str, value: &Value) -> String {
         (Value::Null | Value::String(_), _) => "–".to_owned(),
         (_, Some(seconds)) if is_time => duration(seconds),
         (_, Some(bytes)) if column.ends_with("_bytes") => number(1e-6 * bytes),
-        // Poisson's ratio keeps all digits: 0.4998 must not become 0.5.
+        // Poisson's ratio keeps all digits, because 0.4998 must not become 0.5.
         (_, Some(v)) if value.is_f64() && column != "poisson_ratio" => number(v),
         _ => value.to_string(),
     }
 }
 
-/// `1.2e-7`, or without exponent if that is short.
+/// Three significant digits, or `1.2e-7` for very small and very large numbers.
 pub fn number(v: f64) -> String {
     if v == 0.0 || (1e-3..1e4).contains(&v.abs()) {
         let digits = (2 - v.abs().max(1e-9).log10().floor() as i32).clamp(0, 6) as usize;
@@ -53,7 +53,6 @@ pub fn number(v: f64) -> String {
     }
 }
 
-/// A duration in words: seconds, minutes or hours.
 pub fn duration(seconds: f64) -> String {
     match seconds {
         0.0 => "0 s".to_owned(),

@@ -1,4 +1,4 @@
-//! Bodies with given tensions in some muscles: equilibrium, motion, ratios, and the distance between shapes.
+//! Bodies with given tensions: equilibrium, motion, ratios, and distances between shapes.
 
 use nalgebra::SVector;
 
@@ -12,14 +12,14 @@ use tongue_input::measured::{TargetKind, reference_muscle};
 
 use crate::Error;
 
-/// The tensions published for /a/ (thesis 4.4.1), N per metre of thickness.
+/// Tensions published for /a/ (thesis 4.4.1), N per metre of thickness.
 pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
 
-/// kappa_s of table 4.2, J per metre of thickness.
+/// kappa_s as printed in table 4.2, J per metre of thickness.
 const PRINTED_KAPPA: f64 = 1.46e3;
 
-/// Settings of the reference: Newton's method until rounding stops it.
-const TO_THE_END: SolveSettings = SolveSettings {
+/// Newton's method until rounding stops it.
+const UNTIL_ROUNDING: SolveSettings = SolveSettings {
     tolerance: 0.0,
     max_iterations: 100,
     load_steps: 0,
@@ -30,15 +30,18 @@ const TO_THE_END: SolveSettings = SolveSettings {
 
 #[derive(Debug)]
 pub struct TestTensions {
-    /// The system, in which the muscles with tension are active.
+    /// The muscles with tension contract.
     pub system: System<2>,
     /// Tensions of all muscles of the mesh, N per metre of thickness.
     pub tensions: Vec<f64>,
     pub muscles: Vec<String>,
 }
 
-/// Numbers of the muscles with tension, and the tensions of all muscles of a mesh, N/m.
-pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<f64>), FitError> {
+/// Numbers of the muscles with tension, and tensions of all muscles, N per metre of thickness.
+pub fn contracting_and_tensions(
+    mesh: &Mesh<2>,
+    pull: &[(&str, f64)],
+) -> Result<(Vec<usize>, Vec<f64>), FitError> {
     let mut tensions = vec![0.0; mesh.muscles.len()];
     let mut numbers = Vec::with_capacity(pull.len());
     for (name, tension) in pull {
@@ -51,15 +54,14 @@ pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<
 }
 
 impl TestTensions {
-    /// `mesh` with tensions in some of its muscles, N per metre of thickness.
     pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, Error> {
-        let (contracting, tensions) = pulling(mesh, pull)?;
+        let (contracting, tensions) = contracting_and_tensions(mesh, pull)?;
         Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
     }
 
-    /// The reference tongue with the coefficient of its area term that table 4.2 prints, a thousand times too large.
+    /// The reference tongue with kappa_s as printed in table 4.2, which is a thousand times too large.
     pub fn as_printed(mesh: &Mesh<2>) -> Result<Self, Error> {
-        let (contracting, tensions) = pulling(mesh, &PUBLISHED_A)?;
+        let (contracting, tensions) = contracting_and_tensions(mesh, &PUBLISHED_A)?;
         let area = Incompressibility::new(PRINTED_KAPPA, &mesh.cells, &mesh.nodes);
         let additions =
             Additions { effects: vec![Box::new(area)], incompressible: false, ..Additions::default() };
@@ -67,28 +69,27 @@ impl TestTensions {
         Ok(Self { system, tensions, muscles: mesh.muscle_names() })
     }
 
-    /// Its motion from rest with the tensions applied at once.
+    /// The motion from rest with the tensions applied at once.
     pub fn motion(&self) -> Result<Motion<'_, 2>, SystemError> {
         Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))
     }
 
-    /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.
+    /// The equilibrium when only rounding stops Newton's method, and its residual force, N.
     pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), Error> {
         let mut workspace = Workspace::new(&self.system);
-        let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);
+        let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &UNTIL_ROUNDING);
         if solution.max_residual_force.is_nan()
             || solution.max_residual_force > SolveSettings::default().tolerance
         {
             let force = solution.max_residual_force;
             return Err(format!(
-                "the reference equilibrium leaves {force:e} N, too much to measure errors against"
+                "the residual force of the reference equilibrium is {force:e} N, which is too large to measure errors against"
             )
             .into());
         }
         Ok((workspace.positions().to_vec(), solution.max_residual_force))
     }
 
-    /// One equilibrium from rest.
     pub fn solve(&self, workspace: &mut Workspace<2>, tolerance: f64) -> Solution {
         workspace.start_from_rest(&self.system);
         let settings = SolveSettings { tolerance, ..SolveSettings::default() };
@@ -103,19 +104,17 @@ impl TestTensions {
     }
 
     /// Largest distance of an unknown node between two shapes, mm, and largest difference of a ratio.
-    pub fn apart(&self, a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> (f64, f64) {
+    pub fn differences(&self, a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> (f64, f64) {
         let nodes = self.system.pattern().nodes();
         let distance = nodes.iter().map(|&n| (a[n] - b[n]).norm()).fold(0.0, f64::max);
         (1e3 * distance, largest_difference(&self.ratios(a), &self.ratios(b)))
     }
 }
 
-/// Largest absolute difference of two sets of ratios.
 pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The reference tongue at the published spacing.
 pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
 }

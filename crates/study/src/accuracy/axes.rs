@@ -1,4 +1,4 @@
-//! The study as a page of Markdown from its measurements: a section for each axis, with its tables and its conclusion in one sentence.
+//! The page of the study in Markdown: a section for each axis, with its tables and its conclusion in one sentence.
 
 use std::fmt::Write as _;
 
@@ -61,7 +61,6 @@ pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
     Ok(p)
 }
 
-/// The conclusion of the mesh study in one sentence.
 pub fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
     let scene = SCENES[0].0;
     let last = runs.iter().rfind(|r| r.scene == scene)?;
@@ -102,7 +101,7 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
     Ok(())
 }
 
-/// An error of 0.01 of a ratio.
+/// Largest difference of a ratio that counts as 1 %.
 const ONE_PER_CENT: f64 = 0.01;
 
 pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
@@ -118,7 +117,7 @@ pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
     Ok(p + &sections(study)?)
 }
 
-/// A run in words: method, setting and cost.
+/// Method, setting and cost of a run, in words.
 fn description(run: &Run) -> String {
     format!(
         "{} ({}): {}, {} steps, {} force evaluations, {} factorisations",

@@ -7,23 +7,21 @@ use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
 use super::runs::Run;
-use super::time_stepping::{integrate, rungs, words};
+use super::time_stepping::{controls, integrate, words};
 use crate::measure::{Effort, Timed, measure};
 
-/// Name of Newton's method in the tables.
 pub const NEWTON: &str = "Newton";
 
-/// Largest residual force at which a solve stops, N.
+/// Residual forces at which Newton's method stops, N.
 const TOLERANCES: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
-/// Times at which the state of an integrator is compared with the equilibrium, s.
+/// Times at which implicit methods are compared with the equilibrium, s.
 const TIMES: [f64; 11] = [1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 60.0, 100.0];
-/// Times for explicit methods, s. At the last they are within 1e-2 mm; each second costs them a million
-/// steps.
+/// Times for explicit methods, s; each second costs a million steps. At the last one they are within 1e-2 mm.
 const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
 /// Tolerances of the adaptive methods, m.
 const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
-/// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
-const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
+/// Steps of explicit methods over the stability limit; a step of twice the limit is refused.
+const PARTS_OF_LIMIT: [f64; 3] = [2.0, 0.99, 0.01];
 
 /// Runs of every method, and the residual force of the reference, N.
 pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
@@ -41,18 +39,22 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
         };
         let setting = format!("force tolerance {tolerance:.0e} N");
         let run = Run { method: NEWTON, setting, ended: s.status.into(), ..Run::default() };
-        runs.push(run.measured(scene.apart(workspace.positions(), &reference), (seconds, repeats), counts));
+        runs.push(run.measured(
+            scene.differences(workspace.positions(), &reference),
+            (seconds, repeats),
+            counts,
+        ));
     }
     let motion = scene.motion()?;
     for method in IntegrationMethod::ALL {
-        for control in rungs(method, &motion, &STEP_TOLERANCES, &PARTS) {
-            runs.extend(to_rest(scene, &motion, (method, control), &reference, effort));
+        for control in controls(method, &motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
+            runs.extend(runs_to_equilibrium(scene, &motion, (method, control), &reference, effort));
         }
     }
     Ok((runs, residual))
 }
 
-fn to_rest(
+fn runs_to_equilibrium(
     scene: &TestTensions,
     motion: &Motion<'_, 2>,
     (method, control): (IntegrationMethod, Control),
@@ -60,18 +62,18 @@ fn to_rest(
     effort: &Effort,
 ) -> Vec<Run> {
     let times: &[f64] = if method.is_explicit() { &EXPLICIT_TIMES } else { &TIMES };
-    let marched = integrate(motion, method, control, times, effort);
+    let outcome = integrate(motion, method, control, times, effort);
     let to = |time: f64| Run {
         method: method.name(),
         setting: format!("{}, to {time} s", words(control)),
         ..Run::default()
     };
     let mut runs: Vec<Run> = Vec::new();
-    for stop in &marched.stops {
-        let errors = scene.apart(&stop.positions, reference);
-        runs.push(to(stop.time).measured(errors, (stop.seconds, marched.repeats), stop.counts));
+    for stop in &outcome.stops {
+        let errors = scene.differences(&stop.positions, reference);
+        runs.push(to(stop.time).measured(errors, (stop.seconds, outcome.repeats), stop.counts));
     }
-    if let Some(why) = marched.missing {
+    if let Some(why) = outcome.missing {
         let next = if runs.is_empty() { times.last() } else { times.get(runs.len()) };
         runs.push(Run { ended: why, ..to(next.copied().unwrap_or_default()) });
     }

@@ -1,4 +1,4 @@
-//! Files of the study: a table for each axis, and the diagrams.
+//! The files of the study.
 
 use crate::Error;
 use tongue_files::report::{Files, Markdown, PrecisionCurve, Rows, work_precision};
@@ -11,7 +11,7 @@ use super::mesh::{MeshRun, SCENES};
 use super::runs::Run;
 use super::search::TimedFit;
 
-/// The page, a table for each axis, and the diagrams; `made` says how and where it was made.
+/// `made` says how and where the study was made.
 pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Error> {
     let time = "time, s (median)";
     let error = "largest position error, mm";
@@ -41,7 +41,7 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
     ])
 }
 
-/// For every method the runs that no other run of it beats in both time and error.
+/// For every method the runs that no other run of the method beats in both time and error.
 fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
     let mut curves: Vec<PrecisionCurve> = Vec::new();
     for run in runs {
@@ -82,10 +82,10 @@ fn fit_curves(runs: &[TimedFit]) -> Vec<PrecisionCurve> {
             (Method::GaussNewton, true, "Gauss-Newton"),
         ] {
             let starts = FitSettings::default().starts;
-            let ladder = runs
+            let of_curve = runs
                 .iter()
                 .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
-            let mut points: Vec<(f64, f64)> = ladder.map(|r| (r.seconds, r.error_n)).collect();
+            let mut points: Vec<(f64, f64)> = of_curve.map(|r| (r.seconds, r.error_n)).collect();
             points.sort_by(|a, b| b.1.total_cmp(&a.1));
             curves.push(PrecisionCurve { name: format!("{name}, {}", kind.name()), points });
         }

@@ -1,4 +1,4 @@
-//! Axis 4: finer meshes.
+//! Axis 4: the spacing of the mesh.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -15,32 +15,31 @@ use tongue_core::system::Model;
 
 use super::runs::Ended;
 
-/// /a/ as published, and a muscle of the back and one of the tip alone.
+/// The posture /a/ as published, and one muscle of the back and one of the tip alone; tensions in N per metre of thickness.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
     [("/a/", &PUBLISHED_A), ("GGp 10 N", &[("GGp", 10.0)]), ("SGp 10 N", &[("SGp", 10.0)])];
 const FORCE_TOLERANCE: f64 = 1e-9;
 
-/// One scene on one mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshRun {
     pub scene: &'static str,
     pub h_mm: f64,
     pub unknown_nodes: usize,
     pub triangles: usize,
-    /// Ratio of every muscle to GGa.
+    /// Ratio of every muscle's length to that of GGa.
     #[serde(skip)]
     pub ratios: Vec<f64>,
     /// Largest change of a ratio from the next coarser mesh.
     pub change_from_next_coarser: Option<f64>,
-    /// Median time to build the mesh, s; the same mesh serves every scene.
+    /// Median time to build the mesh, s, the same for every scene.
     pub mesh_s: f64,
-    /// Median time to make the system, with its ordering, s.
+    /// Median time to make the system with its elimination order, s.
     pub setup_s: f64,
     /// Median time of one equilibrium from rest, s.
     pub solve_s: f64,
     /// Median time of one evaluation of energy and force, s.
     pub force_s: f64,
-    /// Median time of one stiffness, assembled and factorised, s.
+    /// Median time to assemble and factorise the stiffness, s.
     pub factor_s: f64,
     pub iterations: usize,
     pub factorisations: usize,
@@ -55,7 +54,7 @@ pub fn work_precision(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
         let meshed = measure(effort, || Body::tongue(h));
         let mesh = meshed.result?.mesh;
         for scene in SCENES {
-            let run = one(&mesh, scene, (h, meshed.seconds), effort)?;
+            let run = mesh_run(&mesh, scene, (h, meshed.seconds), effort)?;
             let coarser = runs.iter().rev().find(|r| r.scene == run.scene);
             let change = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
             runs.push(MeshRun { change_from_next_coarser: change, ..run });
@@ -64,7 +63,7 @@ pub fn work_precision(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
     Ok(runs)
 }
 
-fn one(
+fn mesh_run(
     mesh: &Mesh<2>,
     (name, pull): (&'static str, &[(&str, f64)]),
     (h, mesh_s): (f64, f64),
@@ -108,8 +107,7 @@ fn one(
     })
 }
 
-/// Order in h of the convergence of a scene's ratios, from their changes between neighbouring meshes; near
-/// zero or below, they do not converge.
+/// Order in h of the changes of a scene's ratios from mesh to mesh; near zero or below, ratios do not converge.
 pub fn order(runs: &[MeshRun], scene: &str) -> Option<f64> {
     let changes = runs.iter().filter(|r| r.scene == scene);
     observed_order(&changes.filter_map(|r| Some((r.h_mm, r.change_from_next_coarser?))).collect::<Vec<_>>())

@@ -8,8 +8,8 @@
 //! | 4 the mesh | [`mesh`] | the next coarser mesh: there is no limit to compare with |
 //! | 5 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
 //!
-//! Times are medians and hold for one machine; steps, evaluations of the force and factorisations hold for
-//! all. Failed and refused runs are rows too.
+//! Times are medians and hold for one machine; steps, evaluations of the force and factorisations hold for all. Failed and refused runs are
+//! rows, too.
 
 mod axes;
 mod early_stopping;
@@ -36,14 +36,14 @@ pub(crate) struct AccuracyStudy {
     /// Residual force at the reference of axis 1, N.
     pub reference_residual_n: f64,
     pub trajectory: Vec<runs::Run>,
-    /// Distance of the reference of axis 2 from one of ten times its tolerance, mm.
+    /// Largest distance, mm, between the reference of axis 2 and a run with ten times its tolerance.
     pub reference_doubt_mm: f64,
     pub early: Vec<early_stopping::Stopped>,
     pub meshes: Vec<mesh::MeshRun>,
     pub fits: Vec<search::TimedFit>,
 }
 
-/// Measures everything. An error of a single run is a row.
+/// A run that fails is a row and no error.
 pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;

@@ -1,19 +1,18 @@
-//! Runs of the axes: how one ended, and its row.
+//! A run of a method, and how it ended.
 
 use serde::{Serialize, Serializer};
 
 use tongue_core::dynamics::StepCounts;
 use tongue_core::statics::SolveStatus;
 
-/// How a run ended. Failed and refused runs stay in the tables.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum Ended {
     #[default]
     Done,
-    /// Stopped by itself before its tolerance; its last state is measured.
+    /// The method stopped before its tolerance; its last state is measured.
     Short(String),
     Failed(String),
-    /// Not begun or not finished, because it would take too long or cannot work.
+    /// Not started or not finished, because the run would take too long or cannot work.
     Refused(String),
 }
 
@@ -47,29 +46,27 @@ impl Serialize for Ended {
     }
 }
 
-/// One run of a method: a point in the diagram of time against accuracy.
+/// A run of a method: a point in the diagram of time against accuracy.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Run {
     pub method: &'static str,
-    /// The setting of this run, in words and units.
     pub setting: String,
     /// Largest distance of a node from its position in the reference, mm.
     pub error_mm: Option<f64>,
     /// Largest difference of a muscle's ratio to GGa.
     pub ratio_error: Option<f64>,
-    /// Wall-clock time, s: the median of the repeats.
+    /// Median wall-clock time, s.
     pub seconds: Option<f64>,
     pub repeats: usize,
     pub steps: u64,
-    /// Evaluations of the force (for methods on the energy, of energy and force together).
+    /// Evaluations of the force; in Newton's method, of the energy.
     pub force_evaluations: u64,
     pub factorisations: u64,
     pub ended: Ended,
 }
 
 impl Run {
-    /// Sets the errors (of a position, mm, and of a ratio), the median time, s, the number of repeats, and
-    /// the cost.
+    /// Sets the errors (of a position, mm, and of a ratio), the median time (s) with the number of repeats, and the cost.
     pub fn measured(self, errors: (f64, f64), (seconds, repeats): (f64, usize), counts: StepCounts) -> Self {
         Self {
             error_mm: Some(errors.0),
@@ -84,7 +81,6 @@ impl Run {
     }
 }
 
-/// The fastest run whose error is at most `most`.
 pub fn fastest<'a>(
     runs: impl IntoIterator<Item = &'a Run>,
     error: fn(&Run) -> Option<f64>,

@@ -11,11 +11,11 @@ use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use super::runs::Ended;
 use crate::measure::{Effort, measure};
 
-/// Tension tolerances of Nelder-Mead, N.
+/// Tolerances of tensions in Nelder-Mead, N.
 const SIMPLEX_TOLERANCES: [f64; 5] = [1.0, 1e-1, 1e-2, 1e-4, 1e-6];
-/// Tension tolerances of Gauss-Newton, N.
+/// Tolerances of tensions in Gauss-Newton, N.
 const STEP_TOLERANCES: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
-/// Numbers of starts beside the default of four.
+/// The default is four.
 const STARTS: [usize; 3] = [1, 2, 8];
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,26 +24,22 @@ pub struct TimedFit {
     pub method: Method,
     pub starts: usize,
     pub tolerance_n: f64,
-    /// Whether candidates were solved from the nearest solved one (or else from rest).
+    /// Whether candidates were solved from the nearest solved one rather than from rest.
     pub warm: bool,
     /// Largest difference of a tension from the reference, N.
     pub error_n: f64,
-    /// Root mean square misfit of the fitted values.
+    /// Root mean square residual of the fitted values.
     pub misfit: f64,
-    /// Wall-clock time of the whole fit, identifiability and replay included, s (median).
+    /// Median wall-clock time of the whole fit, s.
     pub seconds: f64,
     pub repeats: usize,
     pub equilibria: usize,
     pub factorisations: usize,
-    /// Iterations over all starts.
     pub iterations: u64,
     pub ended: Ended,
 }
 
-/// Fits /a/ of S2 with both kinds of target.
-///
-/// The reference is Gauss-Newton with the tightest tolerances; the difference of Nelder-Mead at its tightest
-/// from it is a row.
+/// Fits /a/ of S2 with both kinds of target. The reference is Gauss-Newton with tighter tolerances than in any row.
 pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, Error> {
     let data = Dataset::reference()?;
     let vowel = Vowel::new("a")?;
@@ -59,7 +55,7 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
             ..FitSettings::default()
         };
         let reference = inverse::fit(mesh, &Model::default(), &target, &tight)?;
-        for settings in rungs() {
+        for settings in settings_of_rows() {
             let timed = measure(effort, || inverse::fit(mesh, &Model::default(), &target, &settings));
             runs.push(row(&settings, &timed.result?, &reference, (timed.seconds, timed.repeats)));
         }
@@ -67,22 +63,24 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
     Ok(runs)
 }
 
-/// Settings in which one value at a time differs from the default.
-fn rungs() -> Vec<FitSettings> {
+/// Each differs from the default settings of its method in one value.
+fn settings_of_rows() -> Vec<FitSettings> {
     let simplex = FitSettings::default();
     let derivative = FitSettings { method: Method::GaussNewton, ..simplex };
-    let mut rungs = Vec::new();
-    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..simplex }));
-    rungs.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings {
+    let mut settings_of_rows = Vec::new();
+    settings_of_rows
+        .extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..simplex }));
+    settings_of_rows.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings {
         tension_tolerance,
         warm_start: false,
         ..simplex
     }));
-    rungs.extend(STARTS.map(|starts| FitSettings { starts, ..simplex }));
-    rungs.extend(STEP_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..derivative }));
-    rungs.push(FitSettings { warm_start: false, ..derivative });
-    rungs.extend(STARTS.map(|starts| FitSettings { starts, ..derivative }));
-    rungs
+    settings_of_rows.extend(STARTS.map(|starts| FitSettings { starts, ..simplex }));
+    settings_of_rows
+        .extend(STEP_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..derivative }));
+    settings_of_rows.push(FitSettings { warm_start: false, ..derivative });
+    settings_of_rows.extend(STARTS.map(|starts| FitSettings { starts, ..derivative }));
+    settings_of_rows
 }
 
 fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {

@@ -1,4 +1,4 @@
-//! Trajectories with a clock: states at given times, and the cost to reach them.
+//! Trajectories at given times, with the time that it takes to reach them.
 
 use std::time::Instant;
 
@@ -11,15 +11,12 @@ use super::runs::Ended;
 use crate::measure::Effort;
 use crate::table::duration;
 
-/// Number of measurements of the cost of a step.
+/// Measurements of the cost of a step, of which the quickest counts.
 const MEASUREMENTS: usize = 5;
 
-/// The state at one of the given times.
 #[derive(Debug, Clone)]
 pub struct Stop {
-    /// Time, s.
     pub time: f64,
-    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
     /// Median wall-clock time from the start, s.
     pub seconds: f64,
@@ -30,12 +27,12 @@ pub struct Stop {
 pub struct TimeSteppingRun {
     pub stops: Vec<Stop>,
     pub repeats: usize,
-    /// Why later times were not reached: refused or failed.
+    /// Why later times were not reached.
     pub missing: Option<Ended>,
 }
 
-/// Integrates to each of the ascending `times`, s, in several repeats within the time that the effort allows.
-/// An explicit method that needs more is stopped, with an estimate of its time.
+/// Integrates to each of the ascending `times` (s), with as many repeats as the effort allows. A run with fixed steps that would take
+/// longer than the effort allows is refused.
 pub fn integrate(
     motion: &Motion<'_, 2>,
     method: IntegrationMethod,
@@ -43,7 +40,7 @@ pub fn integrate(
     times: &[f64],
     effort: &Effort,
 ) -> TimeSteppingRun {
-    // Checking the stability of a step computes a spectrum, whose time is not part of the run.
+    // The check of the step computes a spectrum, whose time is not part of the run.
     if let Err(error) = method.checked(motion, control) {
         return TimeSteppingRun {
             stops: Vec::new(),
@@ -52,20 +49,20 @@ pub fn integrate(
         };
     }
     let begin = Instant::now();
-    let mut marched = once(motion, method, control, times, effort);
-    let mut seconds: Vec<Vec<f64>> = marched.stops.iter().map(|s| vec![s.seconds]).collect();
-    while marched.missing.is_none()
-        && marched.repeats < effort.repeats
+    let mut run = once(motion, method, control, times, effort);
+    let mut seconds: Vec<Vec<f64>> = run.stops.iter().map(|s| vec![s.seconds]).collect();
+    while run.missing.is_none()
+        && run.repeats < effort.repeats
         && begin.elapsed().as_secs_f64() < effort.repeat_within_s
     {
         let again = once(motion, method, control, times, effort);
         seconds.iter_mut().zip(&again.stops).for_each(|(all, s)| all.push(s.seconds));
-        marched.repeats += 1;
+        run.repeats += 1;
     }
-    for (stop, all) in marched.stops.iter_mut().zip(seconds) {
+    for (stop, all) in run.stops.iter_mut().zip(seconds) {
         stop.seconds = median(all).unwrap_or(stop.seconds);
     }
-    marched
+    run
 }
 
 pub fn words(control: Control) -> String {
@@ -75,8 +72,8 @@ pub fn words(control: Control) -> String {
     }
 }
 
-/// Settings of a method: tolerances, m, if it has error control, else parts of its stability limit.
-pub fn rungs(
+/// Settings of a method: tolerances (m) if it controls its error, otherwise parts of its stability limit.
+pub fn controls(
     method: IntegrationMethod,
     motion: &Motion<'_, 2>,
     tolerances: &[f64],
@@ -95,28 +92,28 @@ fn once(
     times: &[f64],
     effort: &Effort,
 ) -> TimeSteppingRun {
-    let mut marched = TimeSteppingRun { stops: Vec::new(), repeats: 1, missing: None };
+    let mut run = TimeSteppingRun { stops: Vec::new(), repeats: 1, missing: None };
     let mut integrator = match method.integrator(motion, control) {
         Ok(integrator) => integrator,
-        Err(error) => return TimeSteppingRun { missing: Some(Ended::Refused(error.to_string())), ..marched },
+        Err(error) => return TimeSteppingRun { missing: Some(Ended::Refused(error.to_string())), ..run },
     };
     let mut state = motion.at_rest();
     let mut counts = StepCounts::default();
     if let Control::Fixed(dt) = control {
         let end = times.last().copied().unwrap_or(0.0);
         let steps = end / dt;
-        // The quickest of several measurements, so that other load on the machine does not cause a refusal.
-        let price = (0..MEASUREMENTS).filter_map(|_| {
+        // The quickest measurement counts, because other load on the machine must not cause a refusal.
+        let costs = (0..MEASUREMENTS).filter_map(|_| {
             let mut trial = method.integrator(motion, control).ok()?;
             Some(dynamics::cost_per_step(motion, trial.as_mut(), &state, end).as_secs_f64())
         });
-        let estimate = steps * price.fold(f64::INFINITY, f64::min);
+        let estimate = steps * costs.fold(f64::INFINITY, f64::min);
         if estimate > effort.longest_run_s || steps > effort.most_steps {
             let why = format!(
                 "{steps:.1e} steps to t = {end} s, about {}, are more than one run of this study may take; take tr-bdf2",
                 duration(estimate)
             );
-            return TimeSteppingRun { missing: Some(Ended::Refused(why)), ..marched };
+            return TimeSteppingRun { missing: Some(Ended::Refused(why)), ..run };
         }
     }
     let clock = Instant::now();
@@ -124,8 +121,8 @@ fn once(
         let so_far = clock.elapsed().as_secs_f64();
         if so_far > effort.longest_run_s {
             let why = format!("cut off after {}", duration(so_far));
-            marched.missing = Some(Ended::Refused(why));
-            return marched;
+            run.missing = Some(Ended::Refused(why));
+            return run;
         }
         let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, time, &[], &mut ());
         counts.steps += outcome.counts.steps;
@@ -134,11 +131,11 @@ fn once(
         counts.factorisations += outcome.counts.factorisations;
         if outcome.status != MotionStatus::Completed {
             let why = format!("{:?} at t = {:.3} s", outcome.status, outcome.time_s);
-            marched.missing = Some(Ended::Failed(why));
-            return marched;
+            run.missing = Some(Ended::Failed(why));
+            return run;
         }
         let seconds = clock.elapsed().as_secs_f64();
-        marched.stops.push(Stop { time, positions: state.positions.clone(), seconds, counts });
+        run.stops.push(Stop { time, positions: state.positions.clone(), seconds, counts });
     }
-    marched
+    run
 }

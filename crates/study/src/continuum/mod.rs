@@ -1,8 +1,5 @@
-//! Accuracy and time of the continuum by mesh spacing, beside springs; locking; and the effect of
-//! the settings that were chosen without data.
-//!
-//! Errors are differences from the finest mesh of the same body. Meshes are nested, and all have the outline
-//! of the anatomy.
+//! Accuracy and time of the continuum by mesh spacing, compared with springs; locking; and the effect of settings that were chosen without
+//! data. Errors are differences from the finest mesh of the same body. Meshes are nested, and all have the outline of the anatomy.
 
 mod page;
 
@@ -21,38 +18,33 @@ use tongue_infer::inverse::{self, Fit, FitSettings as Search, Method};
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-/// Control: thin muscles on bones that hold one node each, with which the lengths do not converge.
+/// A control whose lengths should not converge: muscles are thin, and each bone holds one node.
 const CONTROL: ContinuumSettings =
     ContinuumSettings { bundle_width_m: 0.5e-3, fibres: 9, patch_radius_m: 0.0, patch_stiffness: 50.0 };
-/// Coarsest spacing of the nested meshes, m.
 const COARSEST_M: f64 = 11e-3;
-/// Default spacing of a continuum, m; it is not one of the nested meshes.
+/// Default spacing of a continuum, m, which is not one of the nested meshes.
 const DEFAULT_M: f64 = 4e-3;
-/// Poisson's ratios of the study of locking.
 const POISSON_RATIOS: [f64; 6] = [0.3, 0.45, 0.49, 0.499, 0.4998, 0.4999];
-/// The Poisson's ratio that others are compared with.
 pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
 /// Number of nested meshes, from 11 mm to 1.4 mm.
 pub const LEVELS: usize = 4;
 const FITS: Effort = Effort { repeats: 3, ..Effort::FULL };
 
-/// One kind of body on one mesh, at the tensions published for /a/.
+/// A body on a mesh, at the tensions published for /a/.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spacing {
     pub body: &'static str,
-    /// Mean spacing, mm.
     pub h_mm: f64,
     pub unknown_nodes: usize,
     /// Largest change of a ratio from the next coarser mesh.
     pub change_of_ratio: Option<f64>,
-    /// Largest change of a ratio from the next coarser mesh, at twice the tensions.
+    /// Largest change of a ratio from the next coarser mesh at twice the tensions.
     pub change_at_twice: Option<f64>,
-    /// Order of the last two changes.
+    /// Order of convergence from the last two changes.
     pub order: Option<f64>,
     /// Largest difference of a ratio from the finest mesh.
     pub error_of_ratio: f64,
-    /// Largest relative difference of a tension, fitted to the stretches of S2 /a/, from that of the finest
-    /// mesh.
+    /// Largest relative difference of a tension from that of the finest mesh, in the fit to the stretches of S2 /a/.
     pub error_of_tension: Option<f64>,
     /// Median time of an equilibrium from rest, s.
     pub solve_s: f64,
@@ -61,45 +53,42 @@ pub struct Spacing {
     pub status: String,
 }
 
-/// Ratios at one Poisson's ratio, on the default mesh and on a fine one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Locking {
     pub poisson_ratio: f64,
-    /// Largest difference of a ratio between the default spacing, 4 mm, and 2 mm: it grows where elements
-    /// lock.
+    /// Largest difference of a ratio between spacings of 4 mm (the default) and 2 mm, which is large where elements lock.
     pub error_of_default_spacing: f64,
     /// Largest difference of a ratio from that at [`NEARLY_INCOMPRESSIBLE`], at the default spacing.
     pub difference_from_nearly_incompressible: f64,
 }
 
-/// Tensions with changed settings, as factors of those with the default settings.
+/// Fitted tensions over those with the default settings; their quantiles are over all muscles of the fits of S1 to S3 that reach their
+/// stretches.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SettingSensitivity {
     pub setting: String,
-    /// The 10 % quantile, over all muscles of the fits of S1 to S3 that reach their stretches.
+    /// The 10 % quantile.
     pub low: f64,
     pub median: f64,
     pub high: f64,
-    /// Fits that reach their stretches.
+    /// Number of fits that reach their stretches.
     pub reached: usize,
-    /// Root mean square difference to table 4.8 at the published tensions.
+    /// Root mean square difference from the ratios of table 4.8, at the published tensions.
     pub rms_to_published_ratios: f64,
-    /// Factor of the published tensions at which the ratios are nearest to that table.
+    /// Factor of the published tensions at which this difference is smallest.
     pub best_factor: f64,
-    /// Root mean square difference to that table at this factor.
     pub rms_at_best: f64,
 }
 
 #[derive(Debug, Clone)]
 pub struct ContinuumStudy {
     pub spacings: Vec<Spacing>,
-    /// Poisson's ratios.
     pub locking: Vec<Locking>,
-    /// Settings without data; the first are the default ones.
+    /// Settings without data, the default ones first.
     pub sensitivity: Vec<SettingSensitivity>,
 }
 
-/// Ratios at a load, how the solve ended, and its median time, s.
+/// Ratios at `load` times the tensions, and how the solve ended with its median time.
 fn ratios(scene: &TestTensions, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
     let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
     let mut workspace = Workspace::new(&scene.system);
@@ -110,7 +99,7 @@ fn ratios(scene: &TestTensions, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
     (scene.ratios(workspace.positions()), solved)
 }
 
-/// Ratios at a load; `None` where the solve did not converge.
+/// `None` if the solve did not converge.
 fn converged(scene: &TestTensions, load: f64) -> Option<Vec<f64>> {
     let (ratios, solved) = ratios(scene, load);
     (solved.result == SolveStatus::Converged).then_some(ratios)
@@ -126,7 +115,7 @@ fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> 
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
 }
 
-/// Measures everything down to the finest of `levels` nested meshes. An error on a single mesh is a row.
+/// An error on a single mesh is a row. `levels` is the number of nested meshes.
 pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     let mut spacings = Vec::new();
     let bodies: [(&'static str, Option<ContinuumSettings>); 3] = [
@@ -156,20 +145,18 @@ pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     let mut reference = Vec::new();
     for (name, settings, nu) in variants {
         tell(name);
-        sensitivity.push(sensitive(name, &settings, nu, &mut reference)?);
+        sensitivity.push(sensitivity_row(name, &settings, nu, &mut reference)?);
     }
     Ok(ContinuumStudy { spacings, locking, sensitivity })
 }
 
-/// A row, and the values for comparing it with others.
 struct MeasuredRow {
     row: Spacing,
-    /// Ratios at the tensions and at twice the tensions; of these none where there is no equilibrium.
+    /// Ratios at the tensions and at twice the tensions; empty if there is no equilibrium.
     ratios: [Vec<f64>; 2],
     tensions: Option<Vec<f64>>,
 }
 
-/// The bodies and meshes of one kind.
 struct BodyKind<'a> {
     name: &'static str,
     settings: Option<&'a ContinuumSettings>,
@@ -186,7 +173,7 @@ impl BodyKind<'_> {
         };
         let scene = TestTensions::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
-        // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
+        // On fine meshes no equilibrium of the control at twice the tensions can be found in useful time.
         let twice = if self.settings == Some(&CONTROL) { None } else { converged(&scene, 2.0) };
         let twice = twice.unwrap_or_default();
         let fitted = measure(&FITS, || fitted(&body, &Model::default(), self.target));
@@ -269,7 +256,7 @@ fn ratios_at(h: f64, nu: f64) -> Result<Vec<f64>, Error> {
 }
 
 /// `reference` is filled by the first call.
-fn sensitive(
+fn sensitivity_row(
     name: &str,
     settings: &ContinuumSettings,
     nu: f64,

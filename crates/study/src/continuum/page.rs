@@ -1,5 +1,3 @@
-//! The page of the study of the continuum.
-
 use std::fmt::Write as _;
 
 use tongue_core::body::ContinuumSettings;
@@ -11,11 +9,11 @@ use tongue_files::report::{PrecisionCurve, ReportError, Svg, work_precision};
 use crate::Error;
 use crate::table::{duration, markdown, number};
 
-/// The accuracy of a tension that the conclusion is about, as a part.
+/// Relative error of a tension that the conclusion is about.
 const ONE_PER_CENT: f64 = 0.01;
 
-/// The conclusion about spacing in one sentence: the coarsest mesh within 1 % of the finest, or the nearest.
-/// The finest itself has no error to compare.
+/// The coarsest mesh whose tensions are within 1 % of those of the finest or, if there is none, the nearest one. The finest mesh itself has
+/// no error.
 pub fn verdict(spacings: &[Spacing]) -> String {
     let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
     let known = of_continuum.filter_map(|r| Some((r, r.error_of_tension.filter(|e| *e > 0.0)?)));
@@ -39,7 +37,6 @@ fn costs(r: &Spacing) -> (String, String) {
     (h, format!("an equilibrium costs {solve}, a fit {fit}"))
 }
 
-/// Accuracy of a fitted tension against time, a curve for each body.
 pub fn picture(spacings: &[Spacing]) -> Result<Svg, ReportError> {
     let bodies = distinct(spacings.iter().map(|row| row.body));
     let curves = bodies.into_iter().map(|body| {

@@ -11,10 +11,10 @@ use tongue_core::system::{Model, System, coefficients};
 use super::{HardCase, bodies, name_of};
 use crate::Error;
 
-/// Relative tolerance of the critical load against the exact one.
+/// Largest relative error of a critical load.
 const AGREEMENT: f64 = 1e-6;
 
-/// A strut that buckles and a truss that snaps through, below and above their critical loads.
+/// A strut that buckles and a truss that snaps through, at loads below and above the critical one.
 pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
     let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
     let k = coefficients(&strut, &Model::default())?;
@@ -69,12 +69,11 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), 
     Ok((found, row))
 }
 
-/// The axial load at which the braced strut's lateral stiffness vanishes.
+/// The axial load at which the lateral stiffness of the braced strut vanishes.
 ///
-/// With the head at `(x, 0)`: strut `N = k (x - l)`, muscle of `n` links `M = k/n (x - l) + F`, braces of
-/// length `s = sqrt(d² + (x - l)²)` with tension `B = k (s - d)`. Axial balance `N + M + 2 B (x - l)/s = 0`
-/// gives `F(x)`; lateral stiffness `N/x + M/(x + l) + 2 (k (d/s)² + B/s ((x - l)/s)²)`; its root in `x` by
-/// bisection.
+/// With the head at `(x, 0)`: strut `N = k (x - l)`, muscle of `n` links `M = k/n (x - l) + F`, braces of length `s = sqrt(d² + (x - l)²)`
+/// with tension `B = k (s - d)`. The axial balance `N + M + 2 B (x - l)/s = 0` gives `F(x)`; the root in `x` of the lateral stiffness `N/x
+/// + M/(x + l) + 2 (k (d/s)² + B/s ((x - l)/s)²)` is found by bisection.
 fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
     let at = |x: f64| {
         let e = x - l;
@@ -88,15 +87,15 @@ fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
     at(bisect(|x| at(x).0, 0.05 * l, l)).1
 }
 
-/// The load at which the truss's apex loses stability: the first maximum of
-/// `F(y) = 2 k (L - s)/s y - k/n (y - h)`, `s = sqrt(a² + y²)`, `L = sqrt(a² + h²)`.
+/// The load at which the apex of the truss loses stability: the first maximum of `F(y) = 2 k (L - s)/s y - k/n (y - h)`, with `s = sqrt(a²
+/// + y²)` and `L = sqrt(a² + h²)`.
 fn snapping_load(k: f64, a: f64, h: f64, links: usize) -> f64 {
     let rest = a.hypot(h);
     let y = bisect(|y| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64, h, 0.0);
     2.0 * k * (rest / a.hypot(y) - 1.0) * y - k / links as f64 * (y - h)
 }
 
-/// The root of `f` between two points where its signs differ.
+/// The root of `f` between two points at which its signs differ.
 fn bisect(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64) -> f64 {
     let sign = f(a) > 0.0;
     for _ in 0..200 {

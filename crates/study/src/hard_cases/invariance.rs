@@ -1,4 +1,4 @@
-//! Case 10: the answer does not depend on the numbering of the body, its place, or the number of threads.
+//! Case 10: the answer does not depend on the numbering of nodes, the position of the body or the number of threads.
 
 use std::time::Instant;
 
@@ -16,11 +16,9 @@ use super::search::of_fit;
 use super::{HardCase, bodies, equilibrium_row};
 use crate::Error;
 
-/// Tolerance of the agreement of answers, m.
+/// Largest difference of equal shapes, m.
 const SAME: f64 = 1e-9;
 
-/// Solves the published load on the tongue renumbered, mirrored, turned and moved, and fits on 1, 2 and 4
-/// threads.
 pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let (_, reference) = published("as it is".to_owned(), &mesh)?;

@@ -8,16 +8,14 @@ use tongue_core::system::{Model, System};
 use super::{HardCase, HowMany, equilibrium_row, name_of};
 use crate::Error;
 
-/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N, all of them or every 16th. Each is solved
-/// directly and along the branch from rest.
+/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N. Each is solved directly and along the branch from rest.
 pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     subsets_of(2, &tongue()?, f64::INFINITY, extent)
 }
 
 /// Spacing of the continuum of cases 3 and 11, m.
 pub(super) const CONTINUUM_M: f64 = 8e-3;
-/// The largest load to which the branch of a continuum is followed, N: the end of the branch at ten times as
-/// much takes hours to find.
+/// Largest load to which the branch of a continuum is followed, N: at ten times this load its end takes hours to find.
 const FOLLOWED_N: f64 = 100.0;
 
 pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, Error> {
@@ -30,7 +28,7 @@ fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Res
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     let stride = if extent == HowMany::Full { 1 } else { 16 };
     let mut rows = Vec::new();
-    // In reverse order, so that the set of all muscles is included.
+    // The first set in this order has all muscles.
     for set in (1..1u32 << all.len()).rev().step_by(stride) {
         let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
         for load in [1.0, 10.0, 100.0, 1000.0] {
@@ -48,12 +46,11 @@ fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Res
     Ok(rows)
 }
 
-/// The body with some of its muscles at the same tension.
 fn all_at(mesh: &Mesh<2>, muscles: &[&str], load: f64) -> Result<TestTensions, Error> {
     TestTensions::new(mesh, &Model::default(), &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
 }
 
-/// Follows the branch from rest to the load of a row whose answer is in the workspace, and compares the two.
+/// Follows the branch from rest to the load of a row, whose answer is in the workspace, and compares the two.
 fn beside_branch(
     row: HardCase,
     system: &System<2>,
@@ -75,7 +72,7 @@ fn beside_branch(
     row.also(&text).also(&format!("{apart:.1e} m from there"))
 }
 
-/// Case 4: SGp and HGp passive and active, alone and with others, with straight parts outside the tissue.
+/// Case 4: SGp and HGp, whose chains are straight outside the tissue, active or passive, alone and with others.
 pub(super) fn folding_chains() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let names = mesh.muscle_names();

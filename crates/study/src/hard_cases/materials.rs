@@ -1,4 +1,4 @@
-//! Hard cases of materials and meshes: extreme materials (case 3), and degenerate, invalid and large meshes (case 5).
+//! Cases 3 and 5: extreme materials, and degenerate, invalid and large meshes.
 
 use std::time::Instant;
 
@@ -16,8 +16,8 @@ use tongue_core::material::Constants;
 use tongue_core::statics::Workspace;
 use tongue_core::system::{Model, System, SystemError, coefficients};
 
-/// Solves at the published tensions with Poisson's ratio up to 0.4999999, kappa_s from zero to a million
-/// times the identified one, and stiffnesses of neighbours that differ by a factor of up to a million.
+/// Case 3: the published tensions with Poisson's ratios up to 0.4999999, kappa_s from zero to a million times the identified one, and
+/// stiffnesses of neighbours that differ by factors up to a million.
 pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let mut rows = Vec::new();
@@ -36,11 +36,11 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     }
     let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
-        let changed = uneven(&mesh, system.contracting(), factor, 1.0)?;
+        let changed = with_factors(&mesh, system.contracting(), factor, 1.0)?;
         solved(format!("kappa_s x {factor:e}"), &changed, &tensions);
     }
     for contrast in [1e-6, 1e-3, 1e3, 1e6] {
-        let changed = uneven(&mesh, system.contracting(), 1.0, contrast)?;
+        let changed = with_factors(&mesh, system.contracting(), 1.0, contrast)?;
         solved(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
     }
     for nu in [0.0, 0.5] {
@@ -54,8 +54,8 @@ fn with_ratio(poisson_ratio: f64) -> Model {
     Model { constants: Constants { poisson_ratio, ..Constants::TONGUE } }
 }
 
-/// The body with kappa_s times a factor, and every second connection's stiffness times another.
-fn uneven(
+/// The tongue with kappa_s times a factor, and the stiffness of every second connection times another.
+fn with_factors(
     mesh: &Mesh<2>,
     contracting: &[usize],
     kappa_factor: f64,
@@ -84,8 +84,7 @@ fn uneven(
     System::from_effects(mesh, c, effects, contracting)
 }
 
-/// Slivers are solved, invalid meshes are refused with a reason, and 50 000 nodes are solved (in a sample:
-/// 5000).
+/// Case 5: slivers are solved, invalid meshes are refused with a reason, and 50 000 nodes are solved (5000 in a sample).
 pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let good = bodies::lattice(8, 6, 5e-3);
     let mut rows = Vec::new();
@@ -98,8 +97,8 @@ pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> 
     pinned.fixed = vec![0];
     rows.push(solved("one bone point only".to_owned(), &pinned, 5.0)?);
 
-    type Spoil = fn(&mut Mesh<2>);
-    let broken: [(&str, Spoil); 8] = [
+    type Damage = fn(&mut Mesh<2>);
+    let broken: [(&str, Damage); 8] = [
         ("triangle of height 1e-12 of its side", |m| m.nodes.iter_mut().for_each(|p| p.y *= 1e-12)),
         ("inverted triangle", |m| invert_first(m)),
         ("duplicate node", |m| m.nodes[9] = m.nodes[10]),
@@ -118,9 +117,9 @@ pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> 
         ("a position that is not a number", |m| m.nodes[9].x = f64::NAN),
         ("millimetres given as metres", |m| m.nodes.iter_mut().for_each(|p| *p *= 1000.0)),
     ];
-    for (name, spoil) in broken {
+    for (name, damage) in broken {
         let mut mesh = good.clone();
-        spoil(&mut mesh);
+        damage(&mut mesh);
         let refused = System::new(&mesh, &Model::default(), &[0]).err();
         rows.push(HardCase::refusal(5, name, "system", refused.map(|e| e.to_string())));
     }

@@ -1,9 +1,8 @@
-//! Hard cases: the solvers at extreme loads, materials, meshes and targets, one row for each run.
+//! Hard cases: the solvers at extreme loads, materials, meshes and targets, with a row for each run.
 //!
-//! The promise under test: for any valid mesh, finite tensions and materials in range, a solve ends in a
-//! stable equilibrium or in a status that says what happened and at which load; never in a NaN, a panic, a
-//! hang, or an inverted cell that is not reported. [`HardCase::kept`] says whether the promise was kept; a solve
-//! that did not converge can still keep it.
+//! They test this promise: for any valid mesh, finite tensions and materials in range, a solve ends in a stable equilibrium or in a status
+//! that says what happened and at which load. It never ends in NaN, a panic, an endless loop or an inverted cell that is not reported. A
+//! solve that did not converge can still keep the promise.
 
 #[path = "../../../../tests/fixtures/bodies.rs"]
 mod bodies;
@@ -31,38 +30,35 @@ pub use table::{markdown, picture};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HowMany {
-    /// A sample, which takes seconds.
+    /// Takes seconds.
     Sample,
-    /// All variants: every subset of muscles, the mesh of 50 000 nodes.
+    /// All variants: every subset of muscles, and the mesh of 50 000 nodes.
     Full,
 }
 
-/// Result of one solver in one variant of a case.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct HardCase {
     pub case: u8,
     pub variant: String,
-    /// `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
+    /// `equilibrium`, `trace`, `fit`, `system`, or the name of an integrator.
     pub solver: &'static str,
     pub status: String,
-    /// Whether it converged to a stable equilibrium (or a fit ended as expected).
+    /// Whether the solver found a stable equilibrium, met the target, or reached the end time.
     pub converged: bool,
     /// Whether the promise was kept.
     pub kept: bool,
     /// Newton iterations; for fits the number of equilibria, for motions the number of steps.
     pub iterations: usize,
-    /// Part of the load at which the final state is an equilibrium.
+    /// Part of the load at which the last state is an equilibrium.
     pub load_reached: f64,
-    /// Smallest ratio of a cell's measure to that at rest.
+    /// Smallest ratio of a cell's area to that at rest.
     pub min_area_ratio: Option<f64>,
     pub smallest_eigenvalue_n_per_m: Option<f64>,
-    /// Elements in which the barrier against inversion acts.
+    /// Number of elements in which the barrier against inversion acts.
     pub guarded: usize,
-    /// Part of the load at which the branch from rest ends, 1 if it reaches the whole load; `None` if it was
-    /// not followed.
+    /// Part of the load at which the branch from rest ends; 1 if it does not, `None` if it was not followed.
     pub branch_ends_at: Option<f64>,
-    /// Largest distance of a node between the answer, found directly, and the equilibrium found along the
-    /// branch from rest (and beyond the end of the branch), m.
+    /// Largest distance of a node between the answer and the equilibrium to which the load path leads from rest, m.
     pub apart_from_branch_m: Option<f64>,
     /// Wall-clock time, s.
     pub wall_s: f64,
@@ -75,7 +71,7 @@ impl HardCase {
         Self { case, variant, solver, status, load_reached: 1.0, ..Self::default() }
     }
 
-    /// A row for refused input: the promise is kept if there was a message.
+    /// A row for input that should be refused: the promise is kept if there is a message.
     fn refusal(case: u8, variant: &str, solver: &'static str, message: Option<String>) -> Self {
         let kept = message.is_some();
         let status = if kept { "refused" } else { "accepted" };
@@ -90,21 +86,20 @@ impl HardCase {
         self
     }
 
-    /// Whether the branch from rest was followed, reaches the whole load, and leads to the answer.
+    /// Whether the branch from rest reaches the whole load at the answer.
     pub fn is_on_branch(&self) -> bool {
         self.branch_ends_at == Some(1.0) && self.is_where_branch_leads()
     }
 
-    /// Whether the answer has the same shape ([`SAME_SHAPE_M`]) as the equilibrium found along the branch from rest.
+    /// Whether the answer has the same shape ([`SAME_SHAPE_M`]) as the equilibrium to which the load path leads.
     pub fn is_where_branch_leads(&self) -> bool {
         self.apart_from_branch_m.is_some_and(|apart| apart <= SAME_SHAPE_M)
     }
 }
 
-/// A case: its title, and what runs it.
 type NamedCase = (&'static str, fn(HowMany) -> Result<Vec<HardCase>, Error>);
 
-/// The cases by their numbers, from 1.
+/// Case 1 is the first.
 const CASES: [NamedCase; 11] = [
     ("Table 4.2 as printed, and its misprints one by one", |_| motion::printed_table()),
     ("Subsets of the muscles at 1, 10, 100 and 1000 N", loads::subsets),
@@ -120,7 +115,7 @@ const CASES: [NamedCase; 11] = [
 ];
 pub const LAST: i64 = CASES.len() as i64;
 
-/// Runs some cases, or all if none is given.
+/// Runs the given cases, or all if none is given.
 pub fn run_all(cases: &[u8], extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for (case, (_, run)) in (1..).zip(CASES).filter(|(c, _)| cases.is_empty() || cases.contains(c)) {
@@ -132,7 +127,7 @@ pub fn run_all(cases: &[u8], extent: HowMany) -> Result<Vec<HardCase>, Error> {
     Ok(rows)
 }
 
-/// Solves from rest with a stability check, and reports the result.
+/// Solves from rest and checks the stability of the answer.
 fn equilibrium_row<const D: usize>(
     case: u8,
     variant: impl Into<String>,
@@ -153,7 +148,7 @@ fn equilibrium_row<const D: usize>(
     let converged = solution.status == SolveStatus::Converged && stable;
     HardCase {
         converged,
-        // An inverted cell is reported by the status; no other state may contain one.
+        // Only the status `Inverted` may have inverted cells.
         kept: finite
             && (smallest > 0.0) != (solution.status == SolveStatus::Inverted)
             && (converged || solution.status != SolveStatus::Converged),

@@ -1,4 +1,4 @@
-//! Cases 6 and 7: targets that cannot be met, and searches with bad starts or failures.
+//! Cases 6 and 7: targets that cannot be met, and difficult searches.
 
 use std::time::Instant;
 
@@ -12,11 +12,10 @@ use super::{HardCase, name_of};
 use crate::Error;
 use crate::test_tensions::tongue;
 
-/// Whether the target can be met, if it is known: a fit must not claim to have met a target that cannot be
-/// met (`Some(false)`), nor miss one that can.
+/// Whether the target can be met, if this is known. A fit must miss a target that cannot be met and meet one that can.
 type Reachable = Option<bool>;
 
-/// Case 6: targets that cannot be met.
+/// Case 6.
 pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
@@ -55,7 +54,7 @@ fn changed(mut t: Target, values: &[(&str, f64)]) -> Target {
     t
 }
 
-/// Case 7: difficult searches.
+/// Case 7.
 pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
@@ -65,8 +64,8 @@ pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
     at_rest.values.fill(1.0);
     let usual = FitSettings { starts: 2, ..FitSettings::default() };
     let few = |max_iterations| statics::SolveSettings { max_iterations, load_steps: 0, ..Default::default() };
-    // Larger tensions need more iterations from rest. A limit on iterations therefore makes candidates beyond
-    // some load fail, so that searches begin among failures or run into them.
+    // From rest, larger tensions need more iterations. So with a limit on iterations candidates beyond some load fail, and searches start
+    // among failures or run into them.
     let in_part = |max_iterations, upper_bound| FitSettings {
         equilibrium: few(max_iterations),
         warm_start: false,

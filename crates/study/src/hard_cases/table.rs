@@ -16,14 +16,13 @@ fn title(case: u8) -> &'static str {
     CASES[usize::from(case) - 1].0
 }
 
-/// Columns that are in the CSV but not on the page.
+/// Columns of the CSV that the page does not have.
 const IN_CSV_ALONE: [&str; 6] =
     ["case", "converged", "load_reached", "guarded", "branch_ends_at", "apart_from_branch_m"];
 
-/// Cases with a thousand rows.
 const LONG: [u8; 2] = [2, 11];
 
-/// A summary of all cases, and all rows; of the `LONG` cases only the exceptional rows.
+/// A summary of all cases, and their rows; of cases with a thousand rows only those that are exceptional.
 pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Error> {
     let mut out = String::from("# Hard cases\n\n");
     let _ =
@@ -63,7 +62,7 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
     Ok(out)
 }
 
-/// What becomes of the subsets of muscles at each load; `None` if their case was not run.
+/// Results of the subsets of muscles at each load; `None` if their case was not run.
 pub fn picture(rows: &[HardCase]) -> Option<Result<Svg, ReportError>> {
     let case = LONG.into_iter().find(|case| rows.iter().any(|r| r.case == *case))?;
     let rows: Vec<&HardCase> = rows.iter().filter(|r| r.case == case).collect();
@@ -112,7 +111,6 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     ]
 }
 
-/// The columns of the branches: a row for each load.
 fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
     type Of<'a> = Column<'a, (&'a str, Vec<&'a HardCase>)>;
     let falls =
@@ -132,7 +130,7 @@ fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
     ]
 }
 
-/// Number of answers on the branch from rest, by load; empty if no branch was followed.
+/// The table of answers on the branch from rest, by load; empty if no branch was followed.
 fn branches(rows: &[&HardCase]) -> String {
     let mut loads: Vec<(&str, Vec<&HardCase>)> = Vec::new();
     for row in rows.iter().filter(|r| r.branch_ends_at.is_some()) {

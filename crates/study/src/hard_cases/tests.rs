@@ -1,11 +1,11 @@
-//! The hard cases, in the sample that takes seconds: the promise is kept in each.
+//! The promise is kept in every hard case of the sample.
 
 use tongue_core::statics::{Connection, SolveSettings, Workspace, solve, trace};
 use tongue_core::system::{Model, System};
 
 use super::{HardCase, HowMany, bodies, run_all};
 
-/// Runs a case and lists every row in which the promise was broken.
+/// Fails with a list of the rows in which the promise was broken.
 fn kept(case: u8) -> Vec<HardCase> {
     let rows = run_all(&[case], HowMany::Sample).unwrap();
     assert!(!rows.is_empty());
@@ -33,8 +33,7 @@ fn case_1_explicit_steps_of_the_printed_table_are_refused_with_the_limit_named_a
 fn case_8_steps_up_to_100_s_a_sudden_load_and_many_explicit_steps_leave_no_inverted_or_drifting_body() {
     let rows = kept(8);
     all_converge(&rows);
-    // A trapezoidal stage of 100 s would overshoot for a body out of balance; only that step uses backward
-    // Euler.
+    // For a body out of equilibrium a trapezoidal stage of 100 s would overshoot, so this step alone uses backward Euler.
     let damped: Vec<_> = rows.iter().filter(|r| r.note.contains("by backward Euler")).collect();
     let names: Vec<_> = damped.iter().map(|r| (r.solver, r.variant.as_str())).collect();
     assert_eq!(names, [("tr-bdf2", "20 steps of 1e2 s")]);
@@ -46,10 +45,10 @@ fn case_2_subsets_of_muscles_up_to_1000_newtons_converge_to_stable_equilibria_wi
     let rows = kept(2);
     all_converge(&rows);
     assert!(rows.iter().all(|r| r.min_area_ratio.is_some_and(|a| a > 0.0)));
-    // Up to 10 N the barrier is never active, so the answers are those of the published law.
+    // Up to 10 N the barrier never acts, so the answers are those of the published law.
     let ordinary = rows.iter().filter(|r| r.variant.ends_with(" 1 N") || r.variant.ends_with(" 10 N"));
     assert!(ordinary.clone().all(|r| r.guarded == 0));
-    // They also lie on the branch of equilibria from rest, followed there and back.
+    // They are also on the branch from rest.
     let beside: Vec<_> = ordinary.collect();
     assert_eq!(2 * beside.len(), rows.len());
     assert!(beside.iter().all(|r| r.is_on_branch()), "{beside:?}");
@@ -61,8 +60,7 @@ fn case_11_subsets_of_muscles_of_a_continuum_up_to_1000_newtons_converge_without
     all_converge(&rows);
     assert!(rows.iter().all(|r| r.min_area_ratio.is_some_and(|a| a > 0.0)));
     let at = |load: &str| rows.iter().filter(|r| r.variant.ends_with(load)).collect::<Vec<_>>();
-    // The barriers are for loads far above those of muscles; up to 10 N the answers are those of the law
-    // alone, on the branch from rest.
+    // Up to 10 N the barrier never acts, and the answers are on the branch from rest.
     let ordinary = [at(" 1 N"), at(" 10 N")].concat();
     assert!(ordinary.iter().all(|r| r.guarded == 0 && r.is_on_branch()), "{ordinary:?}");
     assert!(at(" 1000 N").iter().all(|r| r.guarded > 0));
@@ -76,19 +74,17 @@ fn case_3_nearly_incompressible_uneven_and_area_less_tissue_converges() {
     let converged = |start: &str| rows.iter().filter(|r| r.variant.starts_with(start)).all(|r| r.converged);
     assert!(converged("nu = 0.26") && converged("nu = 0.4") && converged("every second"), "{rows:?}");
     assert!(converged("kappa_s x 1"), "{rows:?}");
-    // Without an area term nothing prevents inverted cells, and the status says so.
+    // Without an area term nothing prevents inverted cells; the status says so.
     let without: Vec<_> =
         rows.iter().filter(|r| r.status == "inverted").map(|r| r.variant.as_str()).collect();
     assert_eq!(without, ["nu = 0.25", "kappa_s x 0e0"]);
-    // The continuum is stable where the springs' area term is not.
+    // The continuum is stable where the area term of springs is not.
     let continuum: Vec<_> = rows.iter().filter(|r| r.variant.ends_with(", continuum")).collect();
     assert!(continuum.len() == 6 && continuum.iter().all(|r| r.converged), "{continuum:?}");
     let springs = rows.iter().find(|r| r.variant == "nu = 0").unwrap();
     assert!(springs.note.contains("or take a continuum"), "{}", springs.note);
 }
 
-/// Targets that cannot be met are not called met (6). Folding chains (4) end in a stable or neutral equilibrium; threads, numbering and
-/// position (10) do not change the answer.
 #[test]
 fn cases_4_6_and_10_keep_the_promise() {
     kept(6);
@@ -101,8 +97,7 @@ fn case_5_broken_meshes_are_refused_with_what_is_wrong_and_slivers_are_solved() 
     let rows = kept(5);
     let hint = rows.iter().find(|r| r.variant.starts_with("millimetres")).unwrap();
     assert!(hint.note.contains("divide them by 1000"), "{}", hint.note);
-    // Rounding in triangles a millionth as high as wide causes forces as large as the load, so that a
-    // residual has no meaning.
+    // In triangles a millionth as high as wide, rounding causes forces as large as the load, so the residual has no meaning.
     let flat = rows.iter().find(|r| r.variant == "slivers: height x 1e-6").unwrap();
     assert!(!flat.converged && flat.note.contains("rounding alone makes"), "{flat:?}");
     let boneless = rows.iter().find(|r| r.variant == "no bone").unwrap();
@@ -112,8 +107,7 @@ fn case_5_broken_meshes_are_refused_with_what_is_wrong_and_slivers_are_solved() 
 #[test]
 fn case_7_searches_that_begin_badly_end_in_a_status() {
     let rows = kept(7);
-    // If solves fail in the middle of the search, it still finds the answer outside the region in which they
-    // do.
+    // A search in which some solves fail still finds the answer among the others.
     let partly: Vec<_> = rows.iter().filter(|r| r.variant.starts_with("failures in the middle")).collect();
     assert_eq!(partly.len(), 2);
     assert!(
@@ -121,8 +115,8 @@ fn case_7_searches_that_begin_badly_end_in_a_status() {
         "{partly:?}"
     );
     let nothing = rows.iter().find(|r| r.variant.starts_with("every direct solve fails")).unwrap();
-    // The simplex has no equilibrium to start from. Followed from rest in small steps there are some, among which the answer of the
-    // other searches is found.
+    // The simplex has no equilibrium to start from, but small load steps from rest lead to some, from which it finds the answer of the
+    // other searches.
     assert!(nothing.note.starts_with("GGa 10.50, SGm 8.01, HGa 3.06 N"), "{nothing:?}");
     assert_eq!(nothing.status, "converged");
 }
@@ -134,8 +128,7 @@ fn case_9_buckling_and_snap_through_are_found_at_their_exact_critical_loads() {
     assert!(rows.iter().any(|r| r.note.contains("limit_point")));
 }
 
-/// An earlier defect: a trace that had found the end of a branch left a step on the bones, which stopped
-/// every later solve.
+/// Regression: a trace that had found the end of a branch left a step on the bones, which stopped every later solve.
 #[test]
 fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let mesh = bodies::truss(0.02, 0.01, 0.03, 40);
