@@ -1,4 +1,4 @@
-//! Activations of bodies in space from places of their nodes.
+//! Activations of bodies in space are found from positions of their nodes.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::fixtures::solved;
 use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::{RECORDED, folder, recording};
 
-/// Where these nodes are at activations by name, known to 0.5 mm.
+/// Positions of nodes at given activations, with a standard deviation of 0.5 mm.
 fn seen(body: &Body<3>, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
     let w = solved(system, &body.activations(given).unwrap());
     nodes.iter().map(|&node| SpaceMark::node(node, w.positions()[node], 5e-4)).collect()
@@ -35,7 +35,7 @@ fn activations_come_back_from_the_surface_that_they_made() {
     assert_eq!(fit.starts.len(), 4);
     assert!(fit.others_as_good(0.05).next().is_none());
 
-    // Both sides alike: one unknown for A, which its two muscles share.
+    // If the sides are alike, A has one unknown, which its two muscles share.
     let target = seen(&body, &system, &[("A", 0.1), ("M", 0.05)], &free);
     let search = SpaceSearch { sides_apart: false, ..search };
     let fit = search.fit(&body, &system, &target, None).unwrap();
@@ -43,7 +43,7 @@ fn activations_come_back_from_the_surface_that_they_made() {
     assert_eq!(fit.answer.tensions[0], fit.answer.tensions[1]);
     assert!((fit.answer.tensions[0] - 0.1).abs() < 1e-3 && (fit.answer.tensions[2] - 0.05).abs() < 1e-3);
 
-    // From the answer before it takes one start and fewer factorisations.
+    // From the last answer the search takes one start and fewer factorisations.
     let next = search.fit(&body, &system, &target, Some(&fit.answer)).unwrap();
     assert_eq!(next.starts.len(), 1);
     assert!(next.factorisations < fit.factorisations / 2, "{} {}", next.factorisations, fit.factorisations);
@@ -55,7 +55,7 @@ fn what_the_middle_cannot_know_is_open() {
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let middle = |n: &usize| body.mesh.nodes[*n].y.abs() < 1e-9 && !body.mesh.fixed.contains(n);
     let middle: Vec<usize> = (0..body.mesh.nodes.len()).filter(middle).collect();
-    // Height and reach of the middle alone: along y they would tell one side from the other.
+    // Only x and z of the middle are given, because y would tell one side from the other.
     let target = seen(&body, &system, &[("A", 0.1)], &middle);
     let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
     let fit = search.fit(&body, &system, &target, None).unwrap();
@@ -65,7 +65,7 @@ fn what_the_middle_cannot_know_is_open() {
     assert!(fit.combinations.iter().all(|c| (length(&c.direction.0) - 1.0).abs() < 1e-9));
 }
 
-/// The recorded nodes where a file of ArtiSynth has them in the middle of its time, known to 0.5 mm.
+/// Positions of the recorded nodes at half the time of a file of ArtiSynth, with a standard deviation of 0.5 mm.
 fn at_the_turning_point(file: &Path) -> Vec<SpaceMark> {
     let rows = recording(file);
     let row = &rows[rows.len() / 2].1;
@@ -77,24 +77,24 @@ fn at_the_turning_point(file: &Path) -> Vec<SpaceMark> {
 fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let Some(folder) = folder() else { return };
     let body = artisynth::read(&folder).unwrap();
-    // The tip is wanted 10 mm to the front, the sides at rest.
+    // The target has the tip 10 mm to the front, and the sides at rest.
     let target = at_the_turning_point(&folder.join("protrude_ref_target_position.txt"));
     let usual = SpaceSearch::default();
     let search = SpaceSearch { settings: FitSettings { starts: 3, ..usual.settings }, ..usual };
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let fit = search.fit(&body, &system, &target, None).unwrap();
-    // The same on one half, completed on the whole.
+    // One half of the body gives the same answer.
     let half = body.half().unwrap();
     let left = System::of_half(&half, &SpaceModel::default()).unwrap();
     let alike = search.fit_alike((&body, &system), (&half, &left), &target, None).unwrap();
     assert!((alike.rms_m - fit.rms_m).abs() < 1e-5, "{} {}", alike.rms_m, fit.rms_m);
     assert!(alike.answer.tensions.iter().zip(&fit.answer.tensions).all(|(a, b)| (a - b).abs() < 1e-2));
-    // ArtiSynth itself leaves 3.38 mm.
+    // ArtiSynth's own answer leaves 3.38 mm.
     assert!((fit.rms_m - 2.05e-3).abs() < 5e-6, "{}", fit.rms_m);
     assert!(fit.starts.iter().all(|s| (s.misfit / fit.answer.misfit - 1.0).abs() < 0.05), "from every start");
     assert!(fit.combinations.iter().any(|c| c.sd > OPEN_ABOVE), "MH and GH are told to be open");
 
-    // The tip alone, 8.5 mm to the front.
+    // The target is the tip alone, 8.5 mm to the front.
     let by = Vector3::new(-8.5e-3, 0.0, 0.0);
     let of_tip = |&node: &usize| SpaceMark::node(node, body.mesh.nodes[node] + by, 5e-4);
     let tip: Vec<SpaceMark> = RECORDED[..14].iter().map(of_tip).collect();
@@ -114,9 +114,9 @@ fn a_start_amid_strong_muscles_finds_those_of_a_recorded_protrusion() {
     let usual = SpaceSearch::default();
     let search = SpaceSearch { settings: FitSettings { starts: 2, ..usual.settings }, ..usual };
     let fit = search.fit_alike((&body, &system), (&half, &left), &seen, None).unwrap();
-    // From rest alone the search ends at 0.35 mm, with VERT at 0.
+    // A search from rest alone would end at 0.35 mm, with VERT at 0.
     assert!((fit.rms_m - 1.4e-4).abs() < 5e-6 && fit.ended_here() == 1, "{} {}", fit.rms_m, fit.ended_here());
-    // ArtiSynth's excitations at this moment.
+    // ArtiSynth's excitations at that time.
     let truth = [("GGM", 1.0), ("MH", 1.0), ("HG", 0.028), ("VERT", 0.788), ("TRANS", 1.0), ("SL", 0.024)];
     for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95()) {
         let truth = truth.iter().find(|(known, _)| known == name).map_or(0.0, |(_, a)| *a);

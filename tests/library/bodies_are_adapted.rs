@@ -1,5 +1,5 @@
-//! A speaker's body: an identity changes no bit, landmarks turn and scale, contours change the shape at rest,
-//! and what would fold is refused.
+//! A speaker's body: an identity changes no bit, landmarks turn and scale, contours change the shape at rest, and a body that would fold is
+//! refused.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use tongue_infer::track::TrackSettings;
 
 use crate::synthetic::{Kind, Speaker, drawn_scores};
 
-/// Scale of the tensions, N/m, and time over which they are remembered, s.
+/// Scale of the tensions, N/m, and their correlation time, s.
 const SCALE_N: f64 = 20.0;
 const MEMORY_S: f64 = 0.1;
 
@@ -34,7 +34,7 @@ fn landmarks(body: &Body<2>, place: impl Fn(Point) -> Point) -> Landmarks {
     Landmarks { named: BTreeMap::from(named), ..Landmarks::default() }
 }
 
-/// Tensions of all frames drawn from the half-normal prior with its correlation in time.
+/// Tensions of all frames, drawn from the half-normal prior with its correlation in time.
 fn drawn(times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let all = drawn_scores(8, MEMORY_S, times, rng);
     all.iter().map(|x| x.iter().map(|g| SCALE_N * parameters::tension(*g).0).collect()).collect()
@@ -73,7 +73,7 @@ fn exchanged_bones_and_points_out_of_order_are_told() {
     let backwards = Vec::from_iter(along.iter().rev().copied());
     let mut disordered = along.clone();
     disordered.swap(3, 9);
-    // The whole contour and every part of it of eight points and more, in both directions, of a face to the left and to the right.
+    // All parts of the contour with at least eight points, in both directions, of faces to the left and to the right.
     for side in [1.0, -1.0] {
         for (first, last) in (0..=7).flat_map(|first| (first + 8..=15).map(move |last| (first, last))) {
             for order in [&along[first..last], &backwards[15 - last..15 - first]] {
@@ -111,7 +111,7 @@ fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
     let anatomy = Anatomy::reference().unwrap();
     let body = Body::tongue(5.5e-3).unwrap();
     let rest = Rest::new(&body, Similarity::IDENTITY).unwrap();
-    // A higher dorsum: control points 5 to 7 go up by 4 mm.
+    // The dorsum is higher: control points 5 to 7 go up by 4 mm.
     let mut up = DVector::zeros(rest.unknowns());
     [11, 13, 15].into_iter().for_each(|i| up[i] = 4e-3);
     let other = Speaker::of(rest.body(&up));
@@ -126,7 +126,7 @@ fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
     assert!(adapted.least_area_ratio > 0.5 && adapted.notes.is_empty());
     let lengths = |b: &Body<2>| b.mesh.distance(b.mesh.muscles[1].ends());
     assert!(lengths(&adapted.body) > lengths(&body) + 3e-3, "GGm reaches the dorsum");
-    // A contour in the floor of the mouth would need the tissue turned inside out.
+    // This contour in the floor of the mouth would turn the tissue inside out.
     let below: Vec<Point> = drawn.iter().map(|p| Point::new(p.x, -0.02 - 0.2 * p.y)).collect();
     let least = basis(&body, &anatomy).to_landmarks(&with(below)).unwrap().least_area_ratio;
     assert!(least >= 0.15, "no cell folds, whatever is asked: {least}");
@@ -146,7 +146,7 @@ fn ten_speakers_are_met_or_refused_whichever_way_they_look() {
             Point::new(number(&mut rng), number(&mut rng)) * 0.05,
         );
         let rest = Rest::new(&body, similarity).unwrap();
-        // Another shape of the surface and of the root, and another hyoid.
+        // Another shape of the surface and the root, and another hyoid.
         let mut change = DVector::from_fn(rest.unknowns(), |i, _| {
             let (sd, point) = (if (4..10).contains(&(i / 2)) { 3e-3 } else { 1e-3 }, i / 2);
             if point == 0 { 0.0 } else { sd * number(&mut rng) }
@@ -200,7 +200,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
     let basis = basis(&body, &anatomy);
     let fit = |how| basis.to_recordings(&[&seen], how, &[], &|_, _| {}).unwrap();
     let (similar, joint) = (fit(RestShapeMethod::Similarity), fit(RestShapeMethod::Joint));
-    // How far the rest surface is from the speaker's own.
+    // Root mean square distance between a body's surface at rest and the speaker's.
     let away = |b: &Body<2>| {
         let curve = &speaker.surface.curve;
         let place = |at: f64| -> Point {

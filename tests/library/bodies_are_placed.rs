@@ -21,7 +21,7 @@ fn contour(body: &Body<2>, count: usize) -> Vec<Point> {
     (0..count).map(|i| on_surface(body, 95e-3 - 92e-3 * i as f64 / (count - 1) as f64)).collect()
 }
 
-/// Largest distance between the places of a node of the outline.
+/// Largest distance between the images of a node of the outline.
 fn apart(a: &Similarity, b: &Similarity, body: &Body<2>) -> f64 {
     let surface = body.mesh.surface_nodes().into_iter().map(|n| body.mesh.nodes[n]);
     surface.map(|p| (a.place(p) - b.place(p)).norm()).fold(0.0, f64::max)
@@ -30,13 +30,13 @@ fn apart(a: &Similarity, b: &Similarity, body: &Body<2>) -> f64 {
 #[test]
 fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
     let body = body();
-    // Far from the start of the search: a face that looks up by 25 degrees in an image's frame.
+    // The truth is far from the start of the search: a face that looks up by 25 degrees in the frame of an image.
     let truth = Similarity::new(1.08, -0.43, Point::new(0.09, -0.05));
     let seen = |bone: &str| Some(truth.place(mark_of(&body, bone).unwrap()));
     for count in [11, 100] {
         let drawn: Vec<Point> = contour(&body, count).iter().map(|p| truth.place(*p)).collect();
         let found = RegistrationData::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
-        // The priors of turn and scale shrink the result a little.
+        // The priors of rotation and scale shrink the result slightly.
         assert!(apart(&found.similarity, &truth, &body) < 1.5e-3, "{found:?}");
         assert!(found.rms_m < 0.5e-3);
         let alone = RegistrationData::drawn(&drawn, None, None).place(&body).unwrap();
@@ -49,7 +49,7 @@ fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
 fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
     let body = body();
     let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
-    // A different neck: the hyoid 12 mm lower. Two landmarks alone would turn the body by 17 degrees.
+    // The hyoid is 12 mm lower. The two landmarks alone would turn the body by 17 degrees.
     let low = hyoid - Point::new(0.0, 12e-3);
     let found = RegistrationData::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
     assert!(found.similarity.angle().abs() < 0.1, "{}", found.similarity.angle());
@@ -80,13 +80,13 @@ fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
     crate::fixtures::says(RegistrationData::default().place(&body), "mental spine and the hyoid");
 }
 
-/// What is drawn, with the mental spine in its place and the hyoid this far from its own, m, in so many frames.
+/// A contour, the mental spine at its place and the hyoid displaced by `off` (m), in this number of frames.
 fn with_bones(body: &Body<2>, drawn: &[Point], off: Point, frames: usize) -> RegistrationData {
     let (spine, hyoid) = (mark_of(body, MANDIBLE).unwrap(), mark_of(body, HYOID).unwrap());
     RegistrationData { frames, ..RegistrationData::drawn(drawn, Some(spine), Some(hyoid + off)) }
 }
 
-/// How far from its place the farther bone is, mm.
+/// Distance of the farther bone from its place, mm.
 fn off_mm(placed: &Registration) -> f64 {
     placed.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max)
 }
@@ -136,7 +136,7 @@ fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_fro
         let told = placed.in_one_frame().unwrap_err().to_string();
         assert!(told.contains(said) && told.contains("hyoid = \"ignore\""), "{told}");
     }
-    // Without its root a contour is used where the hyoid is 10 to 14 mm off, and that is told.
+    // A contour without the root is used although the hyoid is 10 to 14 mm off, with a note.
     let mut used = 0;
     for down_mm in 0..40 {
         let short = of(&whole[4..], -1e-3 * f64::from(down_mm));

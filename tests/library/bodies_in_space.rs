@@ -37,13 +37,13 @@ fn an_even_deformation_costs_what_the_law_says_and_turning_nothing() {
     let turn = Rotation3::from_euler_angles(0.3, -1.1, 2.0);
     let turned: Vec<_> = x.iter().map(|p| turn * p).collect();
     assert!((energy(&tissue, &turned) / found - 1.0).abs() < 1e-12);
-    // Inverted at one corner.
+    // One corner is inverted.
     let mut over = x;
     over[17] = over[0];
     assert_eq!(energy(&tissue, &over), f64::INFINITY);
 }
 
-/// A beam of hexahedra along x, fixed at its end x = 0, bent by a force at the other end.
+/// Deflection of a beam of hexahedra along x that is fixed at x = 0, by a force on its other end.
 fn deflection(law: MooneyRivlin, parts: [usize; 2]) -> f64 {
     let (length, height, width) = (40e-3, 5e-3, 5e-3);
     let [along, up] = parts;
@@ -62,7 +62,7 @@ fn deflection(law: MooneyRivlin, parts: [usize; 2]) -> f64 {
     let positions = solved_to(1e-13, &system, &[]);
     let tip = up * 2 * (along + 1) + along;
     let found = positions[tip].z - body.mesh.nodes[tip].z;
-    // Timoshenko: bending and shear.
+    // Timoshenko's beam: bending and shear.
     let young = 4.0 * law.c10 * (1.0 + law.poisson_ratio());
     let moment = width * height.powi(3) / 12.0;
     let shear = 2.0 * law.c10 * width * height * 5.0 / 6.0;
@@ -74,7 +74,7 @@ fn a_nearly_incompressible_beam_bends_as_much_as_a_compressible_one() {
     let soft = MooneyRivlin { c10: 1037.0, c20: 0.0, bulk: 2074.0 };
     let stiff = MooneyRivlin { bulk: 1e4 * 2074.0, ..soft };
     let [compressible, incompressible] = [soft, stiff].map(|law| deflection(law, [16, 4]));
-    // Elements without a mean volume have only a twentieth of it at nu 0.49995.
+    // Elements without a mean volume would have a twentieth of it at nu 0.49995.
     for (part, told) in [(compressible, 0.91), (incompressible, 0.86)] {
         assert!((part - told).abs() < 5e-3, "{compressible} {incompressible}");
     }
@@ -99,14 +99,14 @@ fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
     let one_side = body.activations(&[("A_L", 0.2)]).unwrap();
     assert_eq!(half.activations(&one_side), None);
     let muscle = |name: &str| body.muscles.iter().position(|m| m.name == name).unwrap();
-    // A muscle in the middle that lies on one side only.
+    // A muscle in the middle has elements on one side only.
     let mut one_sided = body.clone();
     let is_left =
         |e: &usize| body.mesh.hexahedra[*e].iter().map(|&n| body.mesh.nodes[n].y).sum::<f64>() < 0.0;
     one_sided.muscles[muscle("M")].region.retain(is_left);
     one_sided.muscles[muscle("M")].directions.clear();
     assert_eq!(one_sided.half(), None);
-    // Sides with fibres of other directions.
+    // The two sides of a muscle have different directions of fibres.
     let mut turned = body.clone();
     for (name, direction) in [("A_L", Vector3::x()), ("A_R", Vector3::z())] {
         let own = &mut turned.muscles[muscle(name)];
@@ -154,7 +154,7 @@ fn files_of_artisynth_make_a_body() {
     assert_eq!((&*left.name, &*left.region, left.segments[0].force_n), ("X_L", &[0][..], 2.0));
     assert!((left.stress_pa - 2.0 * 0.02 / 2e-6).abs() < 1e-6);
     assert!(body.half().is_some());
-    // A step beyond the last element, as large as a number can be.
+    // The step leads beyond the last element and is as large as a number can be.
     let mut files = files();
     files.muscles.text = files.muscles.text.replace(",,2,2,1", &format!(",,2,2,{}", u64::MAX));
     assert_eq!(artisynth::body(&files, "folder").unwrap().muscles[1].region, [1]);

@@ -16,7 +16,7 @@ fn it_is_as_large_as_its_outline_and_widths_say() {
     assert_eq!(body.groups().len(), 11);
     let middle: Vec<usize> = (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n].y == 0.0).collect();
     assert_eq!(middle.len(), 13 * 8);
-    // The outline of the plane is that of the middle, but for corners cut between nodes.
+    // The area of the midsagittal section is that of the outline in the plane, but for corners that are cut off between nodes.
     let anatomy = Anatomy::reference().unwrap();
     let area = anatomy.outline().area();
     let flat: f64 = body
@@ -73,7 +73,7 @@ fn a_finer_mesh_moves_nearly_alike() {
     }
 }
 
-/// A sample of what was run with 200 activations, half of them with the sides apart.
+/// A sample of 200 activations that were tried, half of them with different activations of the sides.
 #[test]
 fn random_activations_of_all_muscles_converge_without_an_inverted_element() {
     let body = Body::tongue_in_space(1).unwrap();

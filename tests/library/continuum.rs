@@ -1,5 +1,5 @@
-//! The continuum of quadratic elements: exact for homogeneous strain, of third order for smooth strain, with
-//! forces of muscles and bones that do not depend on the mesh.
+//! The continuum of quadratic elements is exact for homogeneous strain and of third order for smooth strain, and the forces of muscles and
+//! bones do not depend on the mesh.
 
 use crate::fixtures::{self, solved};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
@@ -11,13 +11,13 @@ use tongue_fit::material::{Constants, NeoHookean};
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Additions, Model, System};
 
-/// A body of /a/: the system and the tensions of all muscles.
+/// The system of a body with the published tensions of /a/.
 fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
     let (contracting, tensions) = fixtures::pulling(mesh, &fixtures::PUBLISHED_A);
     (System::new(mesh, &Model::default(), &contracting).unwrap(), tensions)
 }
 
-/// The mesh as a continuum that is held on its whole surface.
+/// The mesh as a continuum whose whole surface is fixed.
 fn held_all_around<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     mesh.fixed = mesh.surface_nodes();
     mesh.muscles.clear();
@@ -39,12 +39,12 @@ fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64
     for stress in system.stresses(&x) {
         assert!((stress.cauchy_pa - exact.cauchy_pa).norm() < 1e-9 * exact.cauchy_pa.norm());
     }
-    // They balance the forces on all nodes (Clausius's virial): `sum f xᵀ = - V σ`.
+    // The stress balances the forces on all nodes (Clausius's virial): `sum f xᵀ = - V σ`.
     let volume = determinant(&stretch) * system.measure(system.rest());
     let virial: SMatrix<f64, D, D> = force.iter().zip(&x).map(|(f, x)| f * x.transpose()).sum();
     let error = (virial + exact.cauchy_pa * volume).norm();
     assert!(error < 1e-9 * virial.norm(), "{D}D: {error}");
-    // Velocities `G x`: the viscous forces do the work of Newtonian stress, `-2 η d:d V`, and hold no turning body.
+    // At the velocities `G x` the viscous forces have the power of Newtonian stress, `-2 η d:d V`, and do not resist a rotation.
     let tissue = system.effects().iter().find(|e| e.name() == "quadratic elements").unwrap();
     let forces = |gradient: SMatrix<f64, D, D>| {
         let velocities: Vec<_> = x.iter().map(|x| gradient * x).collect();
@@ -90,7 +90,7 @@ impl<const D: usize> Effect<D> for Load<D> {
     }
 }
 
-/// A smooth field of displacements, m, over a body of size `SIZE`, its gradient, and its body force.
+/// A smooth displacement field, m, on a body of this size; `deformed` has its gradient, `stress` its stress.
 const SIZE: f64 = 0.02;
 
 fn field<const D: usize>(p: &SVector<f64, D>) -> SVector<f64, D> {
@@ -139,7 +139,7 @@ fn held_by<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SVector<f64,
     out
 }
 
-/// Barycentric coordinates and weights of many points of a cell: those of repeated subdivision.
+/// Barycentric coordinates and weights of many points of a cell, from repeated subdivision.
 fn fine_points<const D: usize>(depth: usize) -> Vec<([f64; 4], f64)> {
     let mut cells = vec![std::array::from_fn::<[f64; 4], 4, _>(|i| {
         std::array::from_fn(|j| f64::from(u8::from(i == j && i <= D)))
@@ -165,10 +165,10 @@ fn fine_points<const D: usize>(depth: usize) -> Vec<([f64; 4], f64)> {
     cells.into_iter().flat_map(within).collect()
 }
 
-/// Errors of displacement (root mean square, m) and of strain energy (J) with the manufactured field on the
-/// surface and its body force inside.
+/// Errors of displacement (root mean square, m) and of strain energy (J) of a manufactured solution: its displacements are given on the
+/// surface, its body force inside.
 fn errors<const D: usize>(mut mesh: Mesh<D>) -> (f64, f64) {
-    // Irregular elements, in the same way at every spacing.
+    // The elements are irregular in the same way at every spacing.
     for p in &mut mesh.nodes {
         let q = *p / SIZE;
         p[0] += 0.1 * SIZE * (2.0 * q[1]).sin();
@@ -231,11 +231,11 @@ fn a_smooth_field_is_met_with_the_third_order_in_displacement_and_more_in_energy
     assert!(displacement > 2.5 && energy > 2.5, "{displacement} {energy}");
 }
 
-/// A cylinder of ten-node tetrahedra with a contracting bundle of fibres along its axis: its volume over that
-/// at rest, and the part by which the axis shortens.
+/// A cylinder of ten-node tetrahedra with a contracting bundle of fibres along its axis: the ratio of its volume to that at rest, and the
+/// relative shortening of the axis.
 fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let length = 20e-3;
-    // The same cross-section at every resolution, although the mesh's is a regular polygon.
+    // The cross-section has the same area at every resolution, although it is a regular polygon.
     let corners = 6.0 * rings as f64;
     let polygon = 0.5 * corners * (std::f64::consts::TAU / corners).sin();
     let radius = 10e-3 * (std::f64::consts::PI / polygon).sqrt();
@@ -282,7 +282,7 @@ fn a_cylinder_of_contracting_fibres_keeps_its_volume_and_converges_under_refinem
     assert!(volume > 1.5 && shortening > 1.5, "{all:?}");
 }
 
-/// The reference tongue at a spacing, m, with `muscles` contracting.
+/// The reference tongue at a spacing (m), in which `muscles` contract.
 fn tongue(h: f64, muscles: &[&str]) -> (Body<2>, System<2>) {
     let body = Body::continuum(h, &ContinuumSettings::default()).unwrap();
     let contracting: Vec<usize> = muscles.iter().map(|m| body.muscle(m).unwrap()).collect();
@@ -300,7 +300,7 @@ fn a_bundle_in_a_homogeneous_stretch_has_the_energy_of_its_line_whatever_the_mes
         let at = Configuration { positions: &x, tensions: &tensions };
         system.effects().iter().filter(|e| e.name() == "fibres").map(|e| e.energy(at)).sum()
     });
-    // One straight line: the directions of the fibres differ by a hundredth, and the outline clips them.
+    // GGm is a straight line; the directions of its fibres differ by 1 %, and the outline cuts them off.
     let way = SVector::from([28.9e-3, 50.056e-3]);
     let line = 3.0 * ((stretch * way).norm() - way.norm());
     assert!(energies.iter().all(|e| (e / line - 1.0).abs() < 0.05), "{energies:?} {line}");
@@ -315,7 +315,7 @@ fn a_patch_on_a_straight_edge_holds_with_sixteen_fifteenths_of_its_radius() {
     let settings = ContinuumSettings { patch_radius_m: 12e-3, ..ContinuumSettings::default() };
     let mesh = continuum::from_mesh(&mesh, None, &settings).unwrap().mesh;
     let ties = &mesh.continuum.as_ref().unwrap().ties;
-    // A displacement of all tissue by one gives the integral of the profile.
+    // If all tissue is displaced by one, the sum is the integral of the profile.
     let pairs = (0..9).map(|n| (n / 3, n % 3));
     let held: f64 =
         ties.iter().flat_map(|tie| pairs.clone().map(|(i, j)| tie.form[i * tie.nodes.len() + j])).sum();
@@ -342,7 +342,7 @@ fn forces_of_muscles_end_on_the_bones() {
     let on = |bone: &str| body.bone(bone).iter().map(|&n| workspace.force()[n]).sum::<SVector<f64, 2>>();
     let [spine, hyoid, styloid] = ["mental_spine", "hyoid", "styloid"].map(on);
     assert!((spine + hyoid + styloid).norm() < 1e-9, "reactions cancel: {spine} {hyoid} {styloid}");
-    // All of SGp is outside the tissue: it pulls at the styloid process with its whole tension.
+    // All of SGp is outside the tissue, so it pulls at the styloid process with its whole tension.
     assert!((styloid.norm() - 5.0).abs() < 1e-12, "{styloid}");
     assert!(body.bone("hyoid").len() > 2 && body.bone("styloid").len() == 1);
 }
@@ -371,14 +371,14 @@ fn ratios_of_area_are_those_of_the_tissue_within_its_elements() {
     let (low, high) = system.tissue_ratios(&stretched);
     assert!((low - 1.08).abs() < 1e-12 && (high - 1.08).abs() < 1e-12, "{low} {high}");
     let workspace = solved(&system, &tensions);
-    // The cells, whose sides are straight, change by more than the tissue does anywhere.
+    // The areas of cells, whose sides are straight, change by more than the tissue does at any point.
     let [(low, high), (of_cells, to_cells)] =
         [system.tissue_ratios(workspace.positions()), system.cell_ratios(workspace.positions())];
     assert!([of_cells, low, 1.0, high, to_cells].is_sorted_by(|a, b| a < b), "{low} {high}");
     assert!(high - low < 0.5 * (to_cells - of_cells), "{low} {high} {of_cells} {to_cells}");
 }
 
-/// The reference tongue on nested meshes of 11, 5.5, 2.75 and so on mm, whose outline is that of the anatomy.
+/// The reference tongue on nested meshes of 11, 5.5, 2.75 mm and so on, with the outline of the anatomy.
 fn nested(levels: usize) -> Vec<Body<2>> {
     let anatomy = Anatomy::reference().unwrap();
     let on_outline = |mesh: Mesh<2>, body: Body<2>| Body { mesh: mesh.on_outline(anatomy.outline()), ..body };

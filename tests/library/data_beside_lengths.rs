@@ -1,4 +1,5 @@
-//! Muscle activity, contours and coils in one posterior with stretches: derivatives, what geometry does to them, and what they add.
+//! Muscle activity, contours and coils together with stretches in one posterior: derivatives, the effect of geometry, and the information
+//! that they add.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 use tongue_core::random::normals;
@@ -30,7 +31,7 @@ fn stretches() -> Measurements {
     seen("S2", "a")
 }
 
-/// Activity of GGa, and of the hyoglossus, HGa and HGp together, in the posture and in the baseline.
+/// Activity of GGa, and of the hyoglossus (HGa and HGp together), in the posture and in the baseline.
 fn emg(active: [f64; 2]) -> AuxiliaryData {
     let electrodes = [
         (vec![0], vec![(Some(0), 0.9), (None, 0.3)]),
@@ -40,21 +41,21 @@ fn emg(active: [f64; 2]) -> AuxiliaryData {
     AuxiliaryData::emg(&electrodes)
 }
 
-/// Points of the surface where the nodes are at `positions`, m.
+/// Points of the surface for these positions of the nodes, m.
 fn points_of(posterior_model: &PosteriorModel, positions: &[Point]) -> Vec<Point> {
     let curve = TongueSurface::of(&posterior_model.body).unwrap().curve;
     let place = |i: usize| curve.weights(curve.length() * (0.2 + 0.06 * f64::from(i as u32)));
     (0..11).map(|i| place(i).iter().map(|(node, w)| positions[*node] * *w).sum()).collect()
 }
 
-/// Contours of the posture and, if there is one, of the baseline.
+/// Contours of the posture and, if it is given, of the baseline.
 fn contours(of: &PosteriorModel, posture: &[Point], baseline: Option<&[Point]>) -> AuxiliaryData {
     let all: Vec<&[Point]> = [posture].into_iter().chain(baseline).collect();
     AuxiliaryData::points(&of.body, &recording::AlignedRecording::of_contours(&all), &[Some(0), None])
         .unwrap()
 }
 
-/// Coils at three places of the tongue where the nodes are at these positions, m: in the posture and in the baseline.
+/// Coils at three points of the tongue in the posture and in the baseline, for these positions of the nodes, m.
 fn coils(posterior_model: &PosteriorModel, positions: [&[Point]; 2]) -> AuxiliaryData {
     let surface = TongueSurface::of(&posterior_model.body).unwrap();
     let file = |positions: &[Point]| {
@@ -101,7 +102,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
             let room = 2e-6 * (1.0 + difference.abs());
             assert!((exact - difference).abs() < room, "{i}: {exact} {difference}");
         }
-        // The rates at the mode, by which it was found, are those of the values too.
+        // The Jacobian at the mode, which the search used, is also that of the values.
         let here = solved(&mut evaluator, &at, &map_estimate.solved);
         let (linear, _) = evaluator.linearise(&at, &here.solved).unwrap();
         let rows = density.rows().len() - density.seen.len();
@@ -115,7 +116,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
             let difference = (side(h) - side(-h)) / (2.0 * h);
             for row in 0..rows {
                 let exact = linear.jacobian[(linear.computed.len() - rows + row, i)];
-                // One for the logarithms of activity, and a millimetre for points.
+                // The scale is 1 for logarithms of activity, and a millimetre for points.
                 let scale = if row < 4 { 1.0 } else { 1e-3 };
                 assert!((exact - difference[row]).abs() < 1e-4 * scale, "{row} {i}: {exact}");
             }
@@ -131,7 +132,7 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
         let (values, _) = density.parameter_values(&map_estimate.scores);
         let answers = at_mode(&density, &map_estimate).geometry;
         let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-        // Stretches, and then the other data, of the posture and of the baseline.
+        // The values are stretches, then the other data of the posture and of the baseline.
         let values = |mesh: &Mesh<2>, model: &Model| -> DVector<f64> {
             let system = System::new(mesh, model, &all).unwrap();
             let load = |s| Load {
@@ -175,7 +176,8 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
     }
 }
 
-/// By how many standard deviations, squared, a contour and coils on the body at rest are away where those of each posture are moved.
+/// Squared norm, in standard deviations, of the residuals of a contour and of coils at rest, if the data of posture and baseline are
+/// shifted by `moved`.
 fn costs(posterior_model: &PosteriorModel, moved: [Point; 2]) -> [f64; 2] {
     let rest = posterior_model.system.rest();
     let [a, b] = moved.map(|by| rest.iter().map(|p| p + by).collect::<Vec<_>>());
@@ -192,7 +194,7 @@ fn costs(posterior_model: &PosteriorModel, moved: [Point; 2]) -> [f64; 2] {
 #[test]
 fn a_common_shift_is_one_standard_deviation_and_a_shift_of_one_posture_is_many() {
     let posterior_model = &posterior_models()[0];
-    // The standard deviation of the placement.
+    // The shift is one standard deviation of the placement.
     let back = Point::new(5e-3, 0.0);
     let of_both = costs(posterior_model, [back; 2]);
     for (common, apart) in of_both.into_iter().zip(costs(posterior_model, [back, Point::zeros()])) {
@@ -219,7 +221,7 @@ fn each_kind_adds_to_what_is_known() {
     let posterior_model = &coarse_posterior_model(&Priors::default());
     let alone = sample(posterior_model, stretches(), &settings).unwrap();
     assert!(alone.is_mixed(), "{}", alone.diagnostics.why);
-    // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
+    // A contour of the baseline adds information, because the errors of placement and body are common to both.
     let mean_sd = |draws: &[Draw]| {
         let sd = |m: usize| mean_and_variance(draws.iter().map(|d| d.change(0, m))).1.sqrt();
         (0..8).map(sd).sum::<f64>() / 8.0
@@ -254,7 +256,7 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     let parts: Vec<f64> = with.iter().zip(&without).map(|(with, without)| with / without).collect();
     assert!(parts.iter().sum::<f64>() / 8.0 < 1.03, "{parts:?}");
     assert!(parts[0] < 0.9 && 0.5 * (parts[6] + parts[7]) < 1.0, "{parts:?}");
-    // The gain of an electrode is free: other units of activity change nothing.
+    // The gain of an electrode is free, so other units of activity change nothing.
     let mode_with = |times: f64| {
         let mut auxiliary = emg([0.8, 0.1]);
         auxiliary.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
@@ -269,7 +271,7 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
 #[test]
 fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     let continuum = Body::continuum(8e-3, &ContinuumSettings::default()).unwrap();
-    // The hyoid's nodes are others in a body of other patches: it moves without tilting here.
+    // The nodes of the hyoid depend on the patches of the body, so the hyoid moves without tilting here.
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &priors).unwrap();
     let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
@@ -298,15 +300,14 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
             patch_radius_m: own.patch_radius_m * (part * patch).exp(),
             ..own
         };
-        // Of a step as long as that of the derivative: a secant of what has no derivatives of higher order.
+        // The difference has a step as long as that of the derivative, which is itself a secant.
         let difference = stretches(&by(0.5)) - stretches(&by(-0.5));
         let error = (derivative.column(0) - &difference).amax();
         assert!(error < 0.03 * difference.amax() && difference.amax() > 1e-3, "{error}: {difference}");
     }
 }
 
-/// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
-/// equilibrium.
+/// Draws from the Laplace approximation at the mode, without those that have no equilibrium.
 fn laplace_draws(map_estimate: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let root = map_estimate.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
@@ -315,7 +316,7 @@ fn laplace_draws(map_estimate: &MapEstimate, count: usize, seed: u64) -> Vec<DVe
 
 #[test]
 fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterior() {
-    // With kappa known, the covariance is that of ends and outline.
+    // If kappa is known, the covariance is that of muscle ends and outline.
     let posterior_model =
         posterior_model(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
     let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();

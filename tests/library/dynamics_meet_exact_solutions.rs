@@ -1,5 +1,5 @@
-//! Every integrator against exact motions, with its observed order: a mass on a spring, creep of a
-//! Kelvin-Voigt element, and the response of the three-element muscle to a step of its tension.
+//! Every integrator against exact motions, with its order: a mass on a spring, creep of a Kelvin-Voigt element, and a three-element muscle
+//! after a step of its tension.
 
 use crate::fixtures;
 use nalgebra::{Matrix3, Vector3};
@@ -7,19 +7,19 @@ use tongue_fit::dynamics::{Control, IntegrationMethod, Motion, MotionStatus, Sta
 use tongue_fit::material::Constants;
 use tongue_fit::system::{Model, System};
 
-/// Force, N.
+/// Tension, N per metre of thickness.
 const PULL: f64 = 3.0;
 /// Mass of a node, kg: the consistent mass in the tongue.
 const MASS: f64 = 2.2e-2;
 
-/// A bar between a bone and a free node that moves along it.
+/// A bar between a bone and a free node.
 fn bar(viscosity: f64, contracts: bool) -> System<2> {
     let constants = Constants { viscosity, ..Constants::TONGUE };
     let model = Model { constants };
     System::new(&fixtures::rope(1, 5e-3), &model, if contracts { &[0] } else { &[] }).unwrap()
 }
 
-/// Position of the free end at `t_end` relative to rest, m.
+/// Displacement of the free end at `t_end`, m.
 fn travel(motion: &Motion<'_, 2>, start: &State<2>, method: IntegrationMethod, dt: f64, t_end: f64) -> f64 {
     let mut integrator = method.integrator(motion, Control::Fixed(dt)).unwrap();
     let mut state = start.clone();
@@ -29,7 +29,7 @@ fn travel(motion: &Motion<'_, 2>, start: &State<2>, method: IntegrationMethod, d
     state.positions[1].x - motion.system().rest()[1].x
 }
 
-/// Halves the step and expects the error to fall by four, within 12 % of the exponent.
+/// Halves the step and expects the error to fall by a factor of four (the exponent may be off by 12 %).
 fn expect_order(
     motion: &Motion<'_, 2>,
     start: &State<2>,
@@ -53,7 +53,7 @@ fn a_mass_on_a_spring_oscillates() {
     let mut start = motion.at_rest();
     let amplitude = 1e-3;
     start.positions[1].x += amplitude;
-    // A time at which both phase and amplitude matter.
+    // At this time phase and amplitude both affect the position.
     let t_end = 7.0 / omega;
     let exact = amplitude * 7.0f64.cos();
     for method in IntegrationMethod::ALL {
@@ -63,7 +63,7 @@ fn a_mass_on_a_spring_oscillates() {
 
 #[test]
 fn a_kelvin_voigt_element_creeps() {
-    // Released from a stretch, m x'' + b x' + k x = 0 with two real rates.
+    // Motion after release from a stretch, `m x'' + b x' + k x = 0`, with two real rates.
     let system = bar(30.0, false);
     let motion = Motion::with_mass(&system, Tensions::Constant(vec![0.0]), MASS).unwrap();
     let c = system.coefficients();
@@ -81,8 +81,7 @@ fn a_kelvin_voigt_element_creeps() {
     }
 }
 
-/// Position at `t` of a three-element muscle with a step of tension at time zero, by the matrix exponential
-/// of its equations.
+/// Displacement at `t` of a three-element muscle after a step of its tension at time 0, by the matrix exponential.
 fn pulled(system: &System<2>, mass: f64, t: f64) -> f64 {
     let c = system.coefficients();
     let (k1, k2, b) = (c.muscle_parallel_stiffness, c.muscle_series_stiffness, c.contractile_damping);
@@ -107,8 +106,8 @@ fn the_three_element_muscle_answers_a_step() {
 
 #[test]
 fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
-    // Muscle from bone to a middle node, tissue from there to bone: with little mass (k1 + k + k2) e + b e' =
-    // k2 c and b_cc c' = k2 (e - c) - F, whose two rates are the eigenvalues of a 2 x 2 matrix.
+    // A muscle from a bone to a middle node, and tissue from there to a bone. With little mass, (k1 + k + k2) e + b e' = k2 c and b_cc c' =
+    // k2 (e - c) - F, with the eigenvalues of a 2 x 2 matrix as rates.
     let model = Model::default();
     let system = System::new(&fixtures::two_bars(5e-3), &model, &[0]).unwrap();
     let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
@@ -124,11 +123,10 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
         assert_eq!(outcome.status, MotionStatus::Completed);
         let exact = (rest - (a * t).exp() * rest).x;
         let found = state.positions[1].x - system.rest()[1].x;
-        // The mass delays by m/b, microseconds.
+        // The mass delays the motion by m/b, which is microseconds.
         assert!((found - exact).abs() < 3e-8, "{t} s: {found} {exact}");
     }
-    // The remainder is the static deformation, F / (k + k1), which is independent of Q2 and the contractile
-    // damper.
+    // The final displacement is F / (k + k1), which does not depend on Q2 and the contractile damper.
     assert!((rest.x + PULL / (k + k1)).abs() < 1e-15);
 }
 
@@ -151,6 +149,6 @@ fn an_adaptive_run_keeps_to_the_sum_of_the_errors_that_it_allows() {
         assert!(error < steps as f64 * tolerance, "{error:e} m at {tolerance:e} m a step, {steps} steps");
         error
     });
-    // Error per step as h^3, error of the whole as h^2: 100^(2/3) = 21.5.
+    // The error of a step grows as h^3, that of the whole run as h^2, hence 100^(2/3) = 21.5.
     assert!(errors[0] > 5.0 * errors[1] && errors[1] > 5.0 * errors[2], "{errors:?}");
 }

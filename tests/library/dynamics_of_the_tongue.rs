@@ -1,4 +1,4 @@
-//! The body in motion: its final state, its speed, the limit of the step, and conservation.
+//! The body in motion: its final state, its speed, the limit of the step, and conservation laws.
 
 use crate::fixtures;
 use nalgebra::SVector;
@@ -16,14 +16,14 @@ fn reference() -> (System<2>, Vec<f64>) {
     of(Additions::default())
 }
 
-/// kappa_s of table 4.2 as printed.
+/// The reference tongue with kappa_s as printed in table 4.2.
 fn printed() -> (System<2>, Vec<f64>) {
     let mesh = fixtures::tongue();
     let area = Box::new(Incompressibility::new(1.46e3, &mesh.cells, &mesh.nodes));
     of(Additions { effects: vec![area], incompressible: false, ..Additions::default() })
 }
 
-/// Mass of a node of table 4.2 as printed, kg.
+/// Mass of a node as printed in table 4.2, kg.
 const PRINTED_MASS: f64 = 2.2e-4;
 
 fn of(additions: Additions<2>) -> (System<2>, Vec<f64>) {
@@ -67,7 +67,7 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
 
 #[test]
 fn energy_never_grows_without_tension() {
-    // Soft dampers, so that the body swings; the muscle is there, with its internal states, and slack.
+    // Dampers are soft, so that the body swings; the slack muscle has its internal states.
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
     let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
@@ -101,7 +101,7 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
         let status = |part: f64| {
             let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
             let mut state = motion.at_rest();
-            // Small, so that the body stays as stiff as at rest.
+            // The displacements are so small that the body is as stiff as at rest.
             state.positions = fixtures::shaken(&mesh, 1e-9);
             run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
         };
@@ -198,7 +198,7 @@ fn every_sample_is_shown_where_a_kink_lies_a_bit_before_the_end() {
     assert_eq!(seen.0.last(), Some(&state.positions));
 }
 
-/// A method that leaves a velocity that is not a number.
+/// An integrator that leaves a velocity of NaN.
 #[derive(Debug)]
 struct Spoiling;
 
@@ -234,12 +234,12 @@ fn the_limits_explain_the_steps_of_the_thesis() {
         let motion = Motion::with_mass(&system, none, mass).unwrap();
         (IntegrationMethod::Verlet.step_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
     };
-    // Table 4.2 as printed: dampers 1.25e-8 s (velocity predicted over the full step), area 9.5e-7 s.
+    // With table 4.2 as printed, dampers allow 1.25e-8 s (the velocity is predicted over the full step) and the area term 9.5e-7 s.
     let (printed, spectrum) = limit(printed(), PRINTED_MASS);
     assert!((1.0e-8..1.4e-8).contains(&printed), "{printed:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((7.5e-7..1.1e-6).contains(&area), "{area:e}");
-    // A hundred times the mass, a hundred times the step of the dampers; a thousandth of kappa.
+    // With a hundred times the mass, dampers allow a hundred times the step; kappa is a thousandth.
     let (consistent, spectrum) = limit(reference(), reference().0.coefficients().node_mass);
     assert!((consistent / printed / 100.0 - 1.0).abs() < 0.1, "{consistent:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
@@ -248,7 +248,7 @@ fn the_limits_explain_the_steps_of_the_thesis() {
 
 #[test]
 fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
-    // Released from the shape of /a/ the passive body keeps 7 % of it after 3 s: b/k = 1.12 s.
+    // Released from the shape of /a/, the passive body keeps 7 % of it after 3 s, because b/k = 1.12 s.
     let (system, tensions) = reference();
     let shape = fixtures::solved_to(1e-11, &system, &tensions);
     let passive = System::new(&fixtures::tongue(), &Model::default(), &[]).unwrap();
@@ -265,7 +265,7 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     assert!((time_constant - c.tissue_damping / c.tissue_stiffness).abs() < 0.02, "{time_constant} s");
     assert!((0.05..0.09).contains(&(left[1] / left[0])), "{}", left[1] / left[0]);
 
-    // Pulled to the same shape, the contractile dampers (2.1 s for a muscle alone) have to follow too.
+    // If muscles pull it to the same shape, the contractile dampers (2.1 s for a muscle alone) delay it, too.
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
     let mut seen = Keep::default();

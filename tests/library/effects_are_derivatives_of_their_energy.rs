@@ -1,10 +1,8 @@
-//! For every effect: its force is minus the derivative of its energy, its stiffness is minus the derivative
-//! of its force, its convex stiffness has no negative eigenvalue, and its tension derivative is correct. In
-//! motion its damping is minus the derivative of its viscous force, and effects with internal states obey the
-//! same rules.
+//! For every effect: its force is minus the derivative of its energy, its stiffness is minus the derivative of its force, its convex
+//! stiffness has no negative eigenvalue, and its derivative by tensions is correct. In motion its damping is minus the derivative of its
+//! viscous force, and the same holds for effects with internal states.
 //!
-//! The effects are those of systems with everything switched on. An effect with a file in src/effect that is
-//! in none of them fails the test.
+//! The systems have every effect. The test fails if an effect with a file in crates/core/src/effect is in none of them.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -37,7 +35,7 @@ fn force<const D: usize>(effect: &dyn Effect<D>, at: Configuration<'_, D>) -> Ve
 /// External effects, whose forces need not cancel.
 const FROM_OUTSIDE: [&str; 3] = ["gravity", "contact", "mirror"];
 
-/// Weight, a plane that holds three free nodes, and a bent wall close above the highest nodes.
+/// Weight, a symmetry plane that holds three free nodes, and a bent wall close above the highest nodes.
 fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
     let [width, height] = [0, 1].map(|d| mesh.nodes.iter().map(|p| p[d]).fold(0.0, f64::max));
     let wall = [[-1.0, 2.0], [0.4 * width / side, 1.2], [0.6 * width / side, 1.3], [width / side + 1.0, 2.0]];
@@ -59,14 +57,15 @@ fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
 fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64) -> Vec<&'static str> {
     let model = Model::default();
     let system = System::with(mesh, &model, &[0], additions(mesh, side)).unwrap();
-    // Nodes of quadratic elements are half as far from each other.
+    // Nodes of quadratic elements are half as far apart.
     let far = if mesh.continuum.is_some() { 0.03 } else { 0.08 };
     check_system(&system, &fixtures::shaken(mesh, far * side), side, &[7.5], 1.0)
 }
 
 type Forces<'a, const D: usize> = &'a dyn Fn(&[SVector<f64, D>]) -> Vec<SVector<f64, D>>;
 
-/// How far a force is from minus the differences of an energy, N, and a stiffness from minus those of the force, N/m.
+/// Differences between a force and minus the derivative of the energy, N, and between a stiffness and minus the derivative of the force,
+/// N/m.
 fn errors<const D: usize>(
     nodes: &[usize],
     x: &[SVector<f64, D>],
@@ -96,8 +95,7 @@ fn errors<const D: usize>(
     errors
 }
 
-/// Checks every effect of a system at positions and tensions; with the tension of the first muscle `more`
-/// larger too.
+/// Checks every effect of a system at positions and tensions, and with the tension of the first muscle larger by `more`.
 fn check_system<const D: usize>(
     system: &System<D>,
     x: &[SVector<f64, D>],
@@ -139,8 +137,7 @@ fn check_system<const D: usize>(
     system.effects().iter().map(|e| e.name()).collect()
 }
 
-/// The damping is minus the derivative of the viscous force, never adds energy, and does not resist a
-/// translation.
+/// Damping is minus the derivative of the viscous force, never adds energy, and does not resist a translation.
 fn check_damping<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Configuration<'_, D>, k: f64) {
     let viscous = |v: &[SVector<f64, D>]| {
         let mut f = vec![SVector::zeros(); v.len()];
@@ -159,8 +156,8 @@ fn check_damping<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Con
     assert!(together.iter().all(|f| f.norm() < 1e-9), "{}: resists moving as a whole", of.name());
 }
 
-/// The force with internal states is minus the derivative of its energy. With settled states, its stiffness
-/// is minus the derivative of that force, and the states solve their equation.
+/// The force with internal states is minus the derivative of its energy. In settled states its stiffness is minus the derivative of that
+/// force, and the states solve their equation.
 fn check_internal<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Configuration<'_, D>, h: f64) {
     let Some(internal) = of.internal() else { return };
     assert!(internal.count() > 0);
@@ -194,7 +191,7 @@ fn check_internal<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Co
     }
 }
 
-/// The names of all effects of any dimension, or of those of space only, from the files that implement them.
+/// Names of the effects in files that implement `Effect` for any dimension, or in space only.
 fn all_effects(of: &str) -> BTreeSet<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/core/src/effect");
     let mut names = BTreeSet::new();

@@ -1,5 +1,4 @@
-//! Newton's method against exact solutions, against the minimum of the energy, and against the other model of
-//! the parts outside the tissue.
+//! Newton's method against exact solutions and the minimum of the energy, and its status where there is no equilibrium.
 
 use crate::fixtures::{self, says, tongue};
 use nalgebra::SVector;
@@ -10,8 +9,8 @@ use tongue_fit::system::{Model, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 
-/// A line of `n` connections of 1 cm between a bone and a free end, as one muscle, and the equilibrium of the
-/// end under tension `F`: each connection at `l0 - F/k`.
+/// A muscle of `n` connections of 1 cm between a bone and a free end, and the equilibrium of the end: each connection has the length `l0 -
+/// F/k`.
 fn rope(n: usize, tension: f64) -> (Mesh<2>, f64) {
     let mesh = fixtures::rope(n, 0.01);
     let k = tongue_fit::system::coefficients(&mesh, &Model::default()).unwrap().muscle_parallel_stiffness;
@@ -25,10 +24,10 @@ fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
     let (solution, workspace) = fixtures::solve(&system, &[8.0]);
     assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     assert!((system.length(workspace.positions(), 0) - exact).abs() < 1e-12);
-    // It has no cells.
+    // The mesh has no cells.
     assert_eq!(system.cell_ratios(workspace.positions()), (1.0, 1.0));
     assert_eq!(system.tissue_ratios(workspace.positions()), (1.0, 1.0));
-    // The condensed path places the inner nodes evenly.
+    // The inner nodes of the straight path are placed evenly.
     for (i, p) in workspace.positions().iter().enumerate() {
         assert!((p.x - exact * i as f64 / 5.0).abs() < 1e-12 && p.y == 0.0, "node {i} at {p}");
     }
@@ -54,12 +53,12 @@ fn the_tongue_rests_where_every_free_node_is_in_balance_and_the_energy_is_least(
         }
         assert!(energy(&moved) > least, "seed {seed}: {:e} below", least - energy(&moved));
     }
-    // The bones carry what the tissue does not: all forces with the reactions add up to zero.
+    // The forces on all nodes, with the reactions of bones, add up to zero.
     let total: SVector<f64, 2> = workspace.force().iter().sum();
     assert!(total.norm() < 1e-10, "{total}");
 }
 
-/// Work counts of ordinary solves: an increase is a loss of speed, visible without timing.
+/// Work counts of ordinary solves, by which a loss of speed is seen without timing.
 #[test]
 fn the_published_load_takes_as_many_factorisations_as_before_and_a_neighbour_fewer() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
@@ -75,7 +74,7 @@ fn the_published_load_takes_as_many_factorisations_as_before_and_a_neighbour_few
 
 #[test]
 fn a_pushed_path_stays_straight_and_in_balance() {
-    // HGa and GGp together push the hyoid side; HGp shortens although it does not contract.
+    // HGa and GGp together push towards the hyoid, so that HGp shortens although it does not contract.
     let mesh = tongue();
     let system = System::new(&mesh, &Model::default(), &[2, 5, 6]).unwrap();
     let (solution, workspace) = fixtures::solve(&system, &[0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 30.0, 0.0]);

@@ -1,4 +1,4 @@
-//! The SVG figures, and a body for ParaView: well-formed, correct, readable, and the same bytes every time.
+//! The SVG figures and a body for ParaView are well-formed, correct and readable, and have the same bytes every time.
 
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
@@ -20,7 +20,7 @@ fn texts(document: &Document) -> Vec<String> {
     all(document, "text").iter().map(|n| n.text().unwrap().trim().to_owned()).collect()
 }
 
-/// The chains of points of a path's data, px.
+/// The polylines of a path, px.
 fn chains(path: Node) -> Vec<Vec<[f64; 2]>> {
     let data = path.attribute("d").unwrap().replace('Z', "");
     let pair = |p: &str| {
@@ -30,13 +30,13 @@ fn chains(path: Node) -> Vec<Vec<[f64; 2]>> {
     data.split('M').skip(1).map(|chain| chain.split('L').map(pair).collect()).collect()
 }
 
-/// The first path with this colour of stroke and width.
+/// The paths with a stroke of this colour and width.
 fn stroked<'a>(document: &'a Document, colour: &str, width: &str) -> Vec<Node<'a, 'a>> {
     let is = |n: &Node| n.attribute("stroke") == Some(colour) && n.attribute("stroke-width") == Some(width);
     all(document, "path").into_iter().filter(is).collect()
 }
 
-/// Left, top, right, bottom of a text, by the mean width of sans-serif letters; `None` if it is rotated.
+/// Left, top, right and bottom of a text, by the mean width of sans-serif letters; `None` if it is rotated.
 fn text_box(node: Node) -> Option<[f64; 4]> {
     if node.has_attribute("transform") {
         return None;
@@ -53,7 +53,7 @@ fn text_box(node: Node) -> Option<[f64; 4]> {
     Some([left, foot - 0.75 * size, left + width, foot + 0.05 * size])
 }
 
-/// Properties of every figure.
+/// Checks that hold for every figure.
 fn check_figure(svg: &str) {
     let document = Document::parse(svg).unwrap();
     let root = document.root_element();
@@ -94,8 +94,8 @@ const INK: &str = "#222222";
 const ORANGE: &str = "#e69f00";
 const VERMILLION: &str = "#d55e00";
 
-/// A square of 20 mm in 8 triangles, node `3 row + column`, and a node outside it at (30, 30) mm. `GGa` lies
-/// along the lower edge, `GGm` along the diagonal and out to the lone node.
+/// A square of 20 mm in 8 triangles with nodes `3 row + column`, and a node outside at (30, 30) mm. `GGa` is the lower edge, `GGm` the
+/// diagonal and its continuation to the node outside.
 fn patch() -> Mesh<2> {
     let mut nodes: Vec<_> =
         (0..9).map(|n| SVector::from([0.01 * f64::from(n % 3), 0.01 * f64::from(n / 3)])).collect();
@@ -132,7 +132,7 @@ fn picture() -> String {
 
 #[test]
 fn a_probability_does_not_seem_to_reach_the_limit_of_a_word_that_it_stays_below() {
-    // 0.8 and 0.95 are the limits of the words.
+    // The limits are 0.8 (probably) and 0.95 (surely).
     let told =
         [0.949, 0.95, 0.796, 0.8, 0.5, 0.204, 0.2, 0.051, 0.05, 0.29, 0.58, 1.0, 0.0, 0.999].map(probability);
     let wanted = [
@@ -202,7 +202,7 @@ fn the_picture_has_one_scale_x_to_the_right_and_y_up() {
     let [left, right, top, bottom] = ring(REST, "2");
     assert!((right - left - (bottom - top)).abs() <= 0.2, "a square is a square");
     let unit = (right - left) / 20.0;
-    // The top left corner moved 3 mm to the left, and nothing else.
+    // Only the top left corner moved, by 3 mm to the left.
     let [moved, ..] = ring(DEFORMED, "2.6");
     assert!((left - moved - 3.0 * unit).abs() <= 0.2);
     let corner = chains(stroked(&document, DEFORMED, "2.6")[0]).remove(0);
@@ -334,7 +334,7 @@ fn what_is_predicted_exactly_lies_on_the_diagonal() {
     let panels = [panel("exact", vec![(0, 1.1, 1.1), (1, 0.9, 0.9)]), panel("high", vec![(0, 1.1, 1.3)])];
     let svg = scatter(&muscles, &panels, "Predicted").to_string();
     let document = Document::parse(&svg).unwrap();
-    // Two dots of the legend, then those of the panels.
+    // The first two dots are those of the legend.
     let dots: Vec<_> = all(&document, "circle").iter().map(|n| ["cx", "cy"].map(|c| number(*n, c))).collect();
     assert_eq!(dots.len(), 5);
     assert!((dots[2][0] - dots[3][0] + dots[2][1] - dots[3][1]).abs() < 0.3, "{dots:?}");
@@ -394,12 +394,11 @@ fn bars_are_as_long_as_the_change_and_on_its_side_of_one() {
     let svg = changes(&labels(), &both, "ɯ", "Figure 4.9: changes relative to /ɯ/").unwrap().to_string();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
-    // The sheet itself, then the samples in the legend, then the bars of each series in the order of the
-    // labels.
+    // The first three are the sheet and the legend; bars follow by series, in the order of the labels.
     let bars = all(&document, "rect").split_off(3);
     assert_eq!(bars.len(), 16);
     let edges = |bar: Node| (number(bar, "y"), number(bar, "y") + number(bar, "height"));
-    // 1.178 grows up from the baseline, 0.719 down from it.
+    // The bar of 1.178 goes up from the baseline, that of 0.719 down.
     let (top, baseline) = edges(bars[2]);
     assert_eq!(edges(bars[4]).0, baseline);
     let unit = (baseline - top) / 0.178;
@@ -470,7 +469,7 @@ fn bars_of_parts_begin_at_zero_and_reach_their_values() {
         .split("height=\"")
         .filter_map(|part| part.split_once("\" fill=\"#0072b2\"")?.0.parse().ok())
         .collect();
-    // The first is that of the legend.
+    // The first one is that of the legend.
     assert!((heights[1] / heights[2] - 0.25).abs() < 1e-3, "{heights:?}");
     assert!(matches!(
         parts(&labels, &[series("x", &[0.5, -0.1])], "", ""),

@@ -1,4 +1,4 @@
-//! The inverse problem against known answers of simulations, and against the thesis.
+//! The inverse problem against simulations with known tensions, and against the thesis.
 
 use crate::fixtures::{PUBLISHED_A, pulling, solved, target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
@@ -8,14 +8,14 @@ use tongue_fit::measured::{Dataset, Muscles, Target, TargetKind, TargetOptions, 
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 
-/// Lengths of the model, m, at rest and under the tensions.
+/// Lengths of the muscles at rest and under the tensions, m.
 fn simulated(mesh: &Mesh<2>, tensions: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
     let (active, all) = pulling(mesh, tensions);
     let system = System::new(mesh, &Model::default(), &active).unwrap();
     (system.lengths(system.rest()), system.lengths(solved(&system, &all).positions()))
 }
 
-/// A target from simulated lengths, and their tensions.
+/// A target made of simulated lengths.
 fn synthetic(mesh: &Mesh<2>, tensions: &[(&str, f64)], kind: TargetKind) -> Target {
     let (rest, lengths) = simulated(mesh, tensions);
     let muscles: Vec<&str> = tensions.iter().map(|(m, _)| *m).collect();
@@ -58,14 +58,14 @@ fn ratios_of_three_muscles_leave_one_direction_open_and_the_other_lengths_close_
     let i = fit.answer.identifiability.as_ref().unwrap();
     assert_eq!(i.null_directions.len(), 1);
     assert!(i.singular_values[2] < 1e-9 && i.singular_values[1] > 1e-3, "{:?}", i.singular_values);
-    // The other lengths of a synthetic row determine which point of the curve is the truth.
+    // Of the curve of answers the other lengths select the truth.
     for (m, t) in truth {
         assert!((tension(&fit, m) - t).abs() < 1e-3, "{m}: {}", tension(&fit, m));
     }
 }
 
-/// Tensions, RMS of the passive muscles and equilibria of fits to stretches by Nelder-Mead at commit 045c151. `.ci/compare_binaries.py`
-/// compares bits; other processors may round the last digits differently.
+/// Tensions, RMS of the passive muscles and number of equilibria of fits to stretches by Nelder-Mead at commit 045c151. On other processors
+/// the last digits may differ; `.ci/compare_binaries.py` compares bits.
 const BEFORE: [(&str, &str, &[f64], f64, usize); 3] = [
     (
         "S1",
@@ -92,9 +92,9 @@ fn is_as_before(fit: &Fit, (subject, label, tensions, passive_rms, count): (&str
     assert_eq!((fit.active_tensions().len(), fit.answer.counts.evaluations), (tensions.len(), count));
 }
 
-/// Every row of S1 to S3 with both kinds of target, by Nelder-Mead, which uses costs only, and by Gauss-Newton, which uses derivatives: both
-/// find the same tensions. The shape is that to which the reported tensions lead from rest. A fit that is converged meets its target, and
-/// every other one misses it and has no curve of answers. A slack muscle has no tension from rounding.
+/// Every row of S1 to S3, with both kinds of target: Nelder-Mead and Gauss-Newton find the same tensions. The shape is that to which the
+/// reported tensions lead from rest. A converged fit meets its target; every other one misses it and has no curve of answers. A slack
+/// muscle has a tension of exactly 0.
 #[test]
 fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
     let mesh = tongue();
@@ -115,7 +115,7 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
             converged += usize::from(simplex.answer.status == FitStatus::Converged);
             let equilibria: usize = derivatives.answer.starts.iter().map(|s| s.counts.evaluations).sum();
             assert!(equilibria < 100, "{equilibria} equilibria");
-            // Results of the searches, before a fit with an undetermined target selects another one.
+            // The results of the searches, before another answer of an undetermined target is selected.
             let found = |fit: &Fit| -> Vec<f64> {
                 let best = fit.answer.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
                 best.unwrap().x.clone()
@@ -172,7 +172,7 @@ fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
     }
 }
 
-/// Every stored point of a curve, solved independently from rest, meets the target; the ends are where they are reported.
+/// Every stored point of a curve, solved from rest, meets the target, and the ends are where they are reported.
 fn every_point_meets_the_target(mesh: &Mesh<2>, target: &Target, curve: &SolutionCurve) {
     for point in &curve.points {
         let names = target.active.iter().map(|&m| target.muscles[m].as_str());
@@ -196,9 +196,8 @@ fn every_point_meets_the_target(mesh: &Mesh<2>, target: &Target, curve: &Solutio
     }
 }
 
-/// Two earlier defects: the curve of S4 /i/ was reported to end at GGa 21.65, where warm starts fell onto
-/// another equilibrium, although it goes on; that of S3 /e/ ends where the shape jumps, which was reported as
-/// a target that cannot be met.
+/// Regression: the curve of S4 /i/ was reported to end at GGa 21.65, where warm starts led to another equilibrium, and that of S3 /e/,
+/// which ends where the shape jumps, as a target that cannot be met.
 #[test]
 fn a_curve_is_followed_to_where_the_shape_jumps() {
     let mesh = tongue();
@@ -214,7 +213,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
         let furthest = curve.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
         assert!(furthest > 24.0, "{subject} /{label}/: GGa to {furthest}");
         assert!(curve.ends.contains(&Termination::Jump), "{:?}", curve.ends);
-        // Other points beyond the jump may fit as well; the reported end does not deny it.
+        // Points beyond the jump may fit as well, so the reported end does not exclude them.
         if let Some(beyond) = beyond {
             let (rest, lengths) = simulated(&mesh, &beyond);
             let values = target.kind.values(&lengths, &rest, target.reference);
@@ -230,7 +229,7 @@ fn s2_a_has_three_contracting_muscles_nearest_to_the_other_lengths() {
     for (muscle, newtons) in [("GGa", 10.5), ("SGm", 8.0), ("HGa", 3.0)] {
         assert!((tension(&fit, muscle) - newtons).abs() < 0.2, "{muscle}: {}", tension(&fit, muscle));
     }
-    // No other point of the curve is nearer.
+    // No other point of the curve has a smaller RMS.
     let rms = fit.passive_rms().unwrap();
     assert!(fit.solution_curve().unwrap().points.iter().all(|p| p.other_rms.unwrap() > rms - 1e-9));
 }
@@ -311,14 +310,14 @@ fn each_alarm_is_raised_by_its_cause() {
     let target = target("S2", "a", TargetKind::Stretch);
     let fit = &mut inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
     let known = Muscles::reference().unwrap();
-    // S2 /a/ against /ɯ/: only SGp is within rounding (59 mm in both).
+    // In S2 /a/ against /ɯ/ only SGp is within rounding (59 mm in both).
     assert_eq!(
         alarms(&mesh, fit, &known, &settings),
         [Alarm::DecidedWithinRounding { muscle: "SGp".into() }]
     );
 
-    // 25 times the tensions over 40 mm are as many newtons as the tensions per metre: 8 of GGa's 18, but 38 of
-    // the styloglossus' 24.
+    // 25 times the tensions over a width of 40 mm are as many newtons as the tensions per metre: 8 of the 18 of GGa, but 38 of the 24 of
+    // the styloglossus.
     let (tensions, unbounded) = (fit.answer.tensions.clone(), FitSettings { upper_bound: 1e4, ..settings });
     fit.answer.tensions.iter_mut().for_each(|t| *t *= 25.0);
     let per_metre = alarms(&mesh, fit, &known, &unbounded);

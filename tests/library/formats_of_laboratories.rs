@@ -1,4 +1,4 @@
-//! Recordings in the formats of laboratories, in files written from each format's description.
+//! Recordings in the formats of laboratories, in files that were written from the descriptions of the formats.
 
 use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_input::measured::recording::Times;
@@ -8,7 +8,7 @@ use crate::recordings::{
 };
 use crate::recordings_are_read::{AAA as WITH_BONES, aligned, near, read, refused, seen};
 
-/// Of each file its format, channels, times, s, and places by frame and channel.
+/// For each file its format, channels, times (s), and positions by frame and channel.
 const EXPECTED: &str = "\
 Microbeam; UL LL T1 T2 T3 T4 MANi MANm; 0 0.006866 0.013732; 0.5=- 0.6=-60000,5000,0
 NdiWave; sensor_1 sensor_2 sensor_3; 0 0.01; 0.1=25,5,-50 1.1=- 1.2=40,8,-50
@@ -60,7 +60,7 @@ fn every_format_is_brought_into_the_axes_of_the_body() {
     let surface = "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }";
     let of_est = "unit_mm = 10.0\nback = \"-y\"\nup = \"z\"\n[points]\nT1 = { surface_mm = 5 }";
     for (bytes, origin, map, frame, time_s, point, at) in [
-        // x grows to the front: T1 is in front of T4, and no map is needed.
+        // Here x grows to the front, so that T1 is in front of T4 without a map.
         (txy(3).into_bytes(), "a.txy", "", 1, 0.006866, 0, [0.0199, 0.0051]),
         (AG501.into(), "ag501.txt", "back = \"x\"", 0, 0.004, 0, [0.001, 0.003]),
         (mocha(4).into(), "a.ema", "", 0, 0.0, 0, [0.004, 0.009]),
@@ -68,7 +68,7 @@ fn every_format_is_brought_into_the_axes_of_the_body() {
         (mview(true), "a.mat", "", 0, 0.0, 0, [0.020, 0.004]),
         (pos(3, 250.0, 4), "1.pos", surface, 2, 0.008, 0, [0.012, 0.102]),
         (est(false), "a.ema", of_est, 2, 0.01, 0, [0.035, 0.0225]),
-        // Pixels count downwards.
+        // Pixels are counted downwards.
         (DLC.into(), "a.csv", "unit_mm = 0.1\nrate_hz = 50", 0, 0.0, 1, [0.002, -0.015]),
         (DLC.into(), "a.csv", "unit_mm = 0.1\nrate_hz = 50", 1, 0.02, 1, [0.0021, -0.0151]),
         (CON.into(), "x.con", "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", 0, 0.0, 0, [0.005, -0.010]),
@@ -94,18 +94,18 @@ fn sensors_are_in_their_order_from_the_tip_at_usual_places_with_usual_errors() {
         |seen: &AlignedRecording| seen.sensors.iter().map(|(n, _)| n.clone()).collect::<Vec<_>>().join(" ");
     let microbeam = seen(&read(txy(3).as_bytes(), "a.txy")[0], "");
     assert_eq!((names(&microbeam), microbeam.measured), ("T1 T2 T3 T4".to_owned(), vec![false; 4]));
-    // The usual places: 8 mm behind the tip, then slightly more than the distance of the coils.
+    // By default the first coil is 8 mm behind the tip, and others behind it by slightly more than the distance of the coils.
     let places: Vec<f64> = microbeam.sensors.iter().map(|(_, at)| at * 1e3).collect();
     assert!((places[0] - 8.0).abs() < 1e-9 && (places[1] - 18.3).abs() < 1e-6, "{places:?}");
     assert_eq!(names(&seen(&read(mocha(4).as_bytes(), "a.ema")[0], "")), "tt tb td");
-    // The tip has the larger x, so that the face looks to the right.
+    // The tip has the larger x, so the face looks to the right.
     let mview = seen(&read(&mview(false), "a.mat")[0], "");
     assert_eq!((mview.mirrored, names(&mview), mview.ignored.len()), (true, "TT TB TR".to_owned(), 0));
     assert_eq!(mview.bones, ["mental_spine"]);
     let map = "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }";
     let carstens = seen(&read(&pos(3, 250.0, 4), "1.pos")[0], map);
     assert!((carstens.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
-    // A point of DeepLabCut that is a quarter as likely is worth a quarter, and one at 0.01 is not seen.
+    // A point with a quarter of the likelihood has four times the variance, and one of 0.01 is not seen.
     let dlc = seen(&read(DLC.as_bytes(), "a.csv")[0], "unit_mm = 0.1\nrate_hz = 50");
     assert!(dlc.frames[0].contour[0].is_some() && dlc.frames[1].contour[0].is_none());
     let sd = |frame: usize| dlc.frames[frame].contour[1].unwrap().sd;
@@ -141,7 +141,7 @@ fn faults_are_told_with_their_place() {
         (b"1 2 3\n".to_vec(), "a.ema", "22"),
         (without(mocha(2).into(), 8), "a.ema", "a.ema:2:"),
         (without(headerless_pos(4), 1), "1.pos", "AG50x"),
-        // Bytes that are not millimetres are not positions.
+        // These bytes are not plausible as millimetres.
         (vec![0x7f; 336], "1.pos", "AG50x"),
         (without(pos(3, 250.0, 4), 3), "1.pos", "cut off"),
         (b"AG50xDATA_V009\n00000070\n".to_vec(), "1.pos", "V001"),
@@ -149,7 +149,7 @@ fn faults_are_told_with_their_place() {
         (without(mview(true), 20), "a.mat", "cut off"),
         (newer, "a.mat", "-v7"),
         (other, "a.mat", "NAME, SRATE and SIGNAL"),
-        // A small file that becomes a large one is not decompressed.
+        // A small file whose content is too large is not decompressed.
         (matlab::file(&[vec![0; 80 << 20]], true), "a.mat", "64 MB"),
         (DLC.replace("coords,x,y,", "coords,x,x,").into(), "a.csv", "a.csv:3:2: "),
         (DLC[..DLC.len() - 4].replace(",0.9\n1", "\n1").into(), "a.csv", "a.csv:4"),
@@ -168,7 +168,7 @@ fn faults_are_told_with_their_place() {
         (bones("10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2"), "a.tsv", "a.tsv:2:6: a coordinate of"),
         (WITH_BONES.into(), "a.tsv", "no frame"),
         (b"Time of sample in recording\tX0 DLC_Tongue\n0\t1\n".to_vec(), "a.tsv", "Y0 DLC_Tongue"),
-        // The points of the second spline are exchanged, so that it has the mandible elsewhere than the first.
+        // The points of the second spline are exchanged, so the mandible is elsewhere than in the first one.
         (bones("10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2"), "a.tsv", "Mandible\" lies 15 mm from"),
     ] {
         let message = refused(&bytes, origin);
@@ -184,7 +184,7 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
     let found = &read(format!("{AAA}{text}").as_bytes(), "a.tsv");
     let times: Vec<f64> = found[0].samples.iter().map(|s| s.time_s).collect();
     assert_eq!((found.len(), times), (1, vec![0.02, 0.03, 0.04]));
-    // All rows given twice are one recording and one label.
+    // If all rows are given twice, there is one recording with one label.
     let whole = [row(0.01, "a", 1.0), row(0.02, "a", 2.0)].concat();
     let found = &read(format!("{AAA}{whole}{whole}").as_bytes(), "a.tsv");
     assert_eq!(
@@ -194,18 +194,18 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
         found[0].labels
     );
     assert!(found[0].notes[0].contains("line 4 on are given twice"), "{:?}", found[0].notes);
-    // A copy under another name has the same frames; a recording of another speaker is none, and other times are not the same.
+    // A copy under another name has the same frames; a recording of another speaker or with other times has not.
     let [copy, other, later] = ["s\td2\t", "t\td\t", "s\td\t1"].map(|start| {
         let rows = whole.replace("s\td\t", start);
         read(format!("{AAA}{rows}").as_bytes(), "b.tsv").remove(0)
     });
     let is_copy = [&copy, &other, &later].map(|one| found[0].has_frames_of(one));
     assert_eq!(is_copy, [true, false, false]);
-    // The same time with other coordinates means two recordings in one.
+    // Equal times with different coordinates show that two recordings are mixed.
     let odd = [row(0.03, "b", 3.0), row(0.03, "a", 5.0)].concat();
     let told = refused(format!("{AAA}{odd}").as_bytes(), "a.tsv");
     assert!(told.starts_with("a.tsv:3:") && told.contains("line 2"), "{told}");
-    // Times within annotations begin again with each.
+    // Times within annotations start again with each annotation.
     let within = AAA.replace("in recording", "in annot");
     let text = [row(0.01, "a", 2.0), row(0.02, "a", 3.0), row(0.01, "b", 5.0)].concat();
     let found = read(format!("{within}{text}").as_bytes(), "a.tsv");
@@ -214,13 +214,13 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
 
 #[test]
 fn a_blank_spline_is_not_seen_and_rounded_repeats_of_a_row_are_one_frame() {
-    // The second row ends before the spline, and the file goes on.
+    // The second row ends before the columns of the spline.
     let text = format!("{AAA}s\td\t0.01\tpa\tx\t1\t2\t3\t4\ns\td\t0.02\tpa\tx\ns\td\t0.03\tpa\tx\t1\t2\t3\n");
     let found = &read(text.as_bytes(), "a.tsv")[0];
     let shown: Vec<usize> = found.samples.iter().map(|s| s.places.iter().flatten().count()).collect();
     assert_eq!(shown, [2, 0, 1]);
     assert!(found.notes[0].contains("2 rows of a.tsv") && found.notes[0].contains("line 3"));
-    // The row that two labels share is interpolated anew for each.
+    // AAA interpolates the row that two labels share again for each.
     let row = |time: f64, label: &str, x: f64| format!("s\td\t{time}\tpa\t{label}\t{x}\t2\t3\t4\n");
     for (later, moved) in [(0.0, 0.003), (3e-6, 0.0), (3e-6, 0.003)] {
         let text = row(0.01, "a", 1.0) + &row(0.02, "a", 2.0) + &row(0.02 + later, "b", 2.0 + moved);
@@ -230,7 +230,7 @@ fn a_blank_spline_is_not_seen_and_rounded_repeats_of_a_row_are_one_frame() {
     let zero = [row(0.0, "a", 1.0), row(0.0, "a", 2.0), row(0.0, "a", 3.0)].concat();
     let told = refused(format!("{AAA}{zero}").as_bytes(), "a.tsv");
     assert!(told.starts_with("a.tsv:4:") && told.contains("all 3 rows of this recording have"), "{told}");
-    // An empty spline has X0 and Y1 alone.
+    // An empty spline has only X0 and Y1.
     let odd = AAA.replace("\tX0 DLC_Tongue", "\tX0 Palate\tY1 Palate\tX0 DLC_Tongue");
     let text = |palate: &str| format!("{odd}s\td\t0.01\tpa\tx\t{palate}\t\t1\t2\t3\t4\n");
     assert_eq!(read(text("").as_bytes(), "a.tsv")[0].channels, ["tongue_0", "tongue_1"]);
@@ -291,19 +291,20 @@ fn faults_of_maps_are_told_with_their_line_and_the_right_word() {
         assert!(told.contains(right) && !told.contains("untagged"), "{text}: {told}");
     }
     let table = &read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv")[0];
-    // A rate in the map contradicts times in the file.
+    // A rate in the map contradicts the times of the file.
     for (map, told) in [("[points]\nT2 = \"contour\"", "did you mean \"T1\""), ("rate_hz = 50", "own times")]
     {
         assert!(aligned(table, map).unwrap_err().contains(told), "{map}");
     }
-    // What a map says of the frame is done.
+    // The scale, rotation and shift of a map are applied.
     let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,10,0\n0,tongue_1,0,10\n", "t.csv")[0];
     let seen = seen(table, "back = \"x\"\nscale = 2\nturn_deg = 90\nshift_mm = [1, 2]");
     assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.001, 0.022]), "{:?}", seen.frames);
     assert!(near(seen.frames[0].contour[1].map(|m| m.at), [-0.019, 0.002]));
 }
 
-/// A table of three coils from the tip backwards, in twenty frames: their names, the title of the time, and whether z leads upwards, or y.
+/// A table of three coils in twenty frames; `name` is that of the coils, `time` the title of the time, and `z_up` says whether z points
+/// upwards rather than y.
 fn coils(name: &str, time: &str, z_up: bool) -> String {
     let titles = |n: usize| format!("\t{name}{n}_x\t{name}{n}_y\t{name}{n}_z");
     let mut text = format!("{time}{}\n", (1..4).map(titles).collect::<String>());
@@ -329,12 +330,12 @@ fn the_axis_upwards_of_sensors_is_said_by_their_header_or_found_from_the_coils()
         assert!((height_mm(&seen) - up_mm).abs() < 1e-3, "{z_up}: {}", height_mm(&seen));
         assert!(seen.notes.iter().any(|n| n.contains(axis)), "{:?}", seen.notes);
     }
-    // Carstens's channels have z upwards, NDI's y.
+    // z points upwards in Carstens's channels, y in NDI's.
     let points = "[points]\nsensor_1 = { coil = 1 }\nsensor_2 = \"coil\"\nsensor_3 = \"coil\"";
     for (name, time, z_up, map) in [("Ch", "Time", true, points), ("T", "Wav Time", false, "")] {
         let seen = aligned(&coils(name, time, z_up), map).unwrap();
         assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
-        // A height that hardly varies beside the third axis is refused, unless a map states it.
+        // An upward axis along which coils hardly differ is refused unless a map states it.
         crate::fixtures::says(aligned(&coils(name, time, !z_up), map), "hardly differ; in a map");
     }
     let seen = aligned(&coils("T", "Time", true), "up = \"y\"").unwrap();
@@ -365,7 +366,7 @@ fn times_that_step_back_between_others_begin_a_recording_and_descending_rows_are
     assert!(counts == [7] && told.contains("descend"), "{counts:?} {told}");
     let mixed: Vec<f64> = [2, 0, 1, 4, 3, 6, 5].map(|i| times[i]).to_vec();
     assert_eq!(frames(&table(&mixed, 10.0)), (vec![7], String::new()));
-    // With date and time of the recording, equal times are rounded.
+    // If rows have date and time of the recording, equal times must have been rounded.
     let row = |x: f64| format!("s\t29/11/2016 15:10:52\t0.7\tpa\tx\t{x}\t2\t3\t4\n");
     let told = refused(format!("{AAA}{}{}", row(1.0), row(5.0)).as_bytes(), "a.tsv");
     assert!(told.contains("rounded or repeated"), "{told}");
@@ -401,7 +402,7 @@ fn a_likelihood_in_percent_is_refused_with_its_place() {
             format!("scorer,n,n,n\nbodyparts,hyoid,hyoid,hyoid\ncoords,x,y,likelihood\n0,1,2,{likelihood}\n");
         Recording::from_bytes(text.as_bytes(), "a.csv", None).map(|found| found[0].samples.len())
     };
-    // A negative one is a mark of what was not detected.
+    // A negative likelihood marks a point that was not detected.
     assert_eq!((table(1.000_001), table(-1.0)), (Ok(1), Ok(1)));
     for likelihood in [3.0, 99.0] {
         let told = table(likelihood).unwrap_err().to_string();

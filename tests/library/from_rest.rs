@@ -1,4 +1,4 @@
-//! Whoever asks how loads lead from rest to a shape gets one answer.
+//! All interfaces give the same answer to the question of how loads lead from rest to a shape.
 
 use nalgebra::{DVector, SVector, Vector2};
 use tongue_core::body::largest_distance;
@@ -20,8 +20,8 @@ use tongue_infer::track::{Frame, FrameSolver, Softplus, TrackingContext};
 
 use crate::posterior::seen;
 
-/// Of 3000 loads of up to 90 N/m, 53 have two shapes. At these two, Newton's method from rest finds the shape to which the loads do not
-/// lead, and passes no unstable equilibrium on its way.
+/// Of 3000 loads of up to 90 N/m, 53 have two shapes. With these two, Newton's method from rest finds the shape to which the load path does
+/// not lead, and passes no unstable equilibrium.
 const TWO_SHAPES: [[f64; 8]; 2] =
     [[77.0, 47.6, 14.4, 89.0, 0.0, 4.7, 38.6, 70.2], [55.1, 88.9, 86.2, 80.1, 70.1, 24.9, 69.2, 40.2]];
 const ORDINARY: [[f64; 8]; 2] =
@@ -31,7 +31,7 @@ const FALL: [f64; 8] = [0.0, 0.0, 100.0, 0.0, 100.0, 100.0, 100.0, 100.0];
 
 type Positions = [SVector<f64, 2>];
 
-/// A tongue in which every muscle can contract, and what asks about it.
+/// A tongue in which every muscle can contract.
 struct Tongue<'a> {
     body: &'a Body<2>,
     system: &'a System<2>,
@@ -48,7 +48,7 @@ impl Tongue<'_> {
         leads_from_rest(self.system, &mut w, load, &SolveSettings::default(), positions)
     }
 
-    /// The question of posterior and `track`: with or without a jump.
+    /// The test that the posterior and `track` use, which allows jumps.
     fn posterior(&self, load: &[f64], positions: &Positions) -> bool {
         let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
         let at = ParameterValues { postures: vec![posture], tones: vec![0.0; load.len()], tilt: 0.0 };
@@ -67,7 +67,8 @@ impl Tongue<'_> {
         )
     }
 
-    /// Asks all at a load, and returns the shape to which it leads from rest, how, and whether Newton's method from rest gives it too.
+    /// Compares all interfaces at a load. Returns the shape to which the load leads, how it was reached, and whether Newton's method from
+    /// rest finds it, too.
     fn ask(&self, load: &[f64; 8]) -> (Vec<SVector<f64, 2>>, FromRest, bool) {
         let settings = SolveSettings::default();
         let mut w = Workspace::new(self.system);
@@ -80,7 +81,7 @@ impl Tongue<'_> {
         let same = are_same(&there, &by_newton);
         assert_eq!(traced.solution.connection == Connection::Traced, how == FromRest::Branch);
 
-        // The program, the library by names and a fit's replay follow the load themselves.
+        // The program, the interface by name and a fit's replay follow the load themselves.
         w.start_from_rest(self.system);
         let program = Equilibrium::of(self.system, &mut w, load, false);
         let program = program.branch.map(|b| (b.from_rest, b.same_by_newton));
@@ -114,7 +115,7 @@ impl Tongue<'_> {
         };
         assert_eq!(scene.alarms, Vec::from_iter(alarm));
 
-        // The others are asked about a shape: the one to which the load leads, and that of Newton's method.
+        // The others judge a given shape: that to which the load leads, and that of Newton's method.
         assert_eq!((self.posterior(load, &there), self.track(load, &there)), (true, true), "{load:?}");
         let newton_too = self.core(load, &by_newton).is_some();
         assert_eq!(newton_too, same);
@@ -145,7 +146,7 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
         let (there, how, same) = tongue.ask(&load);
         assert_eq!((tongue.core(&load, &there), how, same), (Some(how), FromRest::Branch, true));
     }
-    // Behind a fall, which posterior and track allow, all find one shape, and who follows the branch says where it ends.
+    // Beyond a jump all find the same shape, and those that follow the branch report its end.
     let (there, how, _) = tongue.ask(&FALL);
     let (FromRest::Jumped { load: exact }, Some(FromRest::Jumped { load })) =
         (how, tongue.core(&FALL, &there))
@@ -153,7 +154,7 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
         panic!("{how:?}");
     };
     assert!(exact < 1.0 && (load - exact).abs() < 1e-3, "{load} {exact}");
-    // Half of the load leads elsewhere, and with too few solves the answer is not known.
+    // Half of the load leads to another shape, and with too few solves the answer is not known.
     let half = FALL.map(|f| 0.5 * f);
     assert_eq!(tongue.core(&half, &there), None);
     let few = SolveSettings { most_solves: 2, ..SolveSettings::default() };

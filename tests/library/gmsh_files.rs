@@ -1,5 +1,4 @@
-//! Files of the real Gmsh (tests/gmsh/make_meshes.py) are read as Gmsh itself reads them, and other meshes
-//! are refused.
+//! Files of the real Gmsh (tests/gmsh/make_meshes.py) are read as Gmsh reads them, and invalid meshes are refused.
 
 use crate::fixtures;
 use std::collections::{BTreeMap, BTreeSet};
@@ -32,7 +31,7 @@ fn solid(name: &str) -> Body<3> {
     read(name).unwrap().body.solid().unwrap()
 }
 
-/// A body as it is after it was written.
+/// A body after writing and reading.
 fn written<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> Content {
     gmsh::read(gmsh::write(mesh, bones).as_bytes(), "own", Unit::M).unwrap()
 }
@@ -85,7 +84,7 @@ fn assert_as_gmsh_says<const D: usize>(body: &Body<D>, own: &[u64], said: &Said)
     assert_eq!(own, used.into_iter().collect::<Vec<_>>(), "no node of an element is lost");
 }
 
-/// Gmsh writes text with 16 digits, and its scaled coordinates in binary differ in the last bit.
+/// Gmsh writes 16 digits as text, and its scaled coordinates in binary differ in the last bit.
 const LAST_BIT_M: f64 = 2e-17;
 
 fn assert_same<const D: usize>(a: &Mesh<D>, b: &Mesh<D>) {
@@ -93,7 +92,7 @@ fn assert_same<const D: usize>(a: &Mesh<D>, b: &Mesh<D>) {
     assert_eq!(a, &Mesh { nodes: a.nodes.clone(), ..b.clone() });
 }
 
-/// The length of a muscle at equilibrium over that at rest, at a tension, N.
+/// Stretch of a muscle at a tension, N.
 fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
     let system = System::new(mesh, &Model::default(), &[muscle]).unwrap();
     let mut tensions = vec![0.0; system.muscle_count()];
@@ -134,7 +133,7 @@ fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy_and_contracts_like_it() 
     assert!(outside(&theirs, "SGp") > 1, "SGp comes from outside the tissue");
     assert_eq!(outside(&theirs, "GGa"), 0);
     let [theirs, ours] = [theirs, ours].map(|mesh| stretch(&mesh, 0, 10.0));
-    // Tensions belong to the spacing (README, limits): 7 mm against 5.5 mm.
+    // Tensions depend on the spacing (README, limits), which is 7 mm here and 5.5 mm there.
     assert!(theirs < 0.95 && (theirs - ours).abs() < 0.01, "{theirs} against {ours}");
 }
 
@@ -198,7 +197,7 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
     let sizes = |mesh: &Mesh<2>| [Quality::of(mesh).area_m2, mesh.distance(mesh.muscles[0].ends())];
     assert!(sizes(second).iter().zip(sizes(first)).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
 
-    // The same file with the middle of one side moved: the body is the same, and the curved side is reported.
+    // If the middle of one side is moved, the body is the same, and the curved side is reported.
     let bends = |c: &String| c.contains("are taken as straight");
     assert!(!read("second_order.msh").unwrap().concerns.iter().any(bends));
     let text = String::from_utf8(bytes("second_order.msh")).unwrap();
@@ -208,7 +207,7 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
     assert_eq!(&curved.body.flat().unwrap().mesh, second);
     assert!(told.contains("taken as straight (1 of them, by up to 3.00 mm)"), "{told}");
 
-    // The same file with its six-node triangles declared as ten-node ones.
+    // The six-node triangles are declared as ten-node ones.
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
     let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
     fixtures::says(gmsh::read(third.as_bytes(), "third.msh", Unit::M), "third.msh:; Mesh.ElementOrder = 1");
@@ -232,7 +231,7 @@ fn a_continuum_is_written_as_elements_of_the_second_order_whose_middles_lie_on_t
             }
         }
     }
-    // The order of Gmsh's manual.
+    // The pairs of corners are in the order of Gmsh's manual.
     let plane = fixtures::held_at_a_corner(fixtures::lattice(3, 3, 5e-3), 5e-3);
     written(&plane, "9", &[[0, 1], [1, 2], [2, 0]]);
     let space = fixtures::held_at_a_corner(fixtures::block(1, 5e-3), 5e-3);
@@ -253,7 +252,7 @@ fn reading_tells_of_missing_muscles_thin_cells_bent_parts_and_wrong_units() {
     assert_eq!(told("millimetres.msh", Unit::Mm), [""; 0]);
     let right = gmsh::read(&bytes("millimetres.msh"), "", Unit::Mm).unwrap().body.flat().unwrap();
     assert!((right.mesh.extent() - flat("tongue_41.msh").mesh.extent()).abs() < 1e-3);
-    // A node of SGp outside the tissue moved to the side.
+    // A node of SGp outside the tissue is moved to the side.
     let mut tongue = fixtures::tongue();
     let inside = tongue.in_tissue();
     let sgp = tongue.muscles.iter().find(|m| m.name == "SGp").unwrap();

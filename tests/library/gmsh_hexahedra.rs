@@ -1,4 +1,4 @@
-//! Bodies of hexahedra from files of the real Gmsh (tests/gmsh/make_meshes.py): muscles as overlapping groups of volumes with directions
+//! Bodies of hexahedra from files of the real Gmsh (tests/gmsh/make_meshes.py): muscles are overlapping groups of volumes, with directions
 //! from views and from curves.
 
 use std::path::Path;
@@ -29,7 +29,7 @@ fn a_block_of_gmsh_has_its_hexahedra_regions_and_directions() {
     assert_eq!(body.bones.iter().map(|b| b.name.as_str()).collect::<Vec<_>>(), ["mandible"]);
     let told: Vec<_> = body.muscles.iter().map(|m| (m.name.as_str(), m.side, m.region.len())).collect();
     assert_eq!(told, [("A_L", Side::Left, 24), ("A_R", Side::Right, 24), ("M", Side::Middle, 48)]);
-    // A stress as given; a force times the length of its fibre over the volume.
+    // Two stresses are given; the third is the force times the length of the fibre over the volume.
     for (muscle, stress) in body.muscles.iter().zip([20e3, 20e3, 4.0 * 60e-3 / 48e-6]) {
         assert!((muscle.stress_pa / stress - 1.0).abs() < 1e-9, "{} {}", muscle.name, muscle.stress_pa);
     }
@@ -70,7 +70,7 @@ fn the_sign_of_a_direction_says_nothing() {
         (b - a).dot(&Vector3::new(1.0, -0.2, 0.0)).abs()
     };
     assert!((way(&turned) - way(&body())).abs() < 1e-12, "{} {}", way(&turned), way(&body()));
-    // Directions of nodes that differ by their signs and a little more.
+    // The directions at nodes differ in sign and slightly in direction.
     let (before, view) = text.split_once("$ElementData\n2\n\"fibre:A_L\"").unwrap();
     let (_, after) = view.split_once("$EndElementData\n").unwrap();
     let vector = |tag: usize| if tag.is_multiple_of(2) { "1 -0.2 0" } else { "-1 0.2 0.1" };
@@ -86,12 +86,12 @@ fn the_sign_of_a_direction_says_nothing() {
     }
 }
 
-/// The block with a curve for the fibres of M whose nodes are none of the mesh, as Gmsh makes of a curve that is not embedded.
+/// The block with a curve for the fibres of M whose nodes are not nodes of the mesh, as Gmsh writes a curve that is not embedded.
 fn with_curve(places: &[[f64; 3]]) -> String {
     let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();
     let text = text.replacen("6\n1 5 \"fibre:M\"", "7\n1 5 \"other:rim\"\n1 9 \"fibre:M\"", 1);
     let text = text.replacen("12 20 11 2\n", "12 21 11 2\n", 1);
-    // The last of the curves.
+    // The new curve is behind the last one.
     let text = text.replacen("0 2 8 -12 \n", "0 2 8 -12 \n99 0 0 0 0 0 0 1 9 0 \n", 1);
     let section = |text: &str, name: &str, block: String, more: usize| {
         let (before, after) = text.split_once(name).unwrap();
@@ -118,7 +118,7 @@ fn a_curve_through_a_block_gives_directions() {
             assert!(direction.unwrap().cross(&Vector3::x()).norm() < 1e-9, "{direction:?}");
         }
     }
-    // The force of the whole times the length of the curve over the volume.
+    // The stress is the force times the length of the curve over the volume.
     let stress = 4.0 * 0.0063 * 7.0 / 48e-6;
     assert!((found.muscles[2].stress_pa / stress - 1.0).abs() < 1e-9);
     let system = System::in_space(&found, &SpaceModel::default()).unwrap();
@@ -155,14 +155,14 @@ fn what_is_wrong_is_told_with_its_line() {
     let second = says("\n3 1 5 ", "\n3 1 12 ");
     assert!(second.contains("Mesh.ElementOrder = 1") && !second.contains("Recombine"), "{second}");
     fixtures::says(read_space(&bytes("cylinder_41.msh"), "c.msh", Unit::M), "is a tetrahedron; Transfinite");
-    // The corners of an element listed from the top downwards.
+    // The corners of an element are listed from the top downwards.
     let (_, elements) = text.split_once("$Elements").unwrap();
     let line = elements.lines().find(|l| l.split_whitespace().count() == 9).unwrap();
     let words: Vec<&str> = line.split_whitespace().collect();
     let turned = [&words[..1], &words[5..], &words[1..5]].concat().join(" ");
     let inverted = says(line, &turned);
     assert!(inverted.contains("is turned inside out") && inverted.starts_with("b.msh:"), "{inverted}");
-    // A body of simplices cannot be made of it.
+    // Read as a body of simplices, the file is refused.
     let simplices = gmsh::read(text.as_bytes(), "b.msh", Unit::M).unwrap_err().to_string();
     assert!(simplices.contains("is a hexahedron; name a body of hexahedra with --body"), "{simplices}");
 }

@@ -1,5 +1,4 @@
-//! Equilibria solved in lanes and one at a time have the same shapes and statuses, and the same bits for any
-//! number of threads.
+//! Equilibria solved in lanes and one by one have the same shapes and statuses, and the same bits for any number of threads.
 
 use crate::fixtures::{self, block, tongue};
 use nalgebra::SVector;
@@ -13,10 +12,9 @@ use tongue_fit::system::{Model, System};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
-/// Tolerance of positions, m: 1e-9 mm.
+/// Largest difference of positions, m.
 const SAME: f64 = 1e-12;
-/// A hundredth of the usual residual, with which shapes are known to 1e-9 mm: a newton moves the softest node
-/// by some millimetres.
+/// The residual is a hundredth of the usual one, so that shapes are known to 1e-9 mm: a newton moves the softest node by millimetres.
 const SHARP: SolveSettings = SolveSettings {
     tolerance: 1e-11,
     max_iterations: 200,
@@ -46,7 +44,7 @@ fn one_at_a_time<const D: usize>(
     (solution, w)
 }
 
-/// Compares every answer with that of the scalar solver; returns the number of lane solutions.
+/// Compares every answer with that of the scalar solver, and returns the number of answers from lanes.
 fn compare<const D: usize>(system: &System<D>, loads: &[Load<'_, D>]) -> usize {
     let answers = Lanes::new(system).solve(loads, &SHARP);
     assert_eq!(answers.len(), loads.len());
@@ -62,7 +60,7 @@ fn compare<const D: usize>(system: &System<D>, loads: &[Load<'_, D>]) -> usize {
     answers.iter().filter(|a| !a.alone).count()
 }
 
-/// Tensions of all muscles, each up to `most` or, with equal probability, zero, N/m.
+/// Tensions of all muscles: zero or, with probability 0.5, up to `most`, N/m.
 fn draw(random: &mut fastrand::Rng, most: f64) -> Vec<f64> {
     ALL.map(|_| if random.bool() { most * random.f64() } else { 0.0 }).to_vec()
 }
@@ -114,7 +112,7 @@ fn shapes_agree_from_a_neighbour_with_displaced_bones_and_in_separate_bodies() {
 
 #[test]
 fn loads_unsuited_for_lanes_are_solved_one_at_a_time() {
-    // Loads at which the barrier acts, and a tension of NaN.
+    // Loads at which the barrier acts, a tension of NaN, and a wrong number of tensions.
     let system = all_can_pull();
     let hard = [vec![3000.0; 8], vec![f64::NAN; 8], vec![5.0; 8], vec![1.0; 3], PUBLISHED.to_vec()];
     let loads: Vec<Load<'_, 2>> = hard.into_iter().map(Load::new).collect();
@@ -153,7 +151,7 @@ fn bits_do_not_depend_on_threads() {
     let tensions: Vec<Vec<f64>> = (0..333).map(|_| draw(&mut random, 90.0)).collect();
     let load = |i: usize| {
         let load = Load::new(tensions[i].clone());
-        // Some of the chunks begin with factors of other loads.
+        // Some chunks begin with factors of other loads.
         if i < 200 { load.starting_at(&middle) } else { load }
     };
     let all = |threads| {
@@ -162,7 +160,7 @@ fn bits_do_not_depend_on_threads() {
     };
     let one = all(1);
     assert!(one.iter().filter(|a| a.alone).count() < 300);
-    // The energy of a failed solve may be NaN.
+    // Texts are compared, because the energy of a failed solve may be NaN.
     for threads in [2, 3] {
         assert_eq!(format!("{one:?}"), format!("{:?}", all(threads)), "{threads} threads");
     }
@@ -215,7 +213,7 @@ fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
             }
         }
     }
-    // Reciprocity: a force on one node moves another as a force on the other moves the first.
+    // Reciprocity: a force on one node moves another node as a force on the other moves the first.
     let (p, q) = (system.pattern().nodes()[3], system.pattern().nodes()[40]);
     let unit = |node: usize| {
         let mut gradient = vec![SVector::zeros(); mesh.nodes.len()];
@@ -235,7 +233,7 @@ fn motions_are_the_derivatives_of_the_shape_by_tensions_bones_and_the_shape_at_r
     let system = all_can_pull();
     let bone = [*mesh.fixed.last().unwrap(), mesh.fixed[0]];
     let lanes = Lanes::new(&system);
-    // Every node at rest moves with a smooth field, nodes of bones too.
+    // Every node at rest, on bones, too, moves with a smooth field.
     let field: Vec<SVector<f64, 2>> =
         mesh.nodes.iter().map(|x| SVector::from([0.1 * x.y, 0.2 * x.x - 0.05 * x.y])).collect();
     let changed = |part: f64| {

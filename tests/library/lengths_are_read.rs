@@ -1,4 +1,4 @@
-//! Tables of lengths in the formats of spreadsheets and statistics programs are read, and it is said how they are understood.
+//! Tables of lengths are read in the formats of spreadsheets and statistics programs, and the reading is reported.
 
 use proptest::prelude::*;
 use tongue_fit::measured::{Dataset, Vowel};
@@ -11,7 +11,7 @@ fn set_aside(data: &Dataset) -> Vec<&str> {
     data.reading().set_aside.iter().map(|s| s.name.as_str()).collect()
 }
 
-/// Every length and half width in mm, row after row.
+/// Lengths and half widths, mm, row by row.
 fn numbers(data: &Dataset) -> Vec<(Option<f64>, f64)> {
     let rows = data.rows().iter().map(|r| &r.lengths);
     rows.flat_map(|l| l.length_mm.iter().copied().zip(l.half_width_mm.iter().copied())).collect()
@@ -77,10 +77,10 @@ fn exports_of_excel_are_read() {
     // The lengths have two decimals.
     let lengths = [(Some(46.5), 0.005), (Some(56.0), 0.005), (Some(38.0), 0.005), (Some(57.25), 0.005)];
     assert_eq!(numbers(&data), lengths);
-    // macOS types decomposed letters.
+    // macOS writes decomposed letters.
     assert!(data.baseline("Mu\u{308}ller").is_ok());
 
-    // The same as "Unicode text", as tab-separated text, with old line ends, with Excel's first line, and under a title.
+    // The same table as "Unicode text", separated by tabs, with line ends CR, with Excel's first line, and under a title.
     let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
     let utf16_be: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
     let tabs = text.replace(';', "\t");
@@ -110,7 +110,7 @@ fn japanese_tables_and_those_of_r_are_read() {
     assert_eq!(data.baseline("Ｓ１").unwrap().length_mm, [Some(46.5), Some(36.1)]);
     assert_eq!(data.row("S1", &vowel("あ")).unwrap().length_mm, [Some(38.0), Some(33.0)]);
     assert_eq!(data.row("S1", &vowel("エ")).unwrap().length_mm, [Some(39.0), None]);
-    // write.csv
+    // As R's write.csv writes it.
     let data = dataset(
         "\"\",\"speaker\",\"phoneme\",\"GGa..mm.\",\"HG_cm\",\"age\"\n\"1\",\"X\",\"ɔ\",46.5,3.6,31\n\"2\",\"X\",\"u\",NA,3.9,31\n",
     );
@@ -118,7 +118,7 @@ fn japanese_tables_and_those_of_r_are_read() {
     assert_eq!(data.muscles(), ["GGa", "HG"]);
     assert_eq!(numbers(&data), [(Some(46.5), 0.05), (Some(36.0), 0.5), (None, 0.05), (Some(39.0), 0.5)]);
     assert_eq!(data.baseline("X").unwrap().length_mm_of("HG"), Some(39.0));
-    // write.table(sep = "\t") writes row names without a column name.
+    // write.table(sep = "\t") writes row names without a header for them.
     let table = dataset("speaker\tphoneme\tGGa_mm\n1\tX\tɔ\t46.5\n2\tX\tu\t47\n");
     let first = &table.rows()[0].lengths;
     assert_eq!((first.subject.as_str(), &first.length_mm[..]), ("X", &[Some(46.5)][..]));
@@ -157,7 +157,7 @@ fn column_names_determine_their_meaning() {
     .into_iter()
     .flat_map(|(is, names)| names.split("; ").map(move |name| (is, name)))
     {
-        // The first two are the last of the names that are known.
+        // The first two names are the last ones in the lists of known names.
         let data = dataset(format!("発話者,音素,Z_mm,{name}\nX,a,40,31\n"));
         let reading = data.reading();
         let told = match &reading.columns[..] {
@@ -196,7 +196,7 @@ fn any_label_is_a_vowel_however_it_is_composed_and_u_is_unrounded() {
     assert_eq!([length("õ"), length("o\u{303}"), length("e"), length("E")], [43.0, 43.0, 45.0, 46.0]);
     assert_eq!(data.baseline("X").unwrap().length_mm, [Some(47.0)]);
     assert!(data.row("X", &vowel("ɯ\u{303}")).unwrap_err().to_string().ends_with("/E/, /U/"));
-    // If both are in the table, neither stands for the other.
+    // If a table has both, neither stands for the other.
     let both = dataset("subject,vowel,GGa_mm\nX,e,40\nX,E,41\nX,u,42\nX,う,43\n");
     assert_eq!(both.row("X", &vowel("E")).unwrap().length_mm, [Some(41.0)]);
     assert_eq!(both.row("X", &"u".parse().unwrap()).unwrap().length_mm, [Some(42.0)]);
@@ -254,7 +254,7 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     }
     let nobody = table("GGa_mm,HG_mm,SG_half_width_mm,speaker", "40,41,1,Y");
     assert_eq!(set_aside(&nobody), ["SG_half_width_mm", "speaker"]);
-    // Of a half width that cannot be read the digits take the place.
+    // A half width that cannot be read is replaced by that of the digits.
     let negative = dataset("subject,vowel,GGa_mm,HG_mm,error_mm\nX,a,40,41,-1\nX,i,40,41,1\n");
     let told = "my.csv:2:5: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5";
     assert_eq!(faults(&negative), [vec![], vec![told]]);
@@ -263,7 +263,7 @@ fn half_widths_come_from_columns_digits_or_the_user() {
 
 #[test]
 fn lengths_in_other_units_have_the_bits_of_millimetres() {
-    // The texts are built from digits, because division by ten rounds.
+    // The texts are built from digits, because division by ten would round.
     let row = |tenths: u32| {
         let (whole, tenth) = (tenths / 10, tenths % 10);
         format!("X,{tenths},{whole}.{tenth},{}.{}{tenth},0.{whole:03}{tenth}\n", whole / 10, whole % 10)

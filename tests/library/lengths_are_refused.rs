@@ -1,4 +1,4 @@
-//! Tables of lengths that cannot be used are refused, wholly or in part, with the place, the reason and what to write.
+//! Tables of lengths that cannot be used are refused, wholly or in part, with the place, the reason and advice.
 
 use tongue_fit::measured::Dataset;
 use tongue_input::measured::lengths::{DecimalMark, plausibility};
@@ -20,7 +20,7 @@ fn refusal(table: impl AsRef<[u8]>) -> String {
     Dataset::from_reader(table.as_ref(), "my.csv").unwrap_err().to_string()
 }
 
-/// Messages about rows that cannot be used, and about cells.
+/// Messages about rows and about cells that cannot be used.
 pub fn faults(data: &Dataset) -> [Vec<String>; 2] {
     let rows = data.broken().iter().map(|row| row.fault.to_string()).collect();
     [rows, data.bad_cells().iter().map(ToString::to_string).collect()]
@@ -87,7 +87,7 @@ fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_ins
         ("x,".repeat(20_000).as_bytes(), "1:1: the header has 20001 columns"),
         (many.as_bytes(), "200002:1: the table has more than 200000 rows"),
         (format!("{HEADER}\nS1,i,,,,,,,,\n").as_bytes(), "3:1: no row has a length; write lengths in"),
-        // As ten new users wrote them.
+        // Tables as ten new users wrote them.
         (b"subject vowel GGa_mm\nP1 a 41\n", "1:1: the table has fewer than two columns; line 1 was"),
         (b"| subject | vowel | GGa_mm |\n|---|---|---|\n", "1:1: the table has fewer than two columns"),
         (b"[{\"subject\": \"P1\", \"GGa_mm\": 41}]", "1:1: the file is JSON, XML or a page, not a table"),
@@ -106,7 +106,7 @@ fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_ins
     );
     let message = Dataset::from_reader(std::io::repeat(b'x'), "endless").unwrap_err().to_string();
     assert_eq!(message, "cannot read endless: it is larger than 64 MiB; split it into smaller files");
-    // A line end at the end of the file is allowed, and a file may take the place of the built-in table.
+    // A line end at the end of the file is allowed, and a copy of the built-in table in a file gives the same data.
     assert_eq!(dataset(format!("{HEADER}\n{ROW}\r\n")).rows().len(), 1);
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), REFERENCE).unwrap();
@@ -123,7 +123,7 @@ fn rows_are_refused_with_the_reason() {
         ("S1,i,47,5,49,49,51,28,42,38,30".to_owned(), "2:11: the line has 11 fields where the header, line"),
         (with('i', ""), "2:2: the vowel is \"\"; write a label of 1 to 40 printable characters, like a, ɔ"),
         (with('S', "S\u{1b}[31m"), "2:1: the subject is \"S\\u{1b}[31m1\"; give it a name of printable"),
-        // The unclosed quotation mark includes the rest of the file.
+        // The quotation mark that is not closed includes the rest of the file.
         (format!("\"{ROW}\n{ROW}"), "2:2: the line has 1 fields where the header, line 1, has 10; give"),
     ] {
         let message = refusal(format!("{HEADER}\n{row}\n"));
@@ -131,7 +131,7 @@ fn rows_are_refused_with_the_reason() {
     }
     let first = ROW.replacen('i', "ɯ", 1);
     let (u, same) = (ROW.replacen('i', "u", 1), first.replace("47", "48"));
-    // /u/ is another vowel if a table has both.
+    // /u/ is another vowel than /ɯ/ if a table has both.
     assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken().is_empty());
     let data = dataset(format!("{HEADER}\n{first}\n\n{ROW}\n{same}"));
     let told = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or give repetitions \
@@ -169,7 +169,7 @@ fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
         );
         assert_eq!(data.rows()[0].lengths.length_mm, [Some(40.0), None]);
     }
-    // What the message tells is read.
+    // A cell as the message recommends is read.
     for (unit, cell) in
         [("mm", "57.8"), ("cm", "5.78"), ("m", "0.0578"), ("mm", "57,8"), ("cm", "5,78"), ("m", "0,0578")]
     {
@@ -178,7 +178,7 @@ fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
         let told = &data.broken()[0].fault.help;
         assert!(told.contains(&format!("like {cell} ")), "{told}");
     }
-    // The column number is that of the file.
+    // The column in the message is that of the file.
     let reordered = "HGp_mm,vowel,HGa_mm,SGa_mm,SGm_mm,SGp_mm,GGp_mm,GGm_mm,GGa_mm,subject";
     let data = dataset(format!("{reordered}\n30,i,38,42,28,51,49,-1,47,S1\n"));
     assert!(faults(&data)[1][0].starts_with("my.csv:2:8: GGm_mm is -1"));
@@ -201,7 +201,7 @@ fn one_decimal_mark_a_table() {
             assert_eq!(data.reading().decimal_mark, mark, "{cell} says nothing of the mark");
         }
     }
-    // A decimal comma in quotation marks is possible with commas between fields.
+    // Between commas a decimal comma can be in quotation marks.
     let quoted = dataset("subject,vowel,GGa_mm\nX,a,\"47,5\"\n");
     assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
 }
@@ -215,7 +215,7 @@ fn published() -> Vec<(String, Vec<f64>)> {
     rows.collect()
 }
 
-/// The doubts about a table of these rows, whose columns have the names of `header`.
+/// The doubts about a table of these rows under `header`.
 fn doubts_under(header: &str, rows: &[(String, Vec<f64>)]) -> Vec<String> {
     let lines = rows.iter().map(|(name, mm)| {
         let lengths: Vec<String> = mm.iter().map(f64::to_string).collect();
@@ -239,7 +239,7 @@ fn published_lengths_are_not_doubted() {
     let mut in_cm = all.clone();
     in_cm.iter_mut().flat_map(|row| &mut row.1).for_each(|mm| *mm = 10.0 * (*mm / 10.0).round());
     assert_eq!(doubts_under(HEADER, &in_cm), Vec::<String>::new());
-    // Without any one muscle, and of the first five alone.
+    // Without each of the muscles, and with the first five alone.
     for left_out in (0..8).map(|m| vec![m]).chain([vec![5, 6, 7]]) {
         let kept = |n: &usize| !left_out.contains(n);
         let names: Vec<&str> = HEADER.split(',').collect();
@@ -265,7 +265,7 @@ fn published_lengths_are_not_doubted() {
     for subject in ["S1", "S2", "S3", "S4"] {
         let own = Vec::from_iter(all.iter().filter(|row| row.0.starts_with(subject)).cloned());
         for first in 0..own.len() {
-            // Each row in turn is the first, which is the baseline where there is no row of /ɯ/.
+            // Each row in turn is the first one, which is the baseline if there is no row of /ɯ/.
             let mut own = own.clone();
             own.swap(0, first);
             assert_eq!(doubts_under(HEADER, &own), Vec::<String>::new(), "{own:?}");
@@ -307,12 +307,12 @@ fn what_is_no_length_or_of_another_size_is_told() {
         }
     };
     doubted(of_longest, "percentages");
-    // A muscle in tenths of an inch, a table in pixels.
+    // One muscle in tenths of an inch; a table in pixels.
     doubted(|rows| rows.iter_mut().for_each(|row| row.1[2] *= 0.3937), "GGp is 2.5 times as short");
     for factor in [0.5, 1.9] {
         doubted(|rows| rows.iter_mut().for_each(|row| scaled(row, factor)), "not pixels");
     }
-    // S2 /a/ in another scale than S2 /ɯ/, and then S2 /ɯ/ than all others of S2.
+    // S2 /a/ in another scale than S2 /ɯ/, then S2 /ɯ/ in another scale than all other rows of S2.
     for factor in [0.85, 0.8, 1.25] {
         doubted(|rows| scaled(&mut rows[7], factor), "in S2 /a/ all muscles together are ");
     }

@@ -1,5 +1,5 @@
-//! Results of the library against exact solutions, published numbers and other codes. Each module is named by
-//! what it proves; bodies shared by several modules are in [`fixtures`].
+//! Results of the library against exact solutions, published numbers and other programs. The name of each module is what it tests; bodies
+//! for several modules are in [`fixtures`].
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 #![allow(clippy::print_stderr, reason = "a test that is skipped says why")]
 

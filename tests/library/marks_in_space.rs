@@ -1,4 +1,4 @@
-//! Activations of the built-in tongue in space from what can be seen of it: its surface, its midsagittal contour, coils, and lengths.
+//! Activations of the built-in tongue in space are found from its surface, its midsagittal contour, coils, and lengths.
 
 use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::Half;
@@ -13,7 +13,7 @@ use crate::fixtures::{says, solved};
 
 const SD_M: f64 = 5e-4;
 
-/// The built-in tongue, both sides alike, where activations brought it.
+/// The built-in tongue at known activations, both sides alike.
 struct Moved {
     body: Body<3>,
     system: System<3>,
@@ -33,7 +33,7 @@ impl Moved {
         Self { body, system, half, left, positions }
     }
 
-    /// The middles of the faces of the surface that can move.
+    /// The middles of the free faces of the surface.
     fn surface(&self) -> Vec<SpaceMark> {
         let fixed = &self.body.mesh.fixed;
         let faces = self.body.mesh.outward_faces().into_iter();
@@ -42,7 +42,7 @@ impl Moved {
         free.map(|t| mark(Marked::Surface(middle(t)))).collect()
     }
 
-    /// The nodes of the midsagittal contour that can move, as places somewhere on it.
+    /// The free nodes of the midsagittal contour, as points somewhere on it.
     fn contour(&self) -> Vec<SpaceMark> {
         let outline = self.body.midsagittal_mesh().outlines().remove(0);
         let free = outline.into_iter().filter(|n| self.body.mesh.fixed.binary_search(n).is_err());
@@ -57,7 +57,7 @@ impl Moved {
         (positions[a] - positions[b]).norm()
     }
 
-    /// The lengths of all muscles, as lengths, stretches and ratios in turn.
+    /// The lengths of all muscles, by turns as lengths, stretches and ratios.
     fn lengths(&self) -> Vec<SpaceMark> {
         let of = |(i, muscle): (usize, String)| {
             let (rest, now) =
@@ -120,7 +120,7 @@ fn a_contour_with_lengths_leaves_less_open_than_either() {
     for fit in [&seen, &heard, &both] {
         assert_eq!(fit.answer.status, FitStatus::Converged);
         assert!(fit.rms_m < 1e-4, "{}", fit.rms_m);
-        // The truth lies in the interval that is told of each activation.
+        // The interval of each activation contains the truth.
         for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95()) {
             assert!((*low..=*high).contains(&truth(name)), "{name} {low} {high}");
         }
@@ -140,7 +140,7 @@ fn lines_of_the_plane_have_their_lengths_in_space_and_give_activations() {
         let measure = LengthMeasure::Stretch(now / rest);
         seen.push(mark(Marked::Muscle { muscle: name.clone(), measure }));
     }
-    // On bone outside the tissue: the styloid process and the lower part of the hyoid.
+    // Outside the tissue its ends are on bone: the styloid process, and the lower part of the hyoid.
     let on_bone = |name: &str| {
         let (_, line) = moved.body.lines.iter().find(|(n, _)| n == name).unwrap();
         line.ends.iter().filter(|e| e.weights.is_empty()).count()
@@ -170,7 +170,7 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
     }
     let unsure = SpaceMark { sd_m: 0.0, ..mark(node(3, 0.0)) };
     says(SpaceSearch::default().fit(&moved.body, &moved.system, &[unsure], None), "standard deviation");
-    // At rest a coil at the tip is at the foremost node, and the answer is rest.
+    // At rest a coil at the tip is at the foremost node, and the search returns rest.
     let tip = moved.body.mesh.nodes[moved.body.tip().unwrap()].xz();
     let fit = moved.search(&[mark(Marked::Coil { behind_tip_m: 0.0, place: tip })], 0.5, 1);
     assert!(fit.rms_m < 1e-6 && fit.activations_found().iter().all(|a| *a < 1e-4));

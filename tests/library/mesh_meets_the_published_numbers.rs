@@ -1,4 +1,4 @@
-//! The mesh agrees with the thesis's published numbers, keeps the anatomy at any spacing, and reports faults.
+//! The mesh has the published numbers of the thesis, keeps the anatomy at any spacing, and faults are reported.
 
 use tongue_core::body::MeshFault;
 use tongue_fit::body::{
@@ -57,7 +57,7 @@ fn bones_hold_the_ends_of_muscles_which_share_nodes_where_they_cross_or_join() {
     }
 }
 
-/// Between the round spacings are some that put crossings at small distances from other nodes.
+/// Spacings between the round ones put some crossings of lines close to other nodes.
 #[test]
 fn every_spacing_keeps_area_lengths_and_good_triangles() {
     let anatomy = Anatomy::reference().unwrap();
@@ -70,7 +70,7 @@ fn every_spacing_keeps_area_lengths_and_good_triangles() {
         let is_round = [11.0, 5.5, 2.75, 1.4].contains(&h_mm);
         let [shortest, mean] = [q.shortest_connection_m, q.mean_connection_m].map(|m| m * 1e3 / h_mm);
         assert!(!is_round || (shortest > 0.45 && (mean - 1.0).abs() < 0.06), "{h_mm} mm: {shortest} {mean}");
-        // Euler's formula for a disc without holes, with trees of outside connections that add a node each.
+        // Euler's formula for a disc without holes and with trees of connections outside, each of which adds a node.
         assert_eq!(q.connections + 1, q.nodes + q.cells, "{h_mm} mm");
         assert_published_lengths(&mesh);
         mesh.check().unwrap();
@@ -194,7 +194,7 @@ fn a_body_is_read_back_from_its_json_with_its_bones() {
     let free = (0..).find(|n| !body.mesh.fixed.contains(n)).unwrap();
     let wrong = text.replacen("\"bones\":{\"hyoid\":[", &format!("\"bones\":{{\"hyoid\":[{free},"), 1);
     fixtures::says(json::read(&wrong, "my.json"), "my.json; bone \"hyoid\"");
-    // What the program computes is that of the body, of any Poisson's ratio, or is not in the file.
+    // Values that the program computes must be those of the body, with any Poisson's ratio, or be left out.
     let soft = Model { constants: Constants { poisson_ratio: 0.3, ..Constants::TONGUE } };
     let of_soft = serde_json::to_string(&json::MeshRecord::of(&body, &soft).unwrap()).unwrap();
     assert_eq!(json::read(&of_soft, "my.json").unwrap().mesh, body.mesh);

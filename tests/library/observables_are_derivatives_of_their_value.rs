@@ -1,5 +1,4 @@
-//! Every observable's gradient is the difference of its values, in the plane and in space, and its rate is
-//! the gradient along a motion.
+//! The gradient of every observable is that of its values, in the plane and in space, and its rate is the gradient along a motion.
 
 use nalgebra::{SVector, Vector2, Vector3};
 use tongue_core::observe::{Line, LineEnd, Midsagittal};
@@ -9,7 +8,7 @@ use tongue_fit::observe::{
 
 use crate::fixtures::{block, lattice, shaken};
 
-/// Observables with a name, on the nodes of one body.
+/// Observables of a body, each with a name.
 type Named<const D: usize> = Vec<(&'static str, Box<dyn Observable<D>>)>;
 
 fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
@@ -29,7 +28,7 @@ fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
     ]
 }
 
-/// The upper edge of a lattice of 5 x 4 nodes, walked towards -x with the tissue on the left.
+/// The upper edge of a lattice of 5 x 4 nodes, towards -x, so that the tissue is on the left.
 fn upper_edge(rest: &[Vector2<f64>]) -> Curve {
     Curve::through((15..20).rev().collect(), rest).unwrap()
 }
@@ -71,7 +70,7 @@ fn in_the_plane() {
     let mesh = lattice(5, 4, 0.01);
     let curve = upper_edge(&mesh.nodes);
     let mut all = common(Vector2::new(0.6, 0.8));
-    // Above, below, beside a node, and beyond both ends.
+    // Points above, below, beside a node, and beyond both ends.
     for (name, x, y) in [
         ("contour, outside", 0.031, 0.030),
         ("contour, inside", 0.037, 0.022),
@@ -89,7 +88,7 @@ fn in_the_plane() {
 fn in_space() {
     let mesh = block(2, 0.01);
     let mut all = common(Vector3::new(0.6, 0.0, 0.8));
-    // The upper faces of the four upper cubes, counter-clockwise seen from above.
+    // The upper faces of the four upper cubes, counter-clockwise when seen from above.
     let node = |i: usize, j: usize| 18 + 3 * j + i;
     let faces: Vec<[usize; 3]> = (0..4)
         .flat_map(|c| {
@@ -105,7 +104,7 @@ fn in_space() {
     ] {
         all.push((name, Box::new(Surface::new(faces.clone(), Vector3::from(point)))));
     }
-    // The upper edge of the front of the block as a curve of x and z.
+    // The upper front edge of the block as a curve of x and z.
     let edge: Vec<usize> = vec![20, 19, 18];
     let flat: Vec<Vector2<f64>> = edge.iter().map(|&n| mesh.nodes[n].xz()).collect();
     let contour = Contour::new(Curve::through(vec![0, 1, 2], &flat).unwrap(), Vector2::new(0.008, 0.023));
@@ -124,7 +123,7 @@ fn a_contour_through_points_of_a_circle_measures_distances_from_it_with_the_orde
             .collect();
         let curve = Curve::through((0..=n).collect(), &nodes).unwrap();
         let distances = (0..50).map(|i| {
-            // Away from the ends, where the curve has only one neighbour.
+            // Points away from the ends, where the curve has only one neighbour.
             let angle = 0.8 + 1.5 * f64::from(i) / 50.0;
             let point = Vector2::new(angle.cos(), angle.sin()) * 0.034;
             (Contour::new(curve.clone(), point).value(&nodes) - 0.004).abs()

@@ -1,4 +1,4 @@
-//! Muscle activity, tension curves and labels of recordings are read, and what is wrong in them is told with line and column.
+//! Muscle activity, tension curves and labels of recordings are read, and faults are reported with line and column.
 
 use tongue_fit::dynamics::Curves;
 use tongue_fit::measured::{Activity, Muscles};
@@ -21,7 +21,7 @@ fn curves(text: &str) -> Result<Curves, Malformed> {
 
 #[test]
 fn activity_times_full_tension_by_name_or_by_group_however_the_table_is_written() {
-    // GGa has an empty cell; both portions of the hyoglossus have its row, with its own full tension.
+    // GGa has an empty cell; both portions of the hyoglossus have the row HG, with a full tension of its own.
     let (a, i) = ([(6, 20.0), (7, 20.0), (4, 30.0)], [(0, 6.0), (6, 0.0), (7, 0.0), (4, 3.0)]);
     let german = TABLE.replace(',', ";").replace('.', ",").replace('\n', "\r\n");
     let japanese =
@@ -33,9 +33,9 @@ fn activity_times_full_tension_by_name_or_by_group_however_the_table_is_written(
         assert_eq!(tensions(table, "a", Some(30.0)).unwrap(), a, "{table}");
         assert_eq!(tensions(table, "i", Some(30.0)).unwrap(), i, "{table}");
     }
-    // Without a full tension of the others only a muscle that has one can be used.
+    // Without a full tension for the other muscles, only muscles that have one can be used.
     assert_eq!(tensions("muscle,a,full_n_per_m\nHG,0.5,40\n", "a", None).unwrap(), a[..2]);
-    // A bad cell is told only to who asks for it.
+    // A bad cell is an error only if it is used.
     assert_eq!(tensions("muscle,a,note\nGGa,1,left side\n", "a", Some(30.0)).unwrap(), [(0, 30.0)]);
 }
 
@@ -94,7 +94,7 @@ fn faults_are_named_with_line_and_column() {
     says(tensions(include_str!("../../targets/fang2009_patterns.csv"), "a", None), "not say how active");
 }
 
-/// A TextGrid of Praat with a tier of intervals and one of points, and its intervals in the short form.
+/// A TextGrid of Praat with a tier of intervals and a tier of points; the short form has the same intervals.
 const LONG: &str = include_str!("../praat/long.TextGrid");
 pub const TEXT_GRID: &str = include_str!("../praat/short.TextGrid");
 

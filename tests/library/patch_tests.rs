@@ -13,7 +13,7 @@ use tongue_fit::system::{Model, System, coefficients};
 
 const LAYERS: usize = 9;
 
-/// Springs that have k for every triangle that they belong to, as finite elements are assembled, and area terms.
+/// A system whose springs have the sum of k over their triangles, as finite elements are assembled, and area terms.
 fn system(mesh: &Mesh<2>) -> System<2> {
     let c = coefficients(mesh, &Model::default()).unwrap();
     let triangles = mesh.cells.edges();
@@ -26,7 +26,7 @@ fn system(mesh: &Mesh<2>) -> System<2> {
     System::from_effects(mesh, c, effects, &[]).unwrap()
 }
 
-/// Nodes with all six triangles around them.
+/// Nodes with six triangles around them.
 fn inner(mesh: &Mesh<2>) -> Vec<usize> {
     let n = mesh.nodes.len() / LAYERS;
     (0..mesh.nodes.len())
@@ -34,7 +34,7 @@ fn inner(mesh: &Mesh<2>) -> Vec<usize> {
         .collect()
 }
 
-/// Largest force on an inner node of the stretched patch, as part of the force that its connections carry.
+/// Largest force on an inner node of the stretched patch, over the force that connections carry.
 fn imbalance(mesh: &Mesh<2>, stretch: &Matrix2<f64>) -> f64 {
     let system = system(mesh);
     let x: Vec<_> = mesh.nodes.iter().map(|p| stretch * p).collect();
@@ -42,7 +42,7 @@ fn imbalance(mesh: &Mesh<2>, stretch: &Matrix2<f64>) -> f64 {
     system.force(Configuration { positions: &x, tensions: &[0.0] }, &mut force);
     let side = (mesh.nodes[1] - mesh.nodes[0]).norm();
     let c = system.coefficients();
-    // Inside, a connection belongs to two triangles.
+    // Inside the patch a connection belongs to two triangles.
     let shear = 2.0 * c.tissue_stiffness * side * (stretch - Matrix2::identity()).norm();
     let pressure = c.kappa * (stretch.determinant() - 1.0).abs() / (0.75f64.sqrt() / 2.0 * side * side);
     let carried = shear + pressure * side;
@@ -66,13 +66,12 @@ fn a_homogeneous_stretch_of_a_regular_lattice_is_in_balance_to_rounding() {
     assert!(error < 1e-12, "{error:e}");
 }
 
-/// The springs' patch test fails on irregular triangles by a part of the force that does not decrease with
-/// the spacing: the error depends on the shape of the triangles, not on their size, so springs do not
-/// converge. The area term fails too, because one kappa_s for triangles of different area gives each its own
-/// pressure, kappa_s (s - 1)/S0.
+/// The patch test of springs fails on irregular triangles by a part of the force that is the same at every spacing: the error depends on
+/// the shape of the triangles, not on their size, so springs do not converge. The area term fails, too, because with one kappa_s the
+/// pressure kappa_s (s - 1)/S0 differs between triangles of different area.
 #[test]
 fn on_irregular_triangles_springs_fail_the_patch_test_by_the_same_part_at_every_spacing() {
-    // At constant area, which only the springs feel, and with a change of area.
+    // The first stretch keeps the area, so that only springs have forces; the second one changes it.
     for stretch in [Matrix2::new(1.1, 0.0, 0.0, 1.0 / 1.1), Matrix2::new(1.1, 0.0, 0.0, 0.95)] {
         let errors =
             [1e-2, 5e-3, 2.5e-3].map(|side| imbalance(&shaken(lattice(9, LAYERS, side), 0.4), &stretch));
@@ -83,8 +82,7 @@ fn on_irregular_triangles_springs_fail_the_patch_test_by_the_same_part_at_every_
     }
 }
 
-/// The stiffness matching: assembled springs and area terms on equilateral triangles are plane-strain
-/// elasticity.
+/// Stiffness matching: springs and area terms, assembled on equilateral triangles, are plane-strain elasticity.
 #[test]
 fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_strain_elasticity() {
     let mesh = lattice(9, LAYERS, 5e-3);
@@ -92,8 +90,7 @@ fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_s
     let mut stiffness = BlockMatrix::<2>::zeros(system.pattern());
     let at = Configuration { positions: &mesh.nodes, tensions: &[0.0] };
     system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
-    // Energy of a displacement of the free nodes, by the assembled stiffness and by elasticity, element by
-    // element.
+    // Energy of a displacement of the free nodes, by the assembled stiffness and by elasticity of each element.
     let (lambda, mu) = Constants::TONGUE.lame();
     let displacement = |i: usize| {
         if mesh.fixed.contains(&i) {
@@ -129,8 +126,8 @@ fn springs_in_space_keep_less_of_a_bending_the_nearer_they_are_to_keeping_their_
     assert_eq!(kept(0.45), None);
     let found = [0.46, 0.49, 0.499, 0.4999].map(|nu| kept(nu).unwrap());
     assert!(found.is_sorted_by(|a, b| a > b), "{found:?}");
-    // Six tetrahedra have constant strains, of which most change their volume: beyond 0.49 the part
-    // that is kept is proportional to the distance from 0.5.
+    // The strains of six tetrahedra are constant, and most of them change the volume: beyond 0.49 the displacement is proportional to the
+    // distance from 0.5.
     let [_, _, near, nearer] = found;
     assert!((near / nearer - 10.0).abs() < 0.5, "{found:?}");
 }

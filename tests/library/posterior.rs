@@ -1,4 +1,4 @@
-//! The density of a posterior is differentiated exactly, and its sampler draws from what it is given.
+//! The derivatives of the posterior's density are exact, and its sampler draws from the given density.
 
 use std::sync::OnceLock;
 
@@ -21,12 +21,12 @@ pub fn posterior_model(priors: &Priors) -> PosteriorModel {
     PosteriorModel::new(&Body::tongue(5.5 * MM).unwrap(), &Model::default(), priors).unwrap()
 }
 
-/// The same with a coarse mesh, for what holds on any mesh: a posterior takes a third of the time.
+/// A model with a coarse mesh for what holds on any mesh, because its posterior takes a third of the time.
 pub fn coarse_posterior_model(priors: &Priors) -> PosteriorModel {
     PosteriorModel::new(&Body::tongue(8.0 * MM).unwrap(), &Model::default(), priors).unwrap()
 }
 
-/// The names and stretches of a row, which are the same on any mesh.
+/// The stretches of a row, which do not depend on the mesh.
 fn matched(subject: &str, vowel: &str) -> TargetOnBody {
     let target: Target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
     TargetOnBody::new(&Body::tongue(5.5 * MM).unwrap().mesh, &target).unwrap()
@@ -41,10 +41,10 @@ fn together(subject: &str, vowels: &[&str]) -> Measurements {
     Measurements::together(&all.iter().collect::<Vec<_>>())
 }
 
-/// Rows of which 1000 draws are looked at by several tests.
+/// Rows that several tests sample with 1000 draws.
 const SAMPLED: [(&str, &str); 3] = [("S1", "i"), ("S2", "a"), ("S3", "o")];
 
-/// The posterior of the row of a subject from 1000 draws, sampled once.
+/// 1000 draws of the posterior of a subject's row, sampled once.
 pub fn sampled(subject: &str) -> &'static Posterior<'static> {
     static ALL: [OnceLock<Posterior<'static>>; 3] = [const { OnceLock::new() }; 3];
     let row = SAMPLED.iter().position(|(s, _)| *s == subject).unwrap();
@@ -54,7 +54,7 @@ pub fn sampled(subject: &str) -> &'static Posterior<'static> {
     })
 }
 
-/// Of one posture, in springs and in a continuum, `data_beside_lengths` shows it.
+/// `data_beside_lengths` tests one posture, with springs and with a continuum.
 #[test]
 fn the_gradient_of_two_postures_together_is_the_derivative_of_the_density() {
     let posterior_model = posterior_model(&Priors::default());
@@ -80,7 +80,7 @@ pub fn solved(
     evaluator.evaluate(&[(at, begin)]).pop().flatten().unwrap()
 }
 
-/// The derivatives of the logarithm of a density at a point, each with its difference of the fourth order over steps `h`.
+/// Derivatives of the logarithm of a density, each with its difference quotient of fourth order with step `h`.
 pub fn derivatives(of: &mut Evaluator<'_>, at: &DVector<f64>, from: &SolvedPoint, h: f64) -> Vec<(f64, f64)> {
     let here = solved(of, at, from);
     let mut side = |i: usize, by: f64| {
@@ -93,7 +93,7 @@ pub fn derivatives(of: &mut Evaluator<'_>, at: &DVector<f64>, from: &SolvedPoint
     (0..at.len()).map(|i| (here.gradient[i], difference(i))).collect()
 }
 
-/// How the stretches answer at a mode, to the geometry too.
+/// The linearisation of the stretches at a mode, including geometry.
 pub fn at_mode(density: &Density<'_>, map_estimate: &MapEstimate) -> LinearisationPoint {
     Evaluator::new(density).linearise(&map_estimate.scores, &map_estimate.solved).unwrap().0
 }
@@ -118,7 +118,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     }
 }
 
-/// Where the tensions of a draw lead from rest, and how far the lengths there are from those of the draw, m.
+/// The equilibrium to which the tensions of a draw lead from rest, and the largest distance of its lengths from those of the draw, m.
 fn from_rest(posterior_model: &PosteriorModel, draw: &Draw) -> (Trace, f64) {
     let mut w = Workspace::new(&posterior_model.system);
     let load = posterior_model.load(&draw.values, 0, None);
@@ -135,7 +135,7 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
     let seen = together("S2", &["i", "a"]);
     let n = seen.len();
     assert_eq!((n, seen.labels.len()), (16, 2));
-    // The same muscle shares the rounding of its length in the baseline, others share nothing.
+    // Two stretches of a muscle share the rounding of its length in the baseline; stretches of different muscles share nothing.
     for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
         let shares = seen.muscles[i] == seen.muscles[j];
         assert_eq!(seen.rounding[(i, j)] > 0.0, shares, "{i} {j}");
@@ -162,7 +162,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
             let draws: Vec<Draw> =
                 [0, 1].into_iter().flat_map(|group| run.draws(Some(group)).unwrap()).collect();
             assert_eq!(draws.len(), 240);
-            // As the page hands them from one worker to another.
+            // The page sends draws from one worker to another as JSON.
             let sent: Vec<Draw> = serde_json::from_str(&serde_json::to_string(&draws).unwrap()).unwrap();
             assert_eq!(run.verdict(&sent).unwrap(), quick);
             assert!(run.verdict(&[]).is_err());
@@ -170,13 +170,14 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
         let draws = &sampled(subject).draws;
         let whole = Verdict::of(&Report::of_each(sampled(subject), false, 1)[0]).unwrap();
         for (m, (quick, whole)) in quick.muscles.iter().zip(&whole.muscles).enumerate() {
-            // An interval of a hundred effective draws holds 95 ± 2.2 % of a long run's; the lower end of HGa is reached by few of them.
+            // An interval from a hundred effective draws contains 95 ± 2.2 % of the draws of a long run; few draws reach the lower end of
+            // HGa.
             let [low, high] = quick.tension_n_per_m;
             let inside = draws.iter().filter(|d| (low..=high).contains(&d.tension(0, m))).count();
             let part = inside as f64 / draws.len() as f64;
             assert!((0.85..=0.99).contains(&part), "{subject} {vowel}: {part}, {quick:?}");
             held += part / 24.0;
-            // Four standard deviations of a probability of about a hundred effective draws.
+            // Four standard deviations of a probability from about a hundred effective draws.
             let p = whole.p_rises.clamp(0.02, 0.98);
             let room = 4.0 * (p * (1.0 - p) / 100.0).sqrt();
             assert!((quick.p_rises - whole.p_rises).abs() < room, "{subject} {vowel}: {quick:?} {whole:?}");
@@ -189,7 +190,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
     );
 }
 
-/// A target whose answer is known.
+/// A density whose moments are known.
 struct Known<'a>(&'a DMatrix<f64>, &'a (dyn Fn(f64) -> f64 + Sync));
 
 impl SampledDensity for Known<'_> {
@@ -216,7 +217,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     let root = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 + i as f64 } else { 0.4 * random.f64() });
     let precision = &root * root.transpose();
     let covariance = precision.clone().try_inverse().unwrap();
-    // Whitened by something else, as a Gauss-Newton matrix is not quite the posterior's.
+    // The whitening matrix differs from the precision, as a Gauss-Newton matrix differs from that of the posterior.
     let rough = &precision + DMatrix::identity(n, n) * 0.5;
     let whitened = Whitened::new(DVector::zeros(n), rough).unwrap();
     let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 1, seed: 2 };
@@ -231,7 +232,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
             assert!((found - covariance[(i, j)]).abs() < 0.03 * scale, "{i} {j}: {found}");
         }
     }
-    // Scores that are normal make tensions that are half-normal.
+    // Normal scores make half-normal tensions.
     let one = DMatrix::identity(1, 1);
     let whitened = Whitened::new(DVector::zeros(1), one.clone()).unwrap();
     let half = |x: f64| tongue_infer::posterior::parameters::tension(x).0;
@@ -246,7 +247,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
 
 #[test]
 fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
-    // Stretches of 1 whose errors are far larger than what tensions do.
+    // Stretches of 1 with errors that are far larger than the effect of tensions.
     let posterior_model = coarse_posterior_model(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
     let mut seen = seen("S2", "a");
     seen.stretches.fill(1.0);
@@ -275,12 +276,12 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
 
 #[test]
 fn every_draw_is_where_its_tensions_lead_from_rest() {
-    // In /i/ of S1 there is another branch not far away.
+    // In /i/ of S1 another branch is near.
     let posterior = sampled("S1");
     let mut snapped = 0;
     for draw in posterior.draws.iter().step_by(10) {
         let (found, away) = from_rest(posterior.density.posterior_model, draw);
-        // Behind a snap-through the shape depends on the steps in which the load grows.
+        // Beyond a snap-through the shape depends on the steps of the load.
         snapped += usize::from(found.critical.is_some() && away >= SAME_SHAPE_M);
         assert_eq!(found.solution.status, SolveStatus::Converged);
         assert!(away < SAME_SHAPE_M || found.critical.is_some(), "{away}");

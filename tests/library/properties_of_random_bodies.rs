@@ -1,5 +1,5 @@
-//! Properties of every mesh, load and material in range, tested on random cases. Failing cases are stored in
-//! `proptest-regressions/` and tested first in later runs.
+//! Properties of every mesh, load and material in range, tested on random cases. Failing cases are stored in `proptest-regressions/` and
+//! tested first in later runs.
 
 use crate::fixtures;
 use crate::fixtures::bodies::{lattice, place};
@@ -25,7 +25,7 @@ fn body() -> impl Strategy<Value = Mesh<2>> {
     )
 }
 
-/// Materials from soft to hard, with Poisson's ratio from that of springs alone to nearly incompressible.
+/// Soft to hard materials, with Poisson's ratios from nearly 0.25 (springs alone) to nearly 0.5.
 fn material() -> impl Strategy<Value = Model> {
     (2.0..6.0f64, 0.26..0.499f64).prop_map(|(log_e, poisson_ratio)| {
         let constants = Constants { young_modulus: 10f64.powf(log_e), poisson_ratio, ..Constants::TONGUE };
@@ -37,7 +37,7 @@ fn system(mesh: &Mesh<2>, model: &Model) -> System<2> {
     System::new(mesh, model, &[0]).unwrap()
 }
 
-/// The mesh with a muscle that leaves it at a node and bends on its way to a bone.
+/// The mesh with a muscle that leaves it at a node and bends on its path to a bone.
 fn with_a_bent_muscle<const D: usize>(mut mesh: Mesh<D>, from: usize, way: &[SVector<f64, D>]) -> Mesh<D> {
     let mut nodes = vec![from];
     for step in way {
@@ -50,7 +50,7 @@ fn with_a_bent_muscle<const D: usize>(mut mesh: Mesh<D>, from: usize, way: &[SVe
     mesh
 }
 
-/// Without tension every muscle has its length at rest.
+/// Without tension every muscle keeps its length.
 fn rests<const D: usize>(system: &System<D>) -> Result<(), TestCaseError> {
     let mut workspace = Workspace::new(system);
     let tensions = vec![0.0; system.muscle_count()];
@@ -65,7 +65,7 @@ fn rests<const D: usize>(system: &System<D>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// The mesh rests as it is, with each muscle contracting and none, and as a continuum.
+/// The mesh stays at rest without contracting muscles, with all of them contracting, and as a continuum.
 fn rests_in_every_form<const D: usize>(mesh: &Mesh<D>) -> Result<(), TestCaseError> {
     let all: Vec<usize> = (0..mesh.muscles.len()).collect();
     rests(&System::new(mesh, &Model::default(), &[]).unwrap())?;
@@ -95,7 +95,7 @@ proptest! {
         let system = system(&mesh, &model);
         let moved: Vec<_> = mesh.nodes.iter().map(|p| place(p, angle, false, SVector::from([x, y]))).collect();
         let energy = system.energy(Configuration { positions: &moved, tensions: &[0.0] });
-        // Squared rounding of the positions times the stiffness.
+        // Rounding of the energy: the squared rounding of positions times the stiffness.
         let c = system.coefficients();
         prop_assert!(energy.abs() < 1e-20 * (c.tissue_stiffness + c.kappa * 1e6 + 1.0) * 1e3, "{energy:e}");
     }
@@ -116,7 +116,7 @@ proptest! {
             prop_assert!(matches!(s.stability, Stability::Stable | Stability::Neutral), "{s:?}");
             prop_assert!(s.load_reached == 1.0);
         }
-        // Within the forces of muscles on tissue of this stiffness, it converges.
+        // Loads within the forces of muscles on tissue of this stiffness must converge.
         if load.abs() < 0.1 * system.coefficients().tissue_stiffness * 1e-3 {
             prop_assert_eq!(s.status, SolveStatus::Converged, "{:?}", s);
         }

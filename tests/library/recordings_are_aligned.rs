@@ -1,4 +1,5 @@
-//! Contours in the frame of each sample, mirrored fans and coils on the jaw are recognised and told, and good recordings stay as they are.
+//! Contours in the frame of each sample, mirrored fans and coils on the jaw are recognised and reported, and good recordings stay
+//! unchanged.
 
 use std::fmt::Write as _;
 
@@ -11,7 +12,7 @@ use crate::recordings_are_read::{aligned, read};
 
 const HYOID: usize = 11;
 
-/// A speaker in the frame of a probe that shakes by `shakes` mm, with noise that the tracker makes at every point; the mandible comes last.
+/// A speaker in the frame of a probe that shakes by `shakes` mm, with noise of tracking at every point; the mandible is the last point.
 fn speaker(seed: u64, frames: usize, shakes: f64, left: bool) -> Frames {
     let mut rng = fastrand(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
     let (size, angle) = (1.0 + 0.25 * rng(), 0.3 * rng());
@@ -43,7 +44,7 @@ fn shifted(mut frames: Frames, points: std::ops::RangeFrom<usize>, by: Point) ->
     frames
 }
 
-/// The contour of every frame in a frame with its origin at the hyoid and x towards the point of this number.
+/// The contour of every frame in a frame with its origin at the hyoid and x towards the point number `towards`.
 fn exported(frames: &Frames, towards: usize) -> Frames {
     let mut out = frames.clone();
     for (_, points) in &mut out {
@@ -65,7 +66,7 @@ fn is_told(seen: &AlignedRecording) -> bool {
     seen.notes.iter().filter(|n| n.starts_with("its contour is in a frame of each sample")).count() == 1
 }
 
-/// Largest distance of contour points of two recordings, m, after the bones of the second are shifted back, mm.
+/// Largest distance of contour points between two recordings, m, when the bones of the second were shifted by `bones_by`, mm.
 fn apart(a: &AlignedRecording, b: &AlignedRecording, bones_by: Point) -> f64 {
     let by = Point::new(if a.mirrored { -bones_by.x } else { bones_by.x }, bones_by.y) * 1e-3;
     let points = |s: &AlignedRecording| s.frames.iter().flat_map(|f| f.contour.clone()).collect::<Vec<_>>();
@@ -81,7 +82,7 @@ fn contours_in_a_frame_of_each_sample_are_brought_back_also_where_the_bones_fit_
         assert!(!is_told(&right), "{seed}: {:?}", right.notes);
         for towards in [12, 13] {
             let moved = exported(&frames, towards);
-            // Bones where they are, and with the hyoid at the origin of the contour in the middle of all frames.
+            // Bones as they are, and shifted so that the hyoid is on average at the origin of the contour.
             let hyoid = frames.iter().map(|(_, p)| Point::from(p[HYOID].1)).sum::<Point>() / 90.0;
             for bones_by in [Point::zeros(), -hyoid] {
                 let found = seen(&shifted(moved.clone(), HYOID.., bones_by));
@@ -99,7 +100,7 @@ fn contours_in_the_frame_of_their_bones_stay_there() {
         let shakes = [0.0, 1.0, 3.0][seed as usize % 3];
         let frames = speaker(seed, [6, 30, 90, 300][seed as usize % 4], shakes, seed % 2 == 1);
         let hyoid = Point::from(frames[0].1[HYOID].1);
-        // The origin at the place of the probe, and by chance at the hyoid.
+        // The origin at the probe, and by chance at the hyoid.
         for origin in [Point::zeros(), hyoid] {
             let found = seen(&shifted(frames.clone(), 0.., -origin));
             assert!(!is_told(&found), "{seed} {origin}: {:?}", found.notes);
@@ -113,7 +114,7 @@ fn a_few_frames_and_a_map_tell_the_frame_of_a_contour() {
     let moved = exported(&frames, 13);
     assert!(is_told(&seen(&moved)));
     assert!(!is_told(&aligned(&recording(&moved), "contour_frame = \"bones\"").unwrap()));
-    // Eight frames whose bones fit by chance say nothing, but the user can.
+    // Eight frames whose bones fit by chance do not show the frame, but the map may state it.
     let hyoid = Point::from(frames[0].1[HYOID].1);
     let chance = recording(&shifted(moved.clone(), HYOID.., -hyoid));
     let stated = aligned(&chance, "contour_frame = \"hyoid\"").unwrap();
@@ -129,13 +130,13 @@ fn a_few_frames_and_a_map_tell_the_frame_of_a_contour() {
     let parts: Vec<Recording> = all.chunks(9).map(|part| recording(&exported(&part.to_vec(), 13))).collect();
     let all = AlignedRecording::all(&parts.iter().collect::<Vec<_>>(), &Map::default());
     assert!(all.len() == 10 && all.into_iter().all(|one| is_told(&one.unwrap())));
-    // The line that refusals name leaves the bones out.
+    // The line of a map that messages recommend leaves the bones out.
     assert!(aligned(&recording(&moved), WITHOUT_BONES).unwrap().bones.is_empty());
 }
 
 #[test]
 fn the_lower_end_of_a_fan_is_the_root_whichever_line_it_is_on() {
-    // An arch from the root at line 8 to the tip at line 35, as AAA counts, and counted from the other end.
+    // An arch from the root on line 8 to the tip on line 35, in AAA's order of lines and in the reverse order.
     let fan = |backwards: bool| {
         let mut text = String::new();
         for t in 0..5 {
@@ -165,7 +166,7 @@ fn the_lower_end_of_a_fan_is_the_root_whichever_line_it_is_on() {
     assert_eq!(both[0].frames[0].contour, both[1].frames[0].contour);
 }
 
-/// Where the jaw turns, near the ears, mm.
+/// The centre of rotation of the jaw, mm.
 const EARS: Point = Point::new(-85.0, 35.0);
 
 /// Coils of tongue and jaw over 60 frames, mm, x to the front as in the X-ray microbeam.
@@ -191,7 +192,7 @@ fn coils_on_the_jaw_are_the_mandible_and_two_of_them_turn_it() {
     let found = coils(|_, p| p);
     assert_eq!((found.bones.join(" "), found.ignored.len()), ("mental_spine".to_owned(), 0));
     assert_eq!(found.notes, [""; 0]);
-    // The way of the mental spine, which is below and behind the incisors, about the same point.
+    // The path of the mental spine, which is below and behind the incisors, about the same centre.
     let ends = |axis: usize| {
         let all = found.frames.iter().map(|f| f.bones[0].unwrap()[axis]);
         all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
@@ -202,7 +203,7 @@ fn coils_on_the_jaw_are_the_mandible_and_two_of_them_turn_it() {
     };
     let [spine, incisor] = [off(-16.0, -30.0), off(-2.0, -10.0)];
     assert!(spine < 1.5e-3 && incisor > 2.5e-3, "{spine} {incisor}");
-    // The names of other laboratories; beside a contour, by which the body is placed, such a coil is not used.
+    // Names of other laboratories. Beside a contour, which places the body, a coil on the jaw is not used.
     for name in ["JAW", "LI", "li", "MANi", "Lower incisor", "jaw"] {
         let with = |front: &str, back: &str| {
             let points = [(front, [0.0, 10.0]), (back, [15.0, 15.0]), (name, [-12.0, 2.0])];

@@ -1,4 +1,4 @@
-//! Implausible recordings are told with their cause, and good recordings raise no doubt.
+//! Implausible recordings are reported with their cause, and good recordings raise no doubt.
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
@@ -12,11 +12,11 @@ use crate::recordings_are_read::{aligned, read, seen};
 use Severity::{Note, Refused, Untrusted};
 use std::f64::consts::TAU;
 
-/// Frames with their times, s, and points by name, mm.
+/// Frames with their times (s) and points by name, mm.
 pub type Frames = Vec<(f64, Vec<(String, [f64; 2])>)>;
 
-/// A tongue that faces left, rises and advances with time, with noise: eleven points from the root to the
-/// tip, the hyoid and the mental spine, mm.
+/// A tongue of a face to the left that rises and advances with time, with noise: eleven points from root to tip, the hyoid and the mental
+/// spine, mm.
 pub fn tongue(frames: usize) -> Frames {
     let mut rng = fastrand(7);
     (0..frames)
@@ -47,7 +47,7 @@ pub fn fastrand(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// The recording in a table whose coordinates have four digits, as AAA writes them.
+/// The recording of a table whose coordinates have four digits, as AAA writes them.
 pub fn recording(frames: &Frames) -> Recording {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for (time, points) in frames {
@@ -75,12 +75,11 @@ fn scaled(frames: Frames, factor: f64) -> Frames {
     moved(frames, |p| p.map(|v| factor * v))
 }
 
-/// The contour without bones.
 fn contour() -> Frames {
     changed(|_, _, points| points.truncate(11))
 }
 
-/// The doubts about a recording, and the worst that follows from them.
+/// The messages of all doubts, and the worst severity.
 fn said(frames: &Frames, map: &str) -> (String, Option<Severity>) {
     let all = check_plausibility(&seen_with(frames, map), None);
     let words: Vec<&str> = all.iter().map(|d| d.message.as_str()).collect();
@@ -101,7 +100,7 @@ fn noticed(frames: &Frames, map: &str, word: &str, severity: Severity) {
 #[test]
 fn a_good_recording_is_not_suspected() {
     not_suspected(&tongue(90), "");
-    // A face to the right, a single frame, and pixels with the right unit are good too.
+    // A face to the right, a single frame, and pixels with the right unit are good, too.
     not_suspected(&moved(tongue(90), |[x, y]| [-x, y]), "");
     not_suspected(&tongue(1), "");
     not_suspected(&scaled(tongue(90), 8.0), "unit_mm = 0.125");
@@ -114,7 +113,7 @@ fn a_good_recording_is_not_suspected() {
 #[test]
 fn wrong_units_are_reported() {
     for factor in [0.001, 0.1, 10.0, 1000.0] {
-        // Without bones the contour tells the unit; of coils their distance does.
+        // Without bones the size of the contour or the distances of coils show a wrong unit.
         for wrong in [tongue(90), contour(), coils(["T1", "T2", "T3"])] {
             noticed(&scaled(wrong, factor), "", "unit_mm", Refused);
         }
@@ -133,7 +132,7 @@ fn wrong_rates_are_reported() {
         points.iter_mut().for_each(|(_, p)| p[1] += 7.0 * (0.9 * f as f64).sin());
     });
     noticed(&fast, "", "faster", Untrusted);
-    // A tongue that rises and sinks 4.5 times a second, and one of whose times every unit is four.
+    // A tongue that rises and sinks 4.5 times a second, with times that are multiplied by a factor.
     let speech = |factor: f64| {
         changed(|f, time, points| {
             *time *= factor;
@@ -151,7 +150,7 @@ fn wrong_rates_are_reported() {
 #[test]
 fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
     for shift in [12.0, -15.0] {
-        // Half of it is more than bones move from frame to frame, and than a whole tongue does.
+        // 0.6 of the shift is still more than bones move from frame to frame, and more than a whole tongue does.
         for (count, part) in [(11, 1.0), (13, 0.6), (11, 0.6)] {
             let slips = |(_, p): &mut (String, [f64; 2])| p[1] += part * shift;
             let slipped = changed(|f, _, points| points.iter_mut().take(count * (f / 40)).for_each(slips));
@@ -164,7 +163,7 @@ fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
     }
 }
 
-/// The recording with three coils on the tongue alone, of these names from the tip.
+/// The recording with only three coils on the tongue, with these names from the tip backwards.
 fn coils(names: [&str; 3]) -> Frames {
     changed(|_, _, points| {
         points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
@@ -184,7 +183,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     noticed(&good, "back = \"-x\"", "lies behind the others", Refused);
     let below = moved(good.clone(), |[x, y]| [x, -y]);
     noticed(&below, "", "either the recording is upside down, or the tongue is held hollow", Refused);
-    // A map that states the axis or the unit is believed.
+    // A map that states the axis or the unit is not contradicted.
     not_suspected(&below, "up = \"y\"");
     for factor in [0.4, 1.8] {
         let other = scaled(good.clone(), factor);
@@ -194,18 +193,18 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     for exchange in [|[x, y]: [f64; 2]| [y, x], |[x, y]: [f64; 2]| [y, -x]] {
         noticed(&moved(good.clone(), exchange), "", "x and y seem to be exchanged", Refused);
     }
-    // A retroflex in a third of the frames hollows the tongue there.
+    // A retroflex in a third of the frames makes the tongue hollow there.
     let mut retroflex = good.clone();
     for (f, (_, points)) in retroflex.iter_mut().enumerate() {
         let part = (0.07 * f as f64).sin().max(0.0);
         points.iter_mut().filter(|(n, _)| n == "T2").for_each(|(_, p)| p[1] -= 14.0 * part);
     }
     not_suspected(&retroflex, "");
-    // Where the tip is taken to be is said of a face to the right, in a table whose axes nobody has told.
+    // For a face to the right in a table without axes, a note says which coil is taken for the tip.
     assert!(seen_with(&good, "").notes.is_empty());
     let exchanged = seen_with(&coils(["T3", "T2", "T1"]), "");
     assert!(exchanged.notes[0].contains("looks to the right"), "{:?}", exchanged.notes);
-    // Lips tell which way is up, and to the front.
+    // Lips show which axis points upwards and which to the front.
     for (upper, lower, names, told) in [
         (40.0, 20.0, ["T1", "T2", "T3"], ""),
         (20.0, 40.0, ["T1", "T2", "T3"], "upside down"),
@@ -216,7 +215,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
         let found = aligned(&recording(&coils(names).into_iter().map(with).collect()), "").err();
         assert!(found.is_some() != told.is_empty() && found.unwrap_or_default().contains(told));
     }
-    // A coil at the incisors is in front of the first one on the tongue, unless a map says what it is.
+    // A coil at the incisors must be in front of the first one on the tongue, unless a map gives its role.
     let mut behind = good;
     behind.iter_mut().for_each(|(_, points)| {
         let [x, y] = points[2].1;
@@ -262,7 +261,7 @@ fn distant_and_stuck_points_are_reported() {
     let held = paused[30].1.clone();
     paused[30..50].iter_mut().for_each(|(_, points)| points.clone_from(&held));
     noticed(&paused, "", "exactly the same place in 20 frames", Note);
-    // A tongue at rest, rounded to a tenth of a millimetre.
+    // A tongue at rest with positions that are rounded to 0.1 mm.
     let mut rng = fastrand(9);
     let mut rest = frozen;
     let places = rest.iter_mut().flat_map(|(_, points)| points).flat_map(|(_, p)| p);
@@ -313,7 +312,7 @@ fn exchanged_bones_and_axes_are_reported() {
         points[12].0 = "hyoid".to_owned();
     });
     noticed(&exchanged, "", "the names of these two are wrong", Refused);
-    // The mental spine where the hyoid is: the contour tells that the unit is right.
+    // The mental spine is where the hyoid is. The contour shows that the unit is right.
     let near = changed(|_, _, points| points[12].1 = [points[11].1[0] - 8.0, 1.0]);
     noticed(&near, "", "one of them is another point; correct their names", Refused);
     assert!(!said(&near, "").0.contains("unit_mm"));
@@ -349,7 +348,7 @@ fn palates_are_compared_with_the_recording() {
     };
     let doubts = |palate: &[Point]| check_plausibility(&seen, Some(palate));
     assert_eq!(doubts(&vault(45.0, 0.0, 1.0)), []);
-    // With the incisors, steep at the front.
+    // A palate with the incisors, which is steep at the front.
     let incisors = |sign: f64| -> Vec<Point> {
         let shape = [-16.0, -14.5, -8.5, 3.0, 16.0, 30.0, 40.0]
             .into_iter()
@@ -368,7 +367,7 @@ fn palates_are_compared_with_the_recording() {
         let doubt = doubts(&palate).remove(0);
         assert!(doubt.message.contains(told) && doubt.severity == severity, "{doubt:?}");
     }
-    // Coils are compared too, in every frame.
+    // Coils are checked, too, in every frame.
     let map = "[points]\ntongue_4 = \"coil\"\ntongue_7 = \"coil\"\ntongue_10 = { coil = 1 }";
     let mut coils = changed(|_, _, points| points.retain(|(n, _)| n != "tongue_0"));
     coils[13].1.iter_mut().filter(|(n, _)| n == "tongue_7").for_each(|(_, p)| p[1] += 11.0);
@@ -377,14 +376,14 @@ fn palates_are_compared_with_the_recording() {
     assert!(faults[13].iter().any(|f| f.points.contains(&"tongue_7".to_owned())), "{:?}", faults[13]);
 }
 
-/// A speaker who says three syllables, so much larger than an adult, at so many frames a second and with so many syllables a second; with a
-/// pause and a vowel that is held for these times, s.
+/// A speaker of three syllables, `scale` times as large as an adult, with this rate of frames and of syllables, a pause, and a vowel that
+/// is held for `held_s`.
 fn speech(scale: f64, rate_hz: f64, syllables_hz: f64, pause_s: f64, held_s: f64) -> Frames {
     let mut rng = fastrand(11);
     let spoken_s = 3.0 / syllables_hz;
     let frame = |f: usize| {
         let time = f as f64 / rate_hz;
-        // The tongue is high in the middle of each syllable and stays at the top of the second.
+        // The tongue is high in the middle of each syllable, and stays at the top of the second.
         let phase = match time - pause_s {
             t if t < 0.0 => 0.0,
             t if t < spoken_s / 2.0 => t * syllables_hz,
@@ -423,7 +422,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
         .flat_map(|s| [25.0, 60.0, 80.0, 200.0, 400.0].map(|r| (s, r)))
         .enumerate()
     {
-        // Every size is heard in all four manners and every rate in three.
+        // Every size occurs with all four manners of speech, and every rate with three.
         let (syllables_hz, pause_s, held_s) = manners[number % manners.len()];
         let frames = speech(scale, rate_hz, syllables_hz, pause_s, held_s);
         for frames in [as_coils(&frames), frames] {
@@ -433,7 +432,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
             let told = check_plausibility(&seen_with(&slow, ""), None);
             assert!(told.iter().any(|d| d.severity == Untrusted), "{scale} {rate_hz} {told:?}");
         }
-        // A vowel that is held throughout, a single posture, and one whose places are rounded.
+        // A vowel that is held throughout, a single posture, and a posture with rounded positions.
         let held = speech(scale, rate_hz, 4.0, 1.0, 0.0);
         let held: Frames = held.into_iter().take(rate_hz as usize).collect();
         not_suspected(&held, "");
@@ -461,10 +460,10 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
         let is_named = first.contains("T3") && first.contains("slipped") && first.contains("\"ignore\"");
         assert!(is_named && !first.contains("exchanged"), "{first}");
     }
-    // The coil has come off before the recording begins.
+    // The coil came off before the recording began.
     let off = moved(coils(["T1", "T2", "T3"]), |[x, y]| if x > 22.0 { [x, y + 45.0] } else { [x, y] });
     noticed(&off, "", "\"T3\" = \"ignore\"", Refused);
-    // The keypoint of the hyoid is found above the spine: the tongue is the right way up.
+    // The hyoid is above the spine while the tongue is arched upwards.
     let bone = changed(|_, _, points| points[11].1 = [8.0, 62.0]);
     noticed(&bone, "", "hyoid = \"ignore\"", Refused);
 }
@@ -483,7 +482,7 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
         let name = ["hyoid", "mental_spine"][bone - 11];
         noticed(&slipped, "", &format!("{name} jumps by 2"), Refused);
     }
-    // A bone that one frame does not show is told there.
+    // A bone that one frame does not show is reported in this frame.
     let missing = changed(|f, _, points| points.truncate(if f == 7 { 11 } else { 13 }));
     let mut faults = remove_outliers(&mut seen_with(&missing, ""), None);
     let found = faults.remove(7);
@@ -492,7 +491,7 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
         "{found:?}"
     );
     assert_eq!(found.iter().flat_map(|a| &a.points).collect::<Vec<_>>(), ["hyoid", "mental_spine"]);
-    // In every third frame, or in two, it is left out.
+    // If it slips in every third frame, or in two frames, it is left out there.
     for slips in [|f: usize| f % 3 == 1, |f: usize| (30..32).contains(&f)] {
         let jumped = changed(|f, _, points| points[11].1[1] += if slips(f) { 24.0 } else { 0.0 });
         not_suspected(&jumped, "");
@@ -508,7 +507,7 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
 
 #[test]
 fn postures_of_one_speaker_are_not_taken_for_two_speakers() {
-    // An /i/ bulges more than an /e/, so its coils lie farther apart along the tongue.
+    // The dorsum of an /i/ is higher than that of an /e/, so its coils are farther apart along the tongue.
     let vowel = |wider: f64| {
         let mut rng = fastrand(4);
         let mut frames = coils(["T1", "T2", "T3"]);
@@ -527,7 +526,7 @@ fn postures_of_one_speaker_are_not_taken_for_two_speakers() {
 
 #[test]
 fn the_axis_to_the_back_is_found_where_it_is_not_the_usual_one() {
-    // Coils of an AG500 whose y leads to the back of the head.
+    // Coils of an AG500 whose y axis points to the back of the head.
     let coils = as_coils(&tongue(60));
     let read = recording(&coils);
     let mut turned = read.clone();

@@ -26,7 +26,7 @@ pub fn seen(recording: &Recording, map: &str) -> AlignedRecording {
     aligned(recording, map).unwrap()
 }
 
-/// Whether a point is there, m.
+/// Whether a point is at this position, m.
 pub fn near(a: Option<Point>, b: [f64; 2]) -> bool {
     a.is_some_and(|a| (a - Point::from(b)).norm() < 1e-9)
 }
@@ -41,7 +41,7 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert_eq!(found[0].name, "s, d1, pa");
     assert_eq!(found[0].channels, ["tongue_0", "tongue_1", "hyoid", "mandible", "mental_spine"]);
     let seen = seen(&found[0], "");
-    // The spine lies at larger x than the hyoid, so the face looks to the right and is mirrored.
+    // The spine has a larger x than the hyoid, so the face looks to the right and x is reversed.
     assert!(seen.mirrored);
     let first = &seen.frames[0];
     assert!(near(first.contour[0].map(|m| m.at), [-0.010, 0.020]));
@@ -50,7 +50,7 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert_eq!(seen.frames[1].contour[0], None);
     assert_eq!(seen.frames[1].bones[seen.bone("hyoid").unwrap()], None);
     assert_eq!((seen.ignored, seen.notes), (vec!["mandible".to_owned()], Vec::new()));
-    // A spreadsheet has saved it with other separators, perhaps with decimal commas and a title above the header.
+    // Spreadsheets save the table with other separators, perhaps with decimal commas and a title above the header.
     let table = format!("{AAA}{rows}").replace("pa\t", "ɯ pa\t");
     let plain = read(table.as_bytes(), "a.tsv");
     for text in [
@@ -81,7 +81,7 @@ fn tidy_tables_hold_any_points_in_any_order() {
     assert!(near(found.frames[1].contour[0].map(|m| m.at), [0.0035, 0.005]));
     assert_eq!(found.frames[1].contour[1], None);
     assert!((found.frames[0].contour[1].unwrap().sd - 0.5e-3).abs() < 1e-12);
-    // Names are known in any case and with spaces, and those of which nothing is known are told.
+    // Names are known in any case and with spaces; unknown ones are reported.
     let named = "a title\ntime_s;point;x_mm;y_mm\n0;Tongue 1;1,5;2\n0;TONGUE_0;3;4\n0;Hyoid;30;0\n0;Mental Spine;1;0\n0;tonuge_2;2;2\n0;UI;0;9\n";
     let found = seen(&read(named.as_bytes(), "t.csv")[0], "");
     assert_eq!(found.contour, ["TONGUE_0", "Tongue 1"]);
@@ -89,7 +89,7 @@ fn tidy_tables_hold_any_points_in_any_order() {
     assert_eq!(found.bones, ["hyoid", "mental_spine"]);
     let told = "nothing is known of the channels tonuge_2, so they are not used";
     assert!(found.notes.len() == 1 && found.notes[0].starts_with(told), "{:?}", found.notes);
-    // Bones are left out by their own names too, whatever their channels are called.
+    // A map can also leave bones out by their own names when their channels have other names.
     let map = "[points]\ntonuge_2 = \"ignore\"\nhyoid = \"ignore\"\nmental_spine = \"ignore\"";
     let found = seen(&read(named.as_bytes(), "t.csv")[0], map);
     let notes = found.notes.concat();
@@ -98,8 +98,7 @@ fn tidy_tables_hold_any_points_in_any_order() {
 
 #[test]
 fn a_head_that_moves_is_brought_back_to_its_references() {
-    // Two reference points; from the first to the second frame everything is rotated by a right angle and
-    // shifted.
+    // There are two reference points. From the first to the second frame everything is rotated by a right angle and shifted.
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for (t, turn) in [(0, false), (1, true)] {
         for (name, x, y) in [("r1", 0.0, 50.0), ("r2", 40.0, 60.0), ("T", 20.0, 10.0)] {
@@ -112,7 +111,7 @@ fn a_head_that_moves_is_brought_back_to_its_references() {
     assert!(near(seen.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
 }
 
-/// Seven points along a line, eight frames; those of `frames` are changed by `change`.
+/// Seven points along a line in eight frames, of which `change` changes those in `frames`.
 fn changed_in(frames: &[i32], change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRecording {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for frame in 0..8 {
@@ -152,7 +151,7 @@ fn implausible_points_are_removed_and_reported() {
         let is_left = |t: usize, i: usize| seen.frames[t].contour[i].is_some();
         assert!((0..7).all(|i| is_left(4, i) != points.contains(&format!("_{i}")) && is_left(3, i)));
     }
-    // A point that stands out of the contour in every third frame by as much as tongues move.
+    // A point stands out of the contour in every third frame by as much as tongues move.
     let faults = remove_outliers(&mut changed_in(&[0, 3, 6], |p| p[3][1] += 12.0), None);
     for (frame, fault) in faults.iter().enumerate() {
         let named: Vec<&str> = fault.iter().flat_map(|f| &f.points).map(String::as_str).collect();

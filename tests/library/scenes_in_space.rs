@@ -1,4 +1,4 @@
-//! Scenes with the tongue in space: weight, palate, jaw and hyoid act on it as on the plane.
+//! Scenes with the tongue in space: weight, palate, jaw and hyoid act on it as they do in the plane.
 
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
@@ -41,11 +41,11 @@ fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
     assert!((moved - after).norm() < 1e-3, "{moved} {after}");
     assert!(plain.tip_before_mm[1].abs() < 1e-4 && plain.deviation_mm.abs() > 0.2, "{plain:?}");
 
-    // On the back, with the tip brought back as far as muscles can.
+    // A supine speaker whose muscles make up for the surgery as far as they can.
     let loaded =
         format!("{activations}{surgery}make_up = true\n[effects]\ngravity = {{ posture = \"supine\" }}\n");
     let loaded = run(&loaded);
-    // Newton's method leaves an unstable equilibrium on its way, so the tensions were raised in steps from the shape under weight.
+    // Newton's method meets an unstable equilibrium on its way, so the tensions were raised in steps from the shape under weight.
     assert_eq!(loaded.solution.unwrap().connection, Connection::Traced);
     let loaded = loaded.operation.unwrap();
     assert!((Vector3::from(loaded.tip_after_mm) - after).norm() > 0.1, "weight moves it: {loaded:?}");
@@ -91,7 +91,7 @@ fn bones_carry_the_weight_of_the_tongue() {
     let on_bones = answer.on_bones_n.as_ref().unwrap();
     assert!((on_bones[0] / weight - 1.0).abs() < 0.01, "{on_bones:?} {weight}");
     assert!(on_bones[1].abs().max(on_bones[2].abs()) < 1e-6 * weight, "{on_bones:?}");
-    // Lying on the back the tongue sinks to the back, on both sides alike.
+    // In a supine speaker the tongue sinks to the back, symmetrically.
     let (rest, now) = (Body::tongue_in_space(1).unwrap(), positions(&answer));
     let tip = rest.tip().unwrap();
     let way = now[tip] - rest.mesh.nodes[tip];
@@ -124,7 +124,7 @@ fn jaw_and_hyoid_carry_what_is_attached_to_them() {
         nodes.iter().map(|&n| (now[n] - body.mesh.nodes[n]) * 1e3).collect::<Vec<_>>()
     };
     assert!(moved("hyoid").iter().all(|way| (way - Vector3::new(-2.0, 0.0, 1.0)).norm() < 1e-9));
-    // The mental spine is 110 mm from the joint, so that 5 degrees lower it by 9.6 mm.
+    // The mental spine is 110 mm from the joint, so 5 degrees lower it by 9.6 mm.
     let spine = moved("mandible").iter().map(Vector3::norm).fold(0.0, f64::max);
     assert!((spine - 9.6).abs() < 1.5, "{spine}");
 }

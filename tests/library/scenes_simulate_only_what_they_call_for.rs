@@ -1,5 +1,5 @@
-//! Scenes: parts that are left out change nothing, disabled effects cost nothing, enabled effects are
-//! correct, and contradictions are reported.
+//! Scenes: parts that are left out change nothing, disabled effects cost nothing, enabled effects are correct, and contradictions are
+//! reported.
 
 use nalgebra::Vector2;
 use tongue_fit::body::{AnyBody, Body};
@@ -40,7 +40,7 @@ fn solved<const D: usize>(prepared: &Prepared<D>) -> Workspace<D> {
     fixtures::solved(&prepared.system, &prepared.tensions)
 }
 
-/// The scene with every muscle pulling, if only with 0 N, with weight of zero strength, and with a wall that nothing reaches.
+/// The scene in which every muscle pulls, if only with 0 N, with weight of zero strength and a wall that nothing reaches.
 fn everything<const D: usize>(scene: &Scene, body: &Body<D>) -> Scene {
     let mut all = scene.clone();
     for muscle in &body.mesh.muscles {
@@ -56,7 +56,7 @@ fn everything<const D: usize>(scene: &Scene, body: &Body<D>) -> Scene {
     all
 }
 
-/// Compares the equilibrium of a scene as planned with that of everything simulated, and with the end of its motion.
+/// Compares the equilibrium of a scene as planned with that of the scene with all effects, and with the end of its motion.
 fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) {
     let prepared = |scene: &Scene| prepare(scene, body.clone()).unwrap();
     let mut pruned = prepared(scene);
@@ -68,14 +68,13 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
     let elements = |p: &Prepared<D>| p.system.effects().iter().map(|e| e.elements()).sum::<usize>();
     assert!(elements(&pruned) <= elements(&full), "{name}");
     let planned = solved(&pruned);
-    // On the way passive muscles with three elements move differently from tissue, so a trajectory is compared
-    // by its equilibrium.
+    // Passive muscles with three elements move differently from tissue, so that of a trajectory only the equilibrium is compared.
     if scene.want != Want::Trajectory {
         let everything = solved(&full);
         let apart = planned.positions().iter().zip(everything.positions()).map(|(p, q)| (p - q).norm());
         assert!(apart.fold(0.0, f64::max) < 1e-9, "{name}");
     }
-    // The slowest mode of the tissue takes about a second, in space some seconds.
+    // The slowest mode of the tissue takes about a second, in space several seconds.
     let long = format!("{TONGUE}[trajectory]\nduration_s = 200.0\nramp_s = 0.0\ntolerance_mm = 1e-6\n");
     let trajectory = Scene::from_toml(&long, "test").unwrap().trajectory;
     let moving = Scene { want: Want::Trajectory, trajectory, ..everything(scene, body) };
@@ -122,7 +121,7 @@ fn an_effect_of_zero_strength_is_as_good_as_absent() {
     let base = format!("{TONGUE}[tensions_n]\nGGp = 45.0\n[effects]\nincompressibility = true\n");
     let (_, prepared) = planned(&base);
     let without = solved(&prepared);
-    // Weight and wall of zero strength: `the_parts_left_out_of_shipped_scenes_do_not_change_their_answers`.
+    // Weight and wall of zero strength are tested in `the_parts_left_out_of_shipped_scenes_do_not_change_their_answers`.
     for effect in ["jaw = { opening_deg = 0.0 }", "hyoid = { shift_mm = [0.0, 0.0] }"] {
         let (_, prepared) = planned(&format!("{base}{effect}\n"));
         let workspace = solved(&prepared);
@@ -151,7 +150,7 @@ fn the_plan_says_what_is_simulated_and_why_not() {
     for effect in ["inertia", "viscosity", "muscle dynamics"] {
         assert!(plan.effect(effect).unwrap().simulated, "{effect}");
     }
-    // A connection that contracts has no damper beside its spring.
+    // A connection that contracts has no damper in parallel with its spring.
     let [viscosity, springs] = ["viscosity", "springs"].map(|effect| plan.effect(effect).unwrap().elements);
     assert!(viscosity == springs && springs > 0);
     let asked = Scene::from_toml(&format!("{TONGUE}[effects]\ninertia = true\n"), "test").unwrap();
@@ -180,7 +179,7 @@ fn the_palate_holds_the_tongue_back_and_lets_no_node_through() {
     assert!(walled.converged, "{:?}", walled.contact);
     let contact = walled.contact.as_ref().unwrap();
     assert!(contact.touching > 1 && contact.closest_mm > 0.0, "{contact:?}");
-    // The forces of the body on wall and bones cancel, since no other forces act.
+    // The forces on wall and bones cancel, because there are no other external forces.
     for (wall, bone) in contact.on_wall_n.iter().zip(walled.on_bones_n.as_ref().unwrap()) {
         assert!((wall + bone).abs() < 1e-7, "{wall} {bone}");
     }
@@ -195,7 +194,7 @@ fn the_jaw_takes_the_genioglossus_along_and_the_hyoid_its_muscles() {
     assert!(jaw.converged && jaw.min_cell_ratio > 0.5, "{jaw:?}");
     let [x, y] = scene::JOINT_MM;
     let (sin, cos) = 10f64.to_radians().sin_cos();
-    // The mental spine is at the origin at rest.
+    // At rest the mental spine is at the origin.
     let spine = [x - cos * x + sin * y, y - sin * x - cos * y];
     let found = jaw.positions_m.iter().any(|p| (1e3 * p[0] - spine[0]).hypot(1e3 * p[1] - spine[1]) < 1e-9);
     assert!(found, "{spine:?}");
@@ -235,7 +234,7 @@ fn the_published_schema_is_that_of_the_program() {
     assert_eq!(published, own, "run `tongue-fit scene schema`");
 }
 
-/// A built-in scene with its body as a continuum.
+/// A built-in scene whose body is a continuum.
 fn as_continuum(name: &str) -> String {
     let path = format!("{}/targets/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap().replace("incompressibility = true\n", "");
@@ -257,12 +256,12 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let (_, jaw) = planned(&as_continuum("vowel-a-jaw"));
     let names: Vec<&str> = jaw.system.effects().iter().map(|e| e.name()).collect();
     assert!(names.contains(&"quadratic elements") && names.contains(&"fibres"), "{names:?}");
-    // Nodes touch the palate but do not pass it.
+    // Nodes touch the palate and do not pass it.
     let (_, palate) = planned(&as_continuum("vowel-i-palate"));
     let workspace = solved(&palate);
     let wall = palate.wall.as_ref().unwrap();
     assert!(wall.penetrated(workspace.positions(), &palate.body.mesh.connections).is_none());
-    // The trajectory ends at the equilibrium, given the time that the viscous tissue needs.
+    // The trajectory ends at the equilibrium if the viscous tissue has enough time.
     let motion = as_continuum("vowel-a-trajectory").replace("duration_s = 3.0", "duration_s = 60.0");
     let motion = outcome(&motion);
     assert!(motion.converged);
@@ -293,7 +292,7 @@ fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
         assert!((a - b).abs() < 1e-6, "a jaw that does not move changes the start: {a} {b}");
     }
     assert!((lengths(start("jaw = { opening_deg = 5.0 }\n").unwrap())[0] - still[0]).abs() > 0.1);
-    // The mandible would move the tongue's origin through the lower end of the outline.
+    // The mandible would move the origin of the tongue through the lower end of the outline.
     let error = start("jaw = { opening_deg = -25.0 }\ncontact = {}\n").unwrap_err().to_string();
     assert!(error.contains("effects.jaw") && error.contains("before the motion began"), "{error}");
 }
@@ -310,7 +309,7 @@ fn weight_acts_in_its_direction_of_any_length() {
     }
 }
 
-/// Each scene, and the words of its message.
+/// Each scene with the parts of its message.
 #[test]
 fn contradictions_are_named() {
     let without_times = TONGUE.replace("shape", "trajectory");
@@ -340,7 +339,7 @@ fn contradictions_are_named() {
         (continuum("springs = true"), "kind = \"continuum\"; springs = true"),
         (continuum("incompressibility = true"), "kind = \"continuum\"; incompressibility = true"),
         (wall("outline_mm = [[-20.0, 20.0], [60.0, 21.0]]"), "effects.contact; [body.tongue]; passes"),
-        // Smaller than a cell, so that it meets no connection.
+        // The wall is smaller than a cell, so that it meets no connection.
         (wall("outline_mm = [[38.94, 3.13], [39.34, 3.13]]"), "at rest, near [38.9, 3.1]"),
         (wall("outline_mm = [[0.0, 60.0], [1e-200, 60.0]]"), "distance in mm between two points of"),
         (wall("reach_mm = 1e-5"), "effects.contact.reach_mm; 0.00001; 0.001"),
@@ -365,7 +364,7 @@ fn contradictions_are_named() {
         (effect("jaw = { opening_deg = 90.0 }"), "opening_deg; 90; 60"),
         (TONGUE.replace("5.5", "-5.5"), "-5.5 mm; not usable"),
         (tongue(&fit.replace("S2", "S9")), "S9"),
-        // What is no scene is told with its line and the nearest word.
+        // A faulty scene is reported with its line and the nearest known word.
         (
             tongue("[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5"),
             "exactly one of tongue, tongue-in-space, mesh,",
@@ -428,8 +427,7 @@ fn points_of_a_scene_with_weight_and_a_shifted_hyoid_determine_its_tensions() {
     assert!(other.points.unwrap().rms_mm.unwrap() > 3.0 * told.rms_mm.unwrap());
 }
 
-/// Found by the fuzz target of scenes: a scene without incompressibility, with a muscle that folds the
-/// springs.
+/// Found by the fuzz target of scenes: without incompressibility, a muscle folds the springs.
 #[test]
 fn a_scene_of_springs_alone_whose_cells_turn_over_does_not_count_as_converged() {
     let text =

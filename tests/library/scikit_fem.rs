@@ -1,5 +1,5 @@
-//! The fields of quadratic elements are those of scikit-fem, an independent code, on the same mesh with the
-//! same integration points. Needs `TONGUE_FIT_PYTHON` with the name of a Python that has it.
+//! Displacements of quadratic elements are those of scikit-fem, an independent program, on the same mesh with the same integration points.
+//! Needs a Python with scikit-fem, named by `TONGUE_FIT_PYTHON`.
 
 use crate::fixtures::scikit_fem::Tongue;
 use crate::fixtures::solved;
@@ -11,7 +11,7 @@ fn a_pulled_tongue_has_the_displacements_that_scikit_fem_finds() {
         assert!(!required, "TONGUE_FIT_PYTHON must name a Python with scikit-fem");
         return;
     };
-    // Displaced by its bones, and loaded by the muscles of /a/.
+    // Displaced bones, and the published tensions of /a/.
     let published = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
     for (h, far, tensions) in [(5.5e-3, [3e-3, -4e-3], [0.0; 8]), (4e-3, [0.0; 2], published)] {
         let tongue = Tongue::new(h, far, &tensions);

@@ -113,7 +113,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     assert!((shift - SVector::from([3.0 * MM, -2.0 * MM])).norm() < 1e-6, "{shift:?}");
     assert!(free.tensions().iter().zip(truth).all(|(found, true_)| (found.1 - true_.1).abs() < 1e-3));
 
-    // A bone with a narrow prior moves less; a tension with a small prior is smaller.
+    // A bone with a narrow prior moves less, a tension with a small prior is smaller, and one with bounds lies within them.
     let held = problem().free_bone("hyoid", 10.0 * MM).unwrap().with_bone_prior("hyoid", 0.1 * MM).unwrap();
     let held = held.fit().unwrap().displacement("hyoid").unwrap();
     assert!(held.norm() < 0.8 * shift.norm(), "{held:?}");
@@ -123,7 +123,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     let capped = problem().with_bounds("HGa", 1.0, 5.0).unwrap().fit().unwrap().tension("HGa").unwrap();
     assert!((1.0..=5.0).contains(&capped), "{capped}");
 
-    // With known tensions the stiffness can be found; a given tension is not an unknown.
+    // With known tensions the stiffness can be found, and a known tension is not an unknown.
     let soft = Model {
         constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
     };
@@ -222,7 +222,7 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
     assert!(said.contains("no muscles") && Dataset::reference().unwrap().ratios("S2", "").is_err(), "{said}");
 }
 
-/// Of every node, also of straight paths and of a continuum's muscles.
+/// The derivatives of all nodes, also of those on straight paths and in the muscles of a continuum.
 #[test]
 fn derivatives_of_nodes_by_tensions_are_the_differences() {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();

@@ -1,5 +1,5 @@
-//! The block Cholesky factorisation against faer's sparse one, and against the residual of its solution. The largest matrix is checked by
-//! its residual alone: faer, compiled without optimisation for this test, takes two minutes for it.
+//! The block Cholesky factorisation against faer's sparse one, and against the residual of its solution. Of the largest matrix only the
+//! residual is checked, because faer, without optimisation in this test, takes two minutes for it.
 
 use crate::fixtures;
 use faer::linalg::solvers::Solve;
@@ -55,7 +55,7 @@ fn solves<const D: usize>(mesh: &Mesh<D>, side: f64, compare: bool) {
 fn in_the_plane_and_in_space() {
     solves(&fixtures::lattice(12, 9, 5.5e-3), 5.5e-3, true);
     solves(&fixtures::block(4, 5.5e-3), 5.5e-3, true);
-    // So dense that it is factorised in supernodes.
+    // This matrix is so dense that it is factorised in supernodes.
     solves(&fixtures::block(8, 5.5e-3), 5.5e-3, false);
 }
 
@@ -77,7 +77,7 @@ fn refuses<const D: usize>(mesh: &Mesh<D>) {
     k.shift(pattern, -1.0e4);
     let failure = factor.factorise(pattern, &k).unwrap_err();
     let failure = factor.find_failure(pattern, &k, failure);
-    // The reported direction proves the failure: along it the matrix is not positive.
+    // The reported direction proves the failure, because the matrix is not positive along it.
     let mut d = vec![SVector::zeros(); pattern.unknowns()];
     factor.negative_curvature(pattern, &failure, &mut d);
     let mut image = vec![SVector::zeros(); pattern.unknowns()];

@@ -1,4 +1,4 @@
-//! Surgery of bodies in space: what is left pulls as before. What cannot be operated, `scenes_in_space` refuses.
+//! After surgery of bodies in space the remaining muscles pull as before. `scenes_in_space` tests what cannot be operated.
 
 use nalgebra::Vector3;
 use tongue_fit::body::{Body, Filling, Region, Side, artisynth};
@@ -10,7 +10,7 @@ use crate::tongue_in_space::folder;
 
 const SIDE: f64 = 1e-2;
 
-/// The way of a node at activations by name, mm.
+/// Displacement of a node at activations by name, mm.
 fn way(body: &Body<3>, model: &SpaceModel, node: usize, given: &[(&str, f64)]) -> Vector3<f64> {
     let system = System::in_space(body, model).unwrap();
     let known: Vec<(&str, f64)> =
@@ -19,7 +19,7 @@ fn way(body: &Body<3>, model: &SpaceModel, node: usize, given: &[(&str, f64)]) -
     (w.positions()[node] - body.mesh.nodes[node]) * 1e3
 }
 
-/// The same after elements were operated.
+/// Displacement of a node after surgery of some elements, mm.
 fn way_after(
     body: &Body<3>,
     model: &SpaceModel,
@@ -39,7 +39,7 @@ fn regions_hold_what_lies_in_them_and_one_side_is_the_image_of_the_other() {
     let far = Region::Box([Vector3::new(1.2 * SIDE, -1.0, -1.0), Vector3::new(1.0, 1.0, 1.0)]);
     let [l, r] = [Side::Left, Side::Right].map(|side| body.elements_in(&far, Some(side)).unwrap());
     assert_eq!((l.len(), r.len()), (1, 1));
-    // Operated on the right, the end goes where it goes on the left, turned over.
+    // After surgery on the right the end moves as the mirror image of its motion after surgery on the left.
     let end = 5 + 9;
     for filling in [Filling::Removed, Filling::Scar(10.0), Filling::Flap] {
         let model = SpaceModel::default();
@@ -47,15 +47,15 @@ fn regions_hold_what_lies_in_them_and_one_side_is_the_image_of_the_other() {
         assert!(a.y.abs() > 0.01, "{filling:?} {a}");
         assert!((a - Vector3::new(b.x, -b.y, b.z)).norm() < 1e-6, "{filling:?} {a} {b}");
     }
-    // A flap is silent tissue; a scar as stiff as tongue is one too.
+    // A flap is tissue without active muscles, and so is a scar as stiff as the tongue.
     let model = SpaceModel::default();
     let [flap, silent, soft] = [Filling::Flap, Filling::Silent, Filling::Scar(1.0)]
         .map(|filling| way_after(&body, &model, &l, filling, (end, &[("A", 0.2)])));
     assert!((flap - silent).norm() < 1e-9 && (flap - soft).norm() < 1e-9);
 }
 
-/// What an independent program found for the tip (x back, y, z up, mm) of ArtiSynth's tongue with GGP at
-/// 0.15 and TRANS at 0.1.
+/// Against the displacements of the tip (x back, y, z up, mm) of ArtiSynth's tongue with GGP at 0.15 and TRANS at 0.1, from an independent
+/// program.
 #[test]
 fn one_side_of_artisynths_tongue_operated() {
     let Some(folder) = folder() else { return };
@@ -75,7 +75,7 @@ fn one_side_of_artisynths_tongue_operated() {
         near(&format!("{kind}: GGP left off"), off, [-6.13, -0.78, -4.76], of_muscles);
         let off = way(&body, model, tip, &[("GGP_R", 0.15), ("TRANS_R", 0.1)]);
         near(&format!("{kind}: GGP and TRANS left off"), off, [-4.47, -4.45, -4.78], of_muscles);
-        // The mobile tongue: the upper half of the front 60 % of the body.
+        // The mobile tongue is the upper half of the front 60 % of the body.
         let nodes = || body.mesh.nodes[..946].iter().copied();
         let low = nodes().reduce(|a, b| a.inf(&b)).unwrap();
         let high = nodes().reduce(|a, b| a.sup(&b)).unwrap();
@@ -89,7 +89,7 @@ fn one_side_of_artisynths_tongue_operated() {
             ("removed", Filling::Removed, [-8.56, 4.36, -10.02]),
         ] {
             let found = way_after(&body, model, &elements, filling, given);
-            // The exact region of the other program is not known.
+            // The tolerance is wide, because the exact region of the other program is not known.
             near(&format!("{kind}: {what}, {} elements", elements.len()), found, other, of_regions);
             assert_eq!(found.y.signum(), other[1].signum(), "{what} {found}");
         }

@@ -1,4 +1,4 @@
-//! Which muscles contract, what is fitted, and the published facts about muscles with which answers are compared.
+//! Which muscles contract, what is fitted, and the published facts with which answers are compared.
 
 use tongue_fit::measured::{
     Dataset, Lengths, Muscles, ReadError, Target, TargetKind, TargetOptions, Thesis, Vowel,
@@ -63,7 +63,7 @@ fn a_quantity_has_a_name_and_ratios_ignore_scale() {
     let message = "rato".parse::<TargetKind>().unwrap_err().to_string();
     assert_eq!(message, "unknown target kind \"rato\"; did you mean \"ratio\"? (known: ratio, stretch)");
     let lengths = [41.0, 62.0, 53.0, 59.0, 23.0, 44.0, 33.0, 35.0];
-    // 1/1024 is a power of two, so that the quotients are exact.
+    // 1/1024 is a power of two, so the quotients are exact.
     let scaled = lengths.map(|l| l / 1024.0);
     let ratio = TargetKind::Ratio;
     assert_eq!(ratio.values(&lengths, &lengths, 0), ratio.values(&scaled, &lengths, 0));
@@ -113,7 +113,7 @@ fn a_change_is_uncertain_within_both_half_widths_and_what_was_not_measured_is_le
     assert_eq!(told("a"), [Some((true, true)), Some((true, false)), Some((false, true)), None, None]);
     let wide = [Some((true, true)), Some((true, true)), Some((false, true)), Some((false, true)), None];
     assert_eq!(told("e"), wide);
-    // A millimetre shorter is within rounding: the muscle contracts and is marked as uncertain.
+    // A millimetre is within rounding: the muscle contracts and is marked as uncertain.
     let data = Dataset::reference().unwrap();
     let baseline = data.baseline("S2").unwrap();
     let mut measured = Lengths { vowel: vowel("a"), ..baseline.clone() };
@@ -146,7 +146,7 @@ fn the_built_in_tables_are_those_of_the_thesis_whose_rest_is_nearest_to_u_of_s1(
 
     let names: Vec<String> = thesis.rows().iter().map(|r| r.muscle.clone()).collect();
     let data = Dataset::reference().unwrap();
-    // docs/model.md: 0.118, against 0.126 for the /ɯ/ of S2, which the thesis names.
+    // docs/model.md has 0.118, and 0.126 for the /ɯ/ of S2, which the thesis names.
     let found = nearest(&names, &rest, &data, "GGa").unwrap();
     assert_eq!((found.subject.as_str(), found.vowel), ("S1", Vowel::unrounded_u()));
     let s2 = distance(&names, &rest, data.baseline("S2").unwrap(), "GGa").unwrap();

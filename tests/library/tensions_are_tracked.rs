@@ -1,5 +1,4 @@
-//! Tensions over time are found again in recordings of a tongue that was simulated with known ones; what is
-//! no recording is told.
+//! Tensions over time are recovered from recordings of a simulated tongue, and recordings of other things are reported.
 
 use std::sync::Arc;
 
@@ -45,7 +44,7 @@ fn independent() -> TrackSettings {
     TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) }
 }
 
-/// On the body itself, which is known, and with errors that are independent.
+/// With the known body and independent errors.
 fn tracked(speaker: &Speaker, seen: &AlignedRecording) -> Vec<Tracked> {
     tracked_with(speaker, seen, &[], &independent(), None)
 }
@@ -63,7 +62,7 @@ fn tracked_with(
     Watch::collect(|watch| track(&context, ready, settings, watch)).unwrap().pop().unwrap().frames
 }
 
-/// The part of the intervals that hold the truth.
+/// The part of the intervals that contain the truth.
 fn part_inside(found: &[Tracked]) -> f64 {
     let held = found
         .iter()
@@ -79,12 +78,12 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
     for (t, frame) in found.iter().enumerate() {
         assert_eq!(frame.status, FrameStatus::Converged, "{t}");
         assert!(frame.rms_m.unwrap() < 0.1e-3, "{t}: {:?}", frame.rms_m);
-        // Genioglossus shapes the visible surface.
+        // GGa shapes the visible surface, so its tension is known well.
         let off = frame.levels[0].median - course(frame.time_s)[0];
         assert!(off.abs() < 1.5, "{t}: {:?}", frame.levels);
     }
     assert!(part_inside(&found) >= 0.9);
-    // Less noise resolves more directions.
+    // With less noise more directions are resolved.
     seen.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 2e-3);
     let vague = tracked(&speaker, &seen);
     let resolved = |all: &[Tracked]| all.iter().map(|f| f.resolved).sum::<usize>();
@@ -99,7 +98,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         let [from_s, to_s] = [from, to].map(|frame| 0.0125 * frame as f64);
         Label { tier: "part".into(), name: name.into(), from_s, to_s }
     };
-    // Every label twice; one tier does not distinguish.
+    // Labels that occur twice are compared, but neither `x`, which is alone in its tier, nor `once`.
     for _ in 0..2 {
         seen.labels.extend([at("fourth", 3, 3), at("tenth", 9, 9), at("all", 0, 11)]);
     }
@@ -135,7 +134,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
     };
     let (first, both) = (of(&draws[..1]), of(&draws));
     for m in 0..8 {
-        // A frame less the mean over the recording is its course.
+        // The contrast of a frame with the whole recording is its course.
         let ends = |r: &Interval| [r.low, r.median, r.high];
         let tracked = &found[0].frames[3];
         near(contrast(&first, "fourth", "all", m).1, ends(&tracked.courses[m]));
@@ -148,7 +147,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         let own: Vec<f64> = (0..settings.draws).map(|d| difference(draws[0], d)).collect();
         near(interval, ends(&Interval::of(own.iter().copied())));
         assert!((p - own.iter().filter(|d| **d > 0.0).count() as f64 / 1000.0).abs() < 1e-9, "{p}");
-        // The mean over two recordings is that of their frames, and as uncertain as one of them.
+        // The mean over two recordings is that of their frames, and as uncertain as that over one of them.
         let single = draws.iter().map(|of| (0..settings.draws).map(|d| difference(of, d)));
         let single: Vec<Interval> = single.map(Interval::of).collect();
         let [low, median, high] = contrast(&both, "fourth", "tenth", m).1;
@@ -187,7 +186,7 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     }
 }
 
-/// That its intervals hold and tensions beside it too, tests/slow/tracked_intervals_cover_the_truth.rs shows.
+/// tests/slow/tracked_intervals_cover_the_truth.rs tests its intervals, and those of tensions with it.
 #[test]
 fn a_bone_that_was_not_seen_is_found_where_it_is() {
     let speaker = speaker();
@@ -240,7 +239,7 @@ fn a_frame_without_data_is_a_gap_with_wide_intervals() {
     let width = |t: usize| found[t].levels.iter().map(Interval::width).sum::<f64>();
     assert!(width(4) > width(3) && width(4) > width(5));
     assert!(found.iter().enumerate().all(|(t, f)| t == 4 || f.status == FrameStatus::Converged));
-    // Without any data there is only the prior, and it says so.
+    // Without data the answer is the prior, and the status says so.
     seen.frames.iter_mut().flat_map(|f| &mut f.contour).for_each(|m| *m = None);
     let nothing = tracked(&speaker, &seen);
     assert!(nothing.iter().all(|f| f.status == FrameStatus::Gap && f.resolved == 0));
@@ -252,7 +251,7 @@ fn a_frame_without_data_is_a_gap_with_wide_intervals() {
 fn what_cannot_be_reached_is_told_and_not_fitted() {
     let speaker = speaker();
     let mut seen = recorded(&speaker, 9, 0.5e-3);
-    // The whole contour jumps away in one frame; in another a point lies 8 mm off, too little for a jump.
+    // In one frame the whole contour jumps away; in another one point is 8 mm off, which is too little for a jump.
     seen.frames[3].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
     let point = seen.frames[6].contour[5].as_mut().unwrap();
     point.at += Point::new(0.0, 8e-3);
@@ -265,7 +264,7 @@ fn what_cannot_be_reached_is_told_and_not_fitted() {
     assert_eq!(found[6].faults[0].points, ["tongue_5"]);
     let truth = course(found[6].time_s);
     assert!((found[6].levels[0].median - truth[0]).abs() < 6.0);
-    // Another head altogether: every frame is out of reach.
+    // The recording is of another head, so that every frame is out of reach.
     let mut other = recorded(&speaker, 3, 0.5e-3);
     other.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.at *= 1.6);
     assert!(tracked(&speaker, &other).iter().all(|f| f.status != FrameStatus::Converged));
@@ -276,14 +275,14 @@ fn a_frame_beyond_three_standard_deviations_of_its_points_is_not_converged() {
     let speaker = speaker();
     let mut seen = recorded(&speaker, 9, 0.02e-3);
     seen.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 0.2e-3);
-    // In one frame the points lie 0.75 mm outside and inside of the surface in turn, which no tongue does.
+    // In one frame the points are by turns 0.75 mm outside and inside of the surface, which no tongue can do.
     let contour = &mut seen.frames[4].contour;
     let centre = contour.iter().flatten().map(|m| m.at).sum::<Point>() / contour.len() as f64;
     for (i, mark) in contour.iter_mut().flatten().enumerate() {
         let out = (mark.at - centre).normalize();
         mark.at += out * if i % 2 == 0 { 0.75e-3 } else { -0.75e-3 };
     }
-    // The errors of a body of unknown shape are larger, but they are not those of the points.
+    // The errors of a body of unknown shape are larger, but do not explain those of the points.
     let found = tracked_with(&speaker, &seen, &[], &TrackSettings::new(20.0, 0.1), None);
     assert_eq!(found[4].status, FrameStatus::PoorFit, "{:?}", found[4].rms_sd);
     assert!(found[4].rms_sd.unwrap() > 3.0 && found[4].faults.is_empty(), "{:?}", found[4].rms_sd);
@@ -321,7 +320,7 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
     };
     let found = tracked_with(&speaker, &seen, &[], &settings, None);
     assert_eq!(found.iter().filter(|f| !f.positions.is_empty()).count(), 11);
-    // The border of the windows of 512 frames is not seen in the widths.
+    // The widths do not show the border between the windows of 512 frames.
     let widths: Vec<f64> = found.iter().map(|f| f.levels.iter().map(Interval::width).sum()).collect();
     let beside = widths[500..524].iter().sum::<f64>() / 24.0;
     for width in &widths[510..514] {
@@ -337,8 +336,7 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
 fn bones_are_carried_to_where_they_are_seen() {
     let speaker = speaker();
     let mut seen = recorded(&speaker, 4, 1e-6);
-    // All that is seen is shifted with the head: with bones that follow it is the same tongue but for the
-    // styloid, which is far away.
+    // Everything is shifted with the head. With bones that follow, the tongue is the same but for the styloid process, which is far away.
     let by = Point::new(0.4e-3, -0.3e-3);
     for frame in &mut seen.frames {
         frame.contour.iter_mut().flatten().for_each(|m| m.at += by);
@@ -361,7 +359,7 @@ fn sensors_are_material_points() {
     let seen = speaker.seen(&shapes, &times, Kind::Sensors(3, 0.05e-3), &mut fastrand::Rng::with_seed(9));
     let found = tracked(&speaker, &seen);
     assert!(found.iter().all(|f| f.status == FrameStatus::Converged && f.rms_m.unwrap() < 0.15e-3));
-    // Three coils leave most of eight tensions to the prior.
+    // Three coils leave most directions of the eight tensions to the prior.
     assert!(
         found.iter().all(|f| f.resolved < 8),
         "{:?}",
@@ -372,7 +370,7 @@ fn sensors_are_material_points() {
 #[test]
 fn a_run_from_options_places_the_body_and_meets_the_contours() {
     let speaker = speaker();
-    // All that is seen is turned, larger and elsewhere.
+    // Everything is turned, enlarged and shifted.
     let mut seen = recorded(&speaker, 8, 0.3e-3);
     let to = |p: Point| Point::new(p.x - 0.1 * p.y, p.y + 0.1 * p.x) * 1.08 + Point::new(4e-3, -7e-3);
     for frame in &mut seen.frames {

@@ -1,6 +1,5 @@
-//! The tongue of ArtiSynth against its own recordings and against an independent program of the same law, if
-//! its files are beside the repository (`../shared/reference/artisynth_tongue3d`); tests without these files
-//! are in [`super::bodies_in_space`].
+//! ArtiSynth's tongue against its own recordings and against an independent program with the same law, if its files are beside the
+//! repository (`../shared/reference/artisynth_tongue3d`). Tests without these files are in [`super::bodies_in_space`].
 
 use std::path::{Path, PathBuf};
 
@@ -11,17 +10,16 @@ use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use crate::fixtures::solved;
 
-/// The node at the tip.
 const TIP: usize = 919;
-/// The recorded nodes of ArtiSynth, in their order.
+/// The nodes of ArtiSynth's recordings, in their order.
 pub const RECORDED: [usize; 22] = [
     338, 339, 340, 341, 919, 359, 926, 361, 751, 752, 753, 754, 772, 774, 166, 301, 299, 141, 579, 554, 712,
     714,
 ];
 /// Order of the excitations in the recordings.
 const EXCITED: [&str; 11] = ["GGP", "GGM", "GGA", "STY", "GH", "MH", "HG", "VERT", "TRANS", "IL", "SL"];
-/// Displacement of the tip (x back, z up, mm) by an independent program for each muscle at a = 0.1, both sides, without stiffening: lines
-/// from node to node, and stress along fibres.
+/// Displacement of the tip (x back, z up, mm) from an independent program, for each muscle at a = 0.1 on both sides, without stiffening:
+/// with lines from node to node, and with stress along fibres.
 const LINES_MM: [[f64; 2]; 11] = [
     [-3.85, -5.50],
     [-3.05, -2.82],
@@ -48,11 +46,11 @@ const STRESS_MM: [[f64; 2]; 11] = [
     [4.04, -4.93],
     [18.25, 17.48],
 ];
-/// The same for lines with the stiffening of ArtiSynth.
+/// Displacements for lines with ArtiSynth's stiffening.
 const STIFFENED_MM: [(&str, [f64; 2]); 4] =
     [("GGP", [-3.50, -4.60]), ("TRANS", [-1.88, -0.53]), ("HG", [12.96, 11.12]), ("SL", [13.56, 15.33])];
 
-/// A recording of ArtiSynth: times, s, and the numbers at each. Two lines before them tell its form.
+/// The rows of a recording of ArtiSynth: time (s) and numbers. The first two lines describe its form.
 pub fn recording(path: &Path) -> Vec<(f64, Vec<f64>)> {
     let text = std::fs::read_to_string(path).unwrap();
     let lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
@@ -92,7 +90,7 @@ fn the_files_are_read_as_they_are() {
     assert!((volume * 1e6 - 102.29).abs() < 0.005, "{volume}");
     let width = body.mesh.nodes[..946].iter().map(|p| p.y).fold(0.0, f64::max);
     assert!((2e3 * width - 64.9).abs() < 0.1, "{width}");
-    // Force of a muscle as stress, kPa.
+    // Forces of muscles as stresses, kPa.
     let names = "GGP_L GGM_L GGA_L STY_L GH_R MH_R HG_R VERT_L TRANS_L IL_R SL";
     let stresses = [49.8, 57.1, 74.7, 385.0, 162.0, 154.0, 245.0, 12.3, 15.9, 126.0, 51.6];
     for (name, kpa) in names.split(' ').zip(stresses) {
@@ -117,7 +115,7 @@ fn each_muscle_moves_the_tip_as_in_an_independent_program() {
         let tip = tip_mm(&body, &w);
         assert!((tip.x - x).abs() < 0.01 && (tip.z - z).abs() < 0.01, "stiffened {name} {tip}");
     }
-    // All at full activation.
+    // Each muscle at full activation.
     for name in EXCITED {
         let w = equilibrium(&body, &stiffened, &[(name, 1.0)]);
         assert!(stiffened.cell_ratios(w.positions()).0 > 0.5, "{name} at 1");
@@ -143,7 +141,7 @@ fn excitations_that_artisynth_recorded_bring_its_points_where_it_recorded_them()
     let reached = recording(&folder.join("protrude_model_target_position.txt"));
     let model = SpaceModel { muscles: MusclesAs::Lines, stiffening: 9.0, ..SpaceModel::default() };
     let system = System::in_space(&body, &model).unwrap();
-    // The turning point, where its own points are farthest from their start.
+    // At half the time the targets are farthest from their start.
     let at = |row: &[f64], i: usize| Vector3::new(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
     let first = &reached[0].1;
     let rms = |difference: &dyn Fn(usize) -> Vector3<f64>| {

@@ -1,5 +1,5 @@
-//! Tensions, displaced bones and constants of the tissue are recovered from their effects, in the plane and
-//! in space, and their Jacobian is the difference of solved residuals.
+//! Tensions, displaced bones and constants of the tissue are recovered from their effects, in the plane and in space, and their Jacobian is
+//! the derivative of the residuals.
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{Body, ContinuumSettings, Mesh, MeshContent, MuscleChain};
@@ -17,7 +17,7 @@ fn settings() -> FitSettings {
     FitSettings { method: Method::GaussNewton, starts: 2, equilibrium, ..FitSettings::default() }
 }
 
-/// A block of tissue on bone with two muscles along upper edges, from Gmsh's files.
+/// A block of tissue on bone with two muscles along upper edges, written and read as a Gmsh file.
 fn solid() -> Body<3> {
     let mut mesh = block(3, 0.008);
     let edge = |step: usize| -> Vec<usize> { (0..4).map(|i| 48 + i * step).collect() };
@@ -53,8 +53,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     fit((0..2).map(stretch).collect(), Method::GaussNewton, 1e-6);
     fit((0..2).map(stretch).collect(), Method::NelderMead, 1e-2);
 
-    // Points on the upper face as from a scanner: without names, not at nodes, with a standard deviation of a
-    // tenth of a millimetre.
+    // Points on the upper face as from a scanner: without names, not at nodes, with a standard deviation of 0.1 mm.
     let top: Vec<[usize; 3]> = body
         .mesh
         .surface()
@@ -73,7 +72,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     fit(points.collect(), Method::GaussNewton, 1e-6);
 }
 
-/// The reference tongue with GGa and HGa, whose hyoid may move and whose constants may change.
+/// The reference tongue with GGa and HGa, and unknown hyoid and constants.
 struct Tongue {
     mesh: Mesh<2>,
     hyoid: Vec<usize>,
@@ -89,7 +88,7 @@ fn of(body: Body<2>) -> Tongue {
     Tongue { hyoid: body.bone("hyoid").to_vec(), muscles, mesh: body.mesh }
 }
 
-/// Observations of the tongue by a contour, sensors and lengths; the caller fills in the measured values.
+/// Observations of a contour, sensors and lengths; the caller sets the measured values.
 fn observations(system: &System<2>) -> Vec<Observation<2>> {
     let mut out = Vec::new();
     for muscle in 0..system.muscle_count() {

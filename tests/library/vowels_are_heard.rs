@@ -1,5 +1,5 @@
-//! The tract around the reference tongue: the derivatives of formants by nodes and tensions are differences, and nothing is heard that no
-//! scene asks for.
+//! The vocal tract of the reference tongue: the derivatives of formants by nodes and tensions are correct, and only scenes that ask for
+//! sound have formants.
 
 use std::sync::Arc;
 
@@ -132,7 +132,7 @@ fn block_in_space() -> Body<3> {
     body
 }
 
-/// A straight wall 10 mm above that box, from its back (x = 55 mm) to its front (x = 5 mm).
+/// A straight wall 10 mm above this box, from x = 55 mm at its back to x = 5 mm at its front.
 fn straight_tract(half_width_mm: f64, arch_mm: f64) -> Tract {
     let text = format!(
         "name = \"straight\"\n[[wall]]\nname = \"roof\"\nalpha = [1.0, 1.0]\nbeta = [1.0, 1.0]\n\
@@ -163,14 +163,14 @@ fn cross_sections_of_a_tongue_in_space_have_the_areas_of_exact_solids() {
     };
     let rest = |p: Vector3<f64>| p;
     meets(&areas(12.0, 0.0, &rest), 2.0 * 12.0 * 10.0, 1e-9);
-    // A parabola above a plane, open up to the side.
+    // The airway is a parabola above a plane, open at the sides.
     meets(&areas(12.0, 6.0, &rest), 2.0 * 12.0 * (10.0 - 6.0 / 3.0), 1e-3);
-    // It closes where 20 (y / 16)^2 = 10.
+    // The airway closes where 20 (y / 16)^2 = 10.
     let closed = 16.0 * 0.5_f64.sqrt();
     meets(&areas(16.0, 20.0, &rest), 2.0 * closed * 10.0 * 2.0 / 3.0, 2e-3);
     // Beside the tongue, which is 40 mm wide, there is no airway.
     meets(&areas(25.0, 0.0, &rest), 40.0 * 10.0, 1e-9);
-    // A circular cylinder of radius 30 mm along the tract, its top where the box had it.
+    // The tongue is a circular cylinder of radius 30 mm along the tract, as high as the box.
     let radius = 30e-3;
     let round = |p: Vector3<f64>| {
         let drop = radius - (radius * radius - p.y * p.y).sqrt();
@@ -179,7 +179,7 @@ fn cross_sections_of_a_tongue_in_space_have_the_areas_of_exact_solids() {
     let (r, w) = (30.0_f64, 15.0_f64);
     let segment = w * (r * r - w * w).sqrt() + r * r * (w / r).asin();
     meets(&areas(w, 0.0, &round), 2.0 * w * (10.0 + r) - segment, 1e-3);
-    // Lifted on one side only.
+    // The tongue is raised on one side only.
     let tilted = |p: Vector3<f64>| Vector3::new(p.x, p.y, p.z + 0.2 * p.y * p.z / 20e-3);
     meets(&areas(12.0, 0.0, &tilted), 2.0 * 12.0 * 10.0, 1e-9);
 }

@@ -1,4 +1,4 @@
-//! The walls of the tract are Maeda's, placed by the tongue alone, and the tables of docs/sound.md are what the vowels of S2 give there.
+//! The walls of the tract are Maeda's, placed by the tongue alone, and the tables of docs/sound.md have the vowels of S2 in it.
 
 use nalgebra::{Rotation2, Vector2};
 use tongue_fit::acoustics::{Articulation, MeanVowel, Tract, VocalTract, mean_vowels, nearest_vowel};
@@ -10,8 +10,8 @@ use tongue_fit::scene::{self, JOINT_MM, Scene};
 use tongue_sound::formants::formants;
 use tongue_sound::{Acoustics, Section};
 
-/// Means of the tongue and of the walls on 25 lines of a semipolar grid, and the edge of the upper incisors and the ends of the glottis,
-/// in 1/188.679245 cm (pb1_spec.dat of VTCalcs; S. Maeda, S. Ghosh, Apache License 2.0).
+/// Means of the tongue and of the walls on 25 lines of a semipolar grid, the edge of the upper incisors and the ends of the glottis, in
+/// 1/188.679245 cm (pb1_spec.dat of VTCalcs; S. Maeda, S. Ghosh, Apache License 2.0).
 const PER_MM: f64 = 18.867_924_5;
 const TONGUE: [f64; 25] = [
     443.99, 450.48, 399.94, 348.60, 351.18, 365.40, 370.29, 356.20, 341.89, 332.12, 326.83, 326.51, 331.63,
@@ -23,7 +23,8 @@ const WALL: [f64; 25] = [
 ];
 const INCISORS: [f64; 2] = [2212.354 - 3000.0, 1999.574 - 1850.0];
 
-/// Points of the grid at these distances, mm: 14 parallel lines 5 mm apart, 11 around the origin, 6 parallel ones, turned by -11.25 degrees.
+/// Points of the grid at these distances, mm: on 14 parallel lines 5 mm apart, 11 lines around the origin and 6 parallel ones, turned by
+/// -11.25 degrees.
 fn on_grid(along: &[f64; 25]) -> Vec<Vector2<f64>> {
     let step = 11.25_f64.to_radians();
     (6..31)
@@ -60,7 +61,7 @@ fn the_walls_are_those_of_maeda_placed_where_her_mean_tongue_lies_nearest_to_the
         *surface.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap()
     };
     let (root, tip) = (mm(nearest(tract.tongue.root_mm)), mm(nearest(tract.tongue.tip_mm)));
-    // The surface above the straight line from root to tip.
+    // The part of the surface above the straight line from root to tip.
     let chord = tip - root;
     let seen: Vec<Vector2<f64>> =
         surface.iter().map(|&n| mm(n)).filter(|p| chord.perp(&(p - root)) <= 1e-9).collect();
@@ -73,7 +74,7 @@ fn the_walls_are_those_of_maeda_placed_where_her_mean_tongue_lies_nearest_to_the
         let line = placed(place, &tongue);
         (seen.iter().map(|p| distance(*p, &line).powi(2)).sum::<f64>() / seen.len() as f64).sqrt()
     };
-    // A pattern search from no rotation.
+    // A pattern search that starts without rotation.
     let mut place = [0.0, 25.0, 25.0];
     let mut steps = [0.1, 3.0, 3.0];
     while steps[1] > 1e-3 {
@@ -94,13 +95,13 @@ fn the_walls_are_those_of_maeda_placed_where_her_mean_tongue_lies_nearest_to_the
     wall.push(Vector2::from(INCISORS) / PER_MM);
     let rows: Vec<[f64; 4]> = tract.wall.iter().flat_map(|w| w.points_mm.clone()).collect();
     assert_eq!(rows.len(), 1 + wall.len());
-    // The mesh has other points than the outline: the place is the same to half a millimetre.
+    // The mesh has other points than the outline, but the placement is the same to half a millimetre.
     for (row, ours) in rows[1..].iter().zip(placed(place, &wall)) {
         let off = (Vector2::new(row[0], row[1]) - ours).norm();
         assert!(off < 0.6, "{row:?} and {ours:?}: {off} mm");
     }
     assert_eq!(tract.jaw.joint_mm, JOINT_MM);
-    // Palate and upper teeth that stop a tongue are the same walls.
+    // The palate and the upper teeth that stop a tongue are the same walls.
     for p in body.palate.as_ref().unwrap().iter().skip(4) {
         let own = p * 1e3;
         assert!(rows.iter().any(|r| (Vector2::new(r[0], r[1]) - own).norm() < 1e-9), "{own:?}");
@@ -111,7 +112,7 @@ fn spoken(vowel: &str) -> SoundRecord {
     in_posture("S2", vowel, |_| ()).sound.unwrap()
 }
 
-/// The same where the posture is changed.
+/// A scene with the sound of a vowel in a changed posture.
 fn in_posture(subject: &str, vowel: &str, change: impl Fn(&mut Articulation)) -> SceneOutcome {
     let tract = VocalTract::drawn().unwrap();
     let mut posture = tract.posture[vowel];
@@ -141,7 +142,7 @@ fn the_jaw_opens_to_fifteen_degrees_and_raises_the_first_formant() {
     }
 }
 
-/// The rows of the document that begin so.
+/// The rows of the document with this beginning.
 fn rows(beginning: &str) -> Vec<Vec<String>> {
     include_str!("../../docs/sound.md")
         .lines()
@@ -172,7 +173,7 @@ fn four_of_five_vowels_are_nearest_to_their_own_mean() {
         assert_eq!(rows(&format!("| /{vowel}/ | ")), [told.to_vec()]);
     }
     assert!(own >= 4 && near >= 8, "{own} of 5 vowels, {near} of 10 formants");
-    // Of the others too, of whom /ɯ/ is the same tongue at rest.
+    // The /ɯ/ of S1 and S3 is the same tongue at rest, which is left out.
     for (subject, vowel) in ["S1", "S3"].iter().flat_map(|s| ["e", "a", "o"].map(|v| (*s, v))) {
         let f = in_posture(subject, vowel, |_| ()).sound.unwrap().formants_hz;
         assert_eq!(nearest_vowel(&means, f[0], f[1]).unwrap().vowel, vowel, "{subject}: {f:?}");
@@ -222,7 +223,7 @@ fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
         ("lower teeth 1 degree lower, same tongue", |posture| posture.jaw_deg += 1.0),
         ("lips 2 mm wider open", |posture| posture.lip_opening_mm += 2.0),
         ("lips 2 mm further out", |posture| posture.lip_protrusion_mm += 2.0),
-        // The larynx follows half of the hyoid's way.
+        // The larynx follows half of the hyoid's displacement.
         ("larynx 5 mm lower", |posture| posture.hyoid_mm[1] -= 10.0),
     ];
     for (what, change) in of_posture {
@@ -231,7 +232,7 @@ fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
     assert_eq!(told_rows, found_rows);
 }
 
-/// Areas from the glottis to the lips, cm^2, and the length of each section, cm: Fant (1960), in the order from the lips as printed; Story,
+/// Areas from the glottis to the lips, cm^2, and the length of each section, cm: Fant (1960), printed in the order from the lips; Story,
 /// Titze and Hoffman (1996).
 const FANT_A: &str =
     "5 5 5 5 6.5 8 8 8 8 8 8 8 8 6.5 5 4 3.2 1.6 2.6 2.6 2 1.6 1.3 1 .65 .65 .65 1 1.6 2.6 4 1 1.3 1.6 2.6";

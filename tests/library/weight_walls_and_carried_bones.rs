@@ -1,4 +1,4 @@
-//! Gravity, contact and carried bones against exact solutions.
+//! Gravity, contact and prescribed displacements of bones against exact solutions.
 
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ fn pushed<const D: usize>(effects: Vec<Box<dyn Effect<D>>>) -> Additions<D> {
     Additions { effects, ..Additions::default() }
 }
 
-/// A hanging row of springs: each carries the weight below it.
+/// A hanging row of springs, each of which carries the weight below it.
 #[test]
 fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
     let (links, side, mass, g) = (6, 0.01, 0.4, 9.81);
@@ -95,7 +95,7 @@ fn a_pressed_block_balances_wall_and_bone_and_no_node_passes() {
 #[test]
 fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
     let mut tongue = fixtures::tongue();
-    // Without hyoid and styloid process: held only by the mental spine and its neighbours, without the chains outside.
+    // Without hyoid, styloid process and the chains outside, the tongue is held only by the mental spine and its neighbours.
     let spine = (0..tongue.nodes.len()).find(|&n| tongue.nodes[n].norm() < 1e-6).unwrap();
     let joined = tongue.connections.iter().filter(|c| c.contains(&spine)).flatten();
     let inside = tongue.in_tissue();
