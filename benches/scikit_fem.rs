@@ -1,10 +1,8 @@
-//! Compares the time of an equilibrium of the continuum with scikit-fem's:
-//! `TONGUE_FIT_PYTHON=.venv/bin/python cargo bench --bench scikit_fem`, with a Python that has scikit-fem
-//! 12.0.2. Prints a table, or a message if there is no such Python.
+//! Compares the time of an equilibrium of the continuum with scikit-fem's: `TONGUE_FIT_PYTHON=.venv/bin/python cargo bench --bench
+//! scikit_fem`, with a Python that has scikit-fem 12.0.2. Prints a table, or a message if there is no such Python.
 //!
-//! Both solve the same quadratic triangles with the same integration points from rest to the same residual
-//! force, on one thread; the muscles of /a/ pull along their directions at rest. Times are medians, without
-//! making the mesh and what is computed from it once.
+//! Both solve the same quadratic triangles with the same integration points from rest to the same residual force, on one thread; the
+//! muscles of /a/ pull along their directions at rest. Times are medians, without those of the mesh and of what is computed from it once.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a bench that cannot begin has failed")]
 
 #[path = "../tests/fixtures/scikit_fem.rs"]

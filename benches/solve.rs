@@ -1,11 +1,11 @@
 //! Times of the computations that take most of the program's time: `cargo bench`.
 //!
-//! `equilibrium`: one solve of springs and of the continuum (for scikit-fem's see `benches/scikit_fem.rs`).
-//! `many`: a thousand solves, one at a time and in lanes, on one thread, from rest and from the shape at the
-//! middle of loads that differ by 3 %. `factorise`: our block Cholesky beside faer's sparse one (which orders
-//! the unknowns itself) and nalgebra's dense one on the same matrices. `factorise_in_space`: our block
-//! Cholesky beside the program's choice, which is faer's supernodes in our order from a few hundred unknowns
-//! on. `fit`: the multi-start on one and two threads.
+//! - `equilibrium`: one solve of springs and of the continuum (`benches/scikit_fem.rs` has scikit-fem's).
+//! - `many`: a thousand solves on one thread, one by one and in lanes, from rest and from the shape at the middle of the loads.
+//! - `factorise`: the block Cholesky factorisation, faer's sparse one (which orders the unknowns itself) and nalgebra's dense one.
+//! - `factorise_in_space`: the block Cholesky factorisation and the program's choice, which is faer's supernodes from a few hundred
+//!   unknowns on.
+//! - `fit`: a fit with several starts on one and two threads.
 #![allow(clippy::unwrap_used, reason = "a bench that cannot begin has failed")]
 
 #[path = "../tests/fixtures/mod.rs"]
@@ -67,8 +67,7 @@ mod equilibrium {
         w.start_from_rest(&system);
         solve(&system, &mut w, &PUBLISHED, &SolveSettings::default());
         let here = w.positions().to_vec();
-        // Alternating between two loads, so that each solve starts from the shape and the factor of the
-        // other.
+        // Two loads alternate, so that each solve starts from the shape and the factor of the other.
         let mut forth = false;
         bencher.bench_local(|| {
             forth = !forth;
@@ -103,8 +102,7 @@ mod many {
         System::new(&fixtures::tongue(), &Model::default(), &[0, 1, 2, 3, 4, 5, 6, 7]).unwrap()
     }
 
-    /// The published load with random changes of every tension: up to `part` of it, or of 1 N/m if it is
-    /// zero.
+    /// The published load with random changes of every tension by up to `part` of it (of 1 N/m if it is zero).
     fn loads(part: f64) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(1);
         let mut draw = |t: f64| (t + part * t.max(1.0) * (2.0 * random.f64() - 1.0)).max(0.0);
@@ -212,7 +210,7 @@ mod factorise {
 mod factorise_in_space {
     use super::*;
 
-    /// Cells along the shorter edges of a block of 30 x 30 x 50 mm; 192 to 6912 unknowns.
+    /// Numbers of cells along the shorter edges of a block of 30 x 30 x 50 mm, with 192 to 6912 unknowns.
     const CELLS: [usize; 6] = [3, 4, 5, 6, 9, 11];
 
     fn block(cells: usize) -> System<3> {

@@ -10,8 +10,7 @@ use std::error::Error;
 use tongue_fit::prelude::*;
 use tongue_fit::report::Msh;
 
-/// A smaller tongue with three muscles: one from the chin, one from the hyoid, one intrinsic. The outline is
-/// a closed smooth curve.
+/// A smaller tongue with three muscles: one from the chin, one from the hyoid, one intrinsic. The outline is a closed smooth curve.
 const ANATOMY: &str = "
 outline = [
   [0, 0], [-3, 10], [-8, 20], [-9, 25], [-4, 31], [8, 36], [22, 39], [31, 34], [36, 25], [37, 13], [34, 3], [30, -3],
@@ -40,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::default().assemble(&body, ["genioglossus", "longitudinalis"])?;
     let mut solver = model.solver();
     for tension in [0.0, 5.0, 10.0, 20.0] {
-        // Followed from rest, so that the shape is the one to which growing tensions lead.
+        // The branch from rest is followed, so that the shape is the one to which growing tensions lead.
         let shape = solver.follow_from_rest(&[("genioglossus", 10.0), ("longitudinalis", tension)])?;
         println!(
             "longitudinalis {tension:4.1} N per metre: {:.3} of its length, genioglossus {:.3}, hyoglossus {:.3}{}",

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(&folder)?;
     fs::write(format!("{folder}/my.csv"), TABLE)?;
 
-    // The target: the length of each muscle that shortened over its length in /ɯ/.
+    // The target: for each muscle that shortened, its length over that in /ɯ/.
     let data = Dataset::from_path(format!("{folder}/my.csv"))?;
     let target = data.stretches("X", "a")?;
     println!("shorter than in /ɯ/, so contracting: {}", target.active_names().join(", "));
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{muscle} {tension:6.2} N per metre, {:.3} of its length", estimate.shape.stretch(muscle)?);
     }
 
-    // Muscles that did not contract were not fitted: the model's predictions can be compared with the data.
+    // Muscles that did not contract were not fitted, so that the model's predictions can be compared with the data.
     for muscle in ["GGp", "SGa"] {
         let rows = ["a", "ɯ"].map(|v| data.row("X", &v.parse().ok()?).ok()?.length_mm_of(muscle));
         if let [Some(now), Some(rest)] = rows {

@@ -21,8 +21,7 @@ const NOISE_MM: f64 = 0.93;
 /// Origin of the speaker's frame in the image, mm; the face looks to the right in the image.
 const ORIGIN_MM: [f64; 2] = [95.0, 25.0];
 
-/// Tensions of GGa, GGm, GGp, SGp, SGm, SGa, HGa, HGp, N per metre of thickness, at a time: three gestures
-/// over a tone.
+/// Tensions of GGa, GGm, GGp, SGp, SGm, SGa, HGa, HGp at a time, N per metre of thickness: three gestures added to a constant tone.
 fn tensions(recording: usize, time_s: f64) -> [f64; 8] {
     let bump = |at: f64, width: f64| (-0.5 * ((time_s - at) / width).powi(2)).exp();
     let shift = 0.06 * recording as f64;
@@ -40,7 +39,7 @@ fn tensions(recording: usize, time_s: f64) -> [f64; 8] {
     ]
 }
 
-/// The gesture of a time in both recordings: open, front or back.
+/// Label of the gesture at a time, in both recordings.
 fn label(time_s: f64) -> &'static str {
     if time_s < 0.21 {
         "a"
@@ -66,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let names = body.mesh.muscle_names();
     let model = Model::default().assemble(&body, &names)?;
     let surface = TongueSurface::of(&body).ok_or("the tongue has no outline")?;
-    // Eleven keypoints from above the vallecula to the tip, denser towards the tip as DeepLabCut's are.
+    // Eleven keypoints from above the vallecula to the tip, denser towards the tip as those of DeepLabCut.
     let places: Vec<f64> = (0..11)
         .map(|i| f64::from(i) / 10.0)
         .map(|u| 10.0 * MM + (surface.tip - 12.0 * MM) * (1.45 * u - 0.45 * u * u))

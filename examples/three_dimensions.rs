@@ -15,7 +15,7 @@ use tongue_fit::prelude::*;
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = env::args().nth(1).unwrap_or_else(|| "target/three_dimensions".into());
 
-    // 24 mm a side, its bottom on bone. A muscle is a chain of nodes, here along two edges of the upper face.
+    // A cube of 24 mm with its bottom on bone. A muscle is a chain of nodes, here along two edges of the upper face.
     let mut mesh = solid::block([24.0 * MM; 3], [3; 3]);
     let along = |direction: Vector3<f64>| -> Vec<usize> {
         let places =
@@ -29,20 +29,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let body = Body::new("a block", mesh);
 
-    // Springs on the edges of tetrahedra that keep their volume (thesis 3.3.2).
+    // The tissue consists of springs on the edges of tetrahedra that keep their volume (thesis 3.3.2).
     let model = Model::default().assemble(&body, ["lengthwise", "across"])?;
     let seen = model.solver().equilibrium(&[("lengthwise", 0.23), ("across", 0.11)])?;
     let settings = FitSettings { method: Method::GaussNewton, upper_bound: 1.0, ..FitSettings::default() };
 
-    // Both lengths, taken as measurements.
+    // Both lengths are taken as measurements.
     let mut lengths = Vec::new();
     for muscle in ["lengthwise", "across"] {
         lengths.push(Observation::new(model.stretch(muscle)?, seen.stretch(muscle)?));
     }
     let from_lengths = InverseProblem::new(&model, lengths).with_settings(settings).fit()?;
 
-    // Points of the upper face as a scanner measures them: without names, not at nodes, each with a standard
-    // deviation of 0.1 mm.
+    // Points of the upper face as a scanner measures them: without names, not at nodes, with a standard deviation of 0.1 mm.
     let mut points = Vec::new();
     for face in body.mesh.outward_faces() {
         if face.iter().all(|&n| body.mesh.nodes[n].z > 23.9 * MM) {

@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::tongue(5.5 * MM)?;
     let model = Model::default().assemble(&body, target.active_names())?;
 
-    // Two equations for three tensions: one direction is undetermined, and the fit follows it to both ends.
+    // Two equations for three tensions leave one direction undetermined, which the fit follows to both ends.
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let fit = InverseProblem::new(&model, model.observations(&target)?).with_settings(settings).fit()?;
     println!(

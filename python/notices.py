@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes THIRD_PARTY_NOTICES.txt: the licences of all crates that are in the wheel. With --check it only says whether the file names them all.
+"""Writes THIRD_PARTY_NOTICES.txt: the licences of all crates that are in the wheel. With --check it only checks that the file names them all.
 
 Which crates these are says `cargo metadata`; their texts are in cargo's registry. Texts that several crates share stand there once.
 """

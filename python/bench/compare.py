@@ -30,7 +30,7 @@ PROGRAM = os.environ.get("TONGUE_FIT", str(ROOT / "target/release/tongue-fit"))
 WARM = ROOT / "target/release/examples/warm"
 MUSCLES = ["GGa", "SGm", "HGa"]
 LOADS = [np.array([12.0, 11.5, 4.5]), np.array([12.3, 11.3, 4.7])]
-#: Force on a node, N per metre, at which the others stop; tongue-fit's own is smaller.
+#: Residual force on a node, N per metre, at which the other programs stop; that of tongue-fit is smaller.
 TOLERANCE = 1e-6
 
 
@@ -73,7 +73,7 @@ def main() -> None:
         state["jax"], iterations["jax"] = by_jax(LOADS[(n + 1) % 2], state["jax"])
         state["jax"].block_until_ready()
 
-    # All of them end at the same positions.
+    # All programs find the same positions.
     for n in range(4):
         module(n), scipy(n), jax(n)
         for found in (state["shape"].positions, state["scipy"], np.asarray(state["jax"])):
@@ -88,7 +88,7 @@ def main() -> None:
         rows.append(("the same, and the positions as an array", microseconds(module_with_arrays, 500)))
         rows.append((f"JAX, compiled ({iterations['jax']} iterations)", microseconds(jax, 20)))
         rows.append((f"numpy and scipy ({iterations['scipy']} iterations)", microseconds(scipy, 20)))
-    # Each the least of three medians: the machine has other things to do.
+    # The smallest of three medians, because of other load on the machine.
     best = {name: min(t for other, t in rows if other == name) for name, _ in rows}
     python = best["Python (`Solver.equilibrium_from`)"]
     lines = [

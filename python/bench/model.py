@@ -15,7 +15,7 @@ import numpy as np
 
 @dataclass
 class Springs:
-    """Numbers of nodes refer to `rest`; `free` are those that move, `unknown` their place among the unknowns (else -1)."""
+    """Numbers of nodes are positions in `rest`; `free` has the nodes that move, `unknown` the position of each among the unknowns, or -1."""
 
     rest: np.ndarray  # (nodes, 2), m
     free: np.ndarray
@@ -36,7 +36,7 @@ def area_of(x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def springs(program: str, contracting: list[str]) -> Springs:
-    """That of the reference tongue, from what `tongue-fit mesh --json` prints."""
+    """The model of the reference tongue, from the output of `tongue-fit mesh --json`."""
     printed = subprocess.run([program, "mesh", "--json"], capture_output=True, check=True)
     mesh = json.loads(printed.stdout)
     rest, triangles = np.array(mesh["nodes_m"]), np.array(mesh["triangles"])
@@ -45,7 +45,7 @@ def springs(program: str, contracting: list[str]) -> Springs:
     degree = np.bincount(np.array(list(of)).ravel(), minlength=len(rest))
     in_tissue = np.isin(np.arange(len(rest)), triangles)
     inner = {n for n in range(len(rest)) if not in_tissue[n] and degree[n] == 2 and n not in held}
-    # Chains of muscles with the inner nodes of their parts outside the tissue left out.
+    # The inner nodes of muscles outside the tissue are left out.
     chains: dict[str, list[tuple[int, int]]] = {}
     for name, chain in mesh["muscles"].items():
         links, start, rest_length, compliance = [], chain[0], 0.0, 0.0

@@ -1,4 +1,4 @@
-//! The time of one warm equilibrium through the library, µs: what `bench/compare.py` compares the module's with.
+//! The time of one warm equilibrium through the library, µs, with which `bench/compare.py` compares that of the module.
 #![allow(clippy::print_stdout, reason = "that is its result")]
 
 use std::error::Error;

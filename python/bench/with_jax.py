@@ -18,7 +18,7 @@ def newton(body: Springs, tolerance: float) -> Callable[[np.ndarray, np.ndarray]
     ends, triangles, free = jnp.array(body.ends), jnp.array(body.triangles), jnp.array(body.free)
     stiffness, length, area = jnp.array(body.stiffness), jnp.array(body.length), jnp.array(body.area)
     pulls, count = jnp.array(body.pulls), 2 * len(body.free)
-    # What belongs to bone goes behind the unknowns and is cut off.
+    # Entries of nodes on bone are placed behind the unknowns and cut off.
     place = np.where(body.unknown < 0, len(body.free), body.unknown)
     dofs = np.stack([2 * place, 2 * place + 1], -1)
     of_spring, of_cell = (jnp.array(dofs[n].reshape(len(n), -1)) for n in (body.ends, body.triangles))

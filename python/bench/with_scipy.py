@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 
 class Newton:
-    """What does not change from solve to solve is made once."""
+    """Makes once what is the same in every solve."""
 
     def __init__(self, body: Springs) -> None:
         self.body = body
@@ -23,13 +23,13 @@ class Newton:
         self.kept = (rows >= 0) & (columns >= 0)
         self.rows, self.columns = rows[self.kept], columns[self.kept]
         self.count = 2 * len(body.free)
-        # d² area / dx² is the same everywhere.
+        # The second derivative of an area is constant.
         turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
         corner = np.array([[0, 1, -1], [-1, 0, 1], [1, -1, 0]])
         self.bend = 0.5 * np.kron(corner, turn)
 
     def solve(self, tensions: np.ndarray, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, int]:
-        """Positions, m, and iterations, from positions near the equilibrium; `tolerance` of the force on a node, N."""
+        """Positions (m) and iterations from positions near the equilibrium; `tolerance` is the largest residual force on a node, N."""
         body, x = self.body, start.copy()
         pull = tensions @ body.pulls
         for iteration in range(50):

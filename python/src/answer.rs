@@ -1,4 +1,4 @@
-//! Conversion to Python: arrays, words, records and hashes.
+//! Conversion to Python: arrays, names, records and hashes.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
@@ -12,7 +12,7 @@ use tongue_fit::report::{Export, Json, Provenance};
 
 use super::errors::wrong;
 
-/// What a pickle holds of an object: what makes it, and the arguments for that.
+/// A pickle: the callable that makes the object, and its arguments.
 pub type Pickled<'py, T> = PyResult<(Bound<'py, PyAny>, T)>;
 
 /// Points as an array of shape (points, 2).
@@ -27,9 +27,6 @@ pub fn numbers<'py>(py: Python<'py>, numbers: &[usize]) -> Bound<'py, PyArray1<i
 }
 
 /// Rows of `width` node numbers as an array of shape (rows, width).
-///
-/// # Errors
-/// None in practice: every row has the same length.
 pub fn table<'py>(
     py: Python<'py>,
     numbers: impl Iterator<Item = usize>,
@@ -49,9 +46,6 @@ pub fn word(value: &impl Serialize) -> String {
 }
 
 /// A record as a dict with the fields and the bits of the program's JSON.
-///
-/// # Errors
-/// None in practice: every record can be serialised.
 pub fn record<'py>(
     py: Python<'py>,
     record: &impl Serialize,
@@ -60,15 +54,10 @@ pub fn record<'py>(
     loads(py, &Json(record).text(by).map_err(|e: io::Error| wrong(e.to_string()))?)
 }
 
-/// The dict of a JSON text.
-///
-/// # Errors
-/// None in practice: the text is an object.
 pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
     Ok(py.import("json")?.call_method1("loads", (text,))?.cast_into()?)
 }
 
-/// The hash of a value.
 pub fn hashed(value: &impl Hash) -> u64 {
     let mut hasher = DefaultHasher::new();
     value.hash(&mut hasher);

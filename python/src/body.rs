@@ -20,9 +20,8 @@ use super::work::aside;
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Body {
-    /// The body.
     pub body: Arc<body::Body<2>>,
-    /// What it was made from: small, and stored in pickles.
+    /// What the body was made from, which is small and stored in pickles.
     source: Arc<PlaneBody>,
 }
 
@@ -33,12 +32,11 @@ impl PartialEq for Body {
 }
 
 impl Body {
-    /// The reference tongue.
     pub fn reference() -> PyResult<Self> {
         Ok(Self::of(PlaneBody::default())?.0)
     }
 
-    /// A body, and notes on the file that it is from.
+    /// A body, with notes on the file from which it was read.
     fn of(source: PlaneBody) -> PyResult<(Self, Vec<String>)> {
         let mut notes = Vec::new();
         let body = source.make(&mut |note| notes.push(note)).map_err(refused)?;

@@ -1,4 +1,4 @@
-//! Errors as exceptions with the text of the program.
+//! Errors of the library as exceptions with the same text.
 
 use std::ffi::CString;
 
@@ -15,34 +15,31 @@ create_exception!(
     "Input that cannot be used: what is wrong, where, and what to do."
 );
 
-/// The exception for an error of the library.
 pub fn refused(error: impl std::error::Error) -> PyErr {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {
         let said = error.to_string();
-        // A cause that is quoted already is not repeated, as in the program.
+        // As in the program, a cause that the text already contains is not repeated.
         if !text.contains(&said) {
             text = format!("{text}: {said}");
         }
         cause = error.source();
     }
-    // The one option of the program that such a text names is `unit` of `Body.read`.
+    // Of all options only this one can be in such a text; it is `unit` of `Body.read`.
     Error::new_err(text.replace("--mesh-unit mm", "unit=\"mm\""))
 }
 
-/// Warns the caller.
 pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
     let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
-/// The exception with this text.
 pub fn wrong(text: impl Into<String>) -> PyErr {
     Error::new_err(text.into())
 }
 
-/// The choice of this name, for the argument `what`.
+/// The variant called `name`; `what` is the argument.
 ///
 /// # Errors
 /// [`Error`] with the possible names, in the format of the program's options.

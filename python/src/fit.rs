@@ -24,7 +24,7 @@ use super::given;
 use super::measured::{Dataset, target};
 use super::work::{aside_on, defect, give_up, next, pool};
 
-/// A body and a model; the reference if they are not given.
+/// The reference body and model if none are given.
 fn body_and_model(
     body: Option<Body>,
     model: Option<Model>,
@@ -73,9 +73,9 @@ pub fn fit_row<'py>(
     Ok((loads(py, &text)?, picture))
 }
 
-/// Every `of`th fit of a table, from the `number`th on: the implementation of `tongue_fit.batch`. Calls
-/// `report(done, all)` after each, and returns the number of all fits, a list of (number, JSON of the fit or
-/// None, lines of muscles.csv or why the fit failed), and the rows that cannot be fitted.
+/// The implementation of `tongue_fit.batch`: every `of`th fit of a table, beginning with the `number`th. Calls `report(done, all)` after
+/// each. Returns the number of all fits, a list of (number, JSON of the fit or None, lines of muscles.csv or the reason of the failure),
+/// and the rows that cannot be fitted.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "keyword arguments of Python")]
 pub fn fit_rows<'py>(

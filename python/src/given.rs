@@ -1,5 +1,5 @@
-//! Arguments from Python: numbers by name or in order, points, names. An argument with names is read by them;
-//! one without is read in order and must have the right length. Every error names the argument.
+//! Arguments from Python: numbers by name or in order, points, names. An argument without names must have the right length. Every error
+//! names the argument.
 
 use nalgebra::SVector;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -10,7 +10,7 @@ use super::errors::wrong;
 
 /// Numbers of an argument.
 pub enum Given {
-    /// By name: a mapping, a Series with names in its index, an xarray with names for its coordinate, a named tuple.
+    /// By name: a mapping, a Series with names in its index, an xarray with names in a coordinate, a named tuple.
     Named(Vec<(String, f64)>),
     /// In order: a list, a tuple, an array.
     Listed(Vec<f64>),
@@ -61,7 +61,7 @@ impl Given {
     /// The two coordinates of the argument `what`: x and y by name, or two numbers.
     ///
     /// # Errors
-    /// As [`Given::read`], other names, another length.
+    /// Those of [`Given::read`], other names, another length.
     pub fn pair(what: &str, given: &Bound<'_, PyAny>) -> PyResult<SVector<f64, 2>> {
         match Self::read(what, given)? {
             Self::Listed(values) => match values[..] {
@@ -138,7 +138,7 @@ fn read_points(what: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<V
 /// The names in the argument `what`, in their order; a text is one name.
 ///
 /// # Errors
-/// Anything but a text or a series of texts; sets too, since they have no order.
+/// Anything but a text or a sequence of texts; also sets, because they have no order.
 pub fn names(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     if let Ok(one) = given.cast::<PyString>() {
         return Ok(vec![one.to_string()]);
@@ -175,7 +175,7 @@ pub fn number(what: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
     given.extract().map_err(|_| refuse())
 }
 
-/// A value for messages, shortened if it is long.
+/// A value for messages; long ones are shortened.
 fn shortened(given: &Bound<'_, PyAny>) -> String {
     let text = given.repr().map_or_else(|_| "something".to_owned(), |text| text.to_string());
     let mut letters = text.chars();
@@ -202,22 +202,22 @@ fn named<'py>(
     Ok(Given::Named(read))
 }
 
-/// Whether labels are 0, 1, 2 and so on, the default of unnamed data.
+/// Whether labels are 0, 1, 2 and so on, as unnamed data have by default.
 fn counts(labels: &[Bound<'_, PyAny>]) -> bool {
     let is = |(n, label): (usize, &Bound<'_, PyAny>)| label.extract::<usize>().is_ok_and(|l| l == n);
     labels.iter().enumerate().all(is)
 }
 
-/// A numpy array (not a subclass with masks or units) whose memory can be read directly.
+/// A numpy array whose memory can be read directly; `None` for subclasses with masks or units.
 fn plain_array<'a, 'py, T: pyo3::PyTypeCheck>(given: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, T>> {
-    // Its type's name is checked first, because asking numpy itself imports it.
+    // The name of the type is checked first, because `cast` imports numpy.
     let plain = given.get_type().name().is_ok_and(|name| name == "ndarray");
     let aligned = || given.getattr("flags").and_then(|f| f.getattr("aligned")?.is_truthy());
     if plain && aligned().unwrap_or(false) { given.cast::<T>().ok() } else { None }
 }
 
-/// An xarray array of `axes` axes as a pandas Series or DataFrame with the names of a coordinate as labels;
-/// else the argument itself.
+/// An xarray array with `axes` axes as a pandas Series or DataFrame whose labels are the names of a coordinate; otherwise the argument
+/// itself.
 fn in_pandas<'py>(what: &str, given: &Bound<'py, PyAny>, axes: usize) -> PyResult<Bound<'py, PyAny>> {
     if !given.hasattr("dims")? || !given.hasattr("to_pandas")? {
         return Ok(given.clone());
@@ -232,7 +232,7 @@ fn in_pandas<'py>(what: &str, given: &Bound<'py, PyAny>, axes: usize) -> PyResul
         if coords.contains(dim)? {
             continue;
         }
-        // A coordinate of another name along this axis can contain the names.
+        // The names may be in a coordinate along this axis that has another name.
         for name in coords.try_iter()? {
             let coord = coords.get_item(name?)?;
             let along: Vec<String> = coord.getattr("dims")?.extract()?;
@@ -254,7 +254,7 @@ fn floats(what: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64
     if given.is_none() || given.is_instance_of::<PyString>() || given.is_instance_of::<PyBytes>() {
         return Err(refuse());
     }
-    // Only numpy's masked arrays have both attributes.
+    // Only masked arrays of numpy have both attributes.
     if given.hasattr("fill_value")?
         && let Some(mask) = given.getattr_opt("mask")?
         && mask.call_method0("any")?.is_truthy()?
@@ -268,7 +268,7 @@ fn floats(what: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64
         return Err(wrong(format!("{what} has named fields; give a dict")));
     }
     let kind: String = dtype.getattr("kind")?.extract()?;
-    // For missing values pandas gives objects or, for integers, floats without the value.
+    // With missing values pandas returns objects or, for integers, floats.
     if given.getattr_opt("isna")?.is_some_and(|isna| isna.is_callable())
         && given.getattr("dtype").is_ok_and(|d| d.hasattr("na_value").unwrap_or(false))
         && given.call_method0("isna")?.call_method0("any")?.is_truthy()?

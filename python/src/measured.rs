@@ -17,9 +17,8 @@ use super::work::alone;
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Dataset {
-    /// The lengths.
     pub data: Arc<measured::Dataset>,
-    /// The bytes of the table and the half width given for it, mm: the content of a pickle.
+    /// The bytes of the table and the half width given for it, mm, which are stored in a pickle.
     source: Arc<(Vec<u8>, Option<f64>)>,
 }
 
@@ -39,7 +38,7 @@ impl Dataset {
         Ok(Self { data: Arc::new(data), source: Arc::new((table, half_width_mm)) })
     }
 
-    /// The same after a warning of rows and cells that are left out.
+    /// Warns of rows and cells that are left out.
     fn warned(self, py: Python<'_>) -> PyResult<Self> {
         let left_out = self.data.left_out();
         if !left_out.is_empty() {
@@ -55,7 +54,7 @@ impl Dataset {
     #[staticmethod]
     fn reference() -> PyResult<Self> {
         let data = Arc::new(measured::Dataset::reference().map_err(refused)?);
-        // The built-in table is stored as empty bytes, which no other table is.
+        // Empty bytes stand for the built-in table.
         Ok(Self { data, source: Arc::new((Vec::new(), None)) })
     }
 
@@ -258,10 +257,6 @@ impl Dataset {
     }
 }
 
-/// The target of a fit of one row.
-///
-/// # Errors
-/// As the library's.
 pub fn target(
     data: &Dataset,
     subject: &str,
@@ -282,7 +277,6 @@ pub fn target(
 /// Maximum number of rows in a notebook.
 const MOST_SHOWN: usize = 60;
 
-/// A text in HTML.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
@@ -291,10 +285,9 @@ fn escaped(text: &str) -> String {
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Target {
-    /// The target.
     pub target: Arc<measured::Target>,
     data: Dataset,
-    /// The given muscles and baseline.
+    /// The muscles and the baseline that were given.
     given: Arc<(Option<Vec<String>>, Option<String>)>,
 }
 
@@ -305,7 +298,6 @@ impl PartialEq for Target {
 }
 
 impl Target {
-    /// A description in words.
     pub fn description(&self) -> String {
         let t = &self.target;
         format!("{} /{}/ {}, active {}", t.subject, t.vowel, t.kind, t.active_names().join(", "))

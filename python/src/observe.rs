@@ -43,23 +43,19 @@ impl Assembly {
         Ok(seen.map(|(number, seen)| Observation::of_target(seen, self, target, number)).collect())
     }
 
-    /// One of the observations, for a pickle.
+    /// The observation number `number` of a target, for a pickle.
     fn _observation(&self, target: &Target, number: usize) -> PyResult<Observation> {
         let found = self.observations(target)?.into_iter().nth(number);
         found.ok_or_else(|| wrong("a pickled observation is of another target"))
     }
 }
 
-/// Kind of an observable.
 #[derive(Clone, PartialEq)]
 pub enum ObservableKind {
-    /// The length of a muscle.
     Length(String),
-    /// Its length over that at rest.
     Stretch(String),
-    /// The length of a muscle over another's.
     Ratio(String, String),
-    /// The distance of a point (x, y; m) from the outline.
+    /// x and y, m.
     Contour(f64, f64),
 }
 
@@ -79,8 +75,6 @@ impl PartialEq for Observable {
 }
 
 impl Observable {
-    /// An observable of a body.
-    ///
     /// # Errors
     /// A muscle that the body does not have; a point that is not finite.
     pub fn new(of: &Assembly, seen: ObservableKind) -> PyResult<Self> {
@@ -145,12 +139,12 @@ impl Observable {
     }
 }
 
-/// Origin of an observation.
+/// The arguments that make an observation.
 #[derive(Clone, PartialEq)]
 enum Source {
-    /// The user's value and its standard deviation.
+    /// A user's value and its standard deviation.
     Own(Observable, Option<f64>),
-    /// The observation of this number of a target.
+    /// The number of the observation of a target.
     Target(Assembly, Target, usize),
 }
 
@@ -159,7 +153,6 @@ enum Source {
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Observation {
-    /// The observation.
     pub seen: observe::Observation<2>,
     source: Source,
 }
@@ -171,12 +164,11 @@ impl PartialEq for Observation {
 }
 
 impl Observation {
-    /// The observation of this number of a target.
     pub fn of_target(seen: observe::Observation<2>, of: &Assembly, target: &Target, number: usize) -> Self {
         Self { seen, source: Source::Target(of.clone(), target.clone(), number) }
     }
 
-    /// Number of nodes of its body.
+    /// Number of nodes of the body.
     pub fn nodes(&self) -> usize {
         match &self.source {
             Source::Own(observable, _) => observable.nodes(),

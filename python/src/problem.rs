@@ -16,7 +16,7 @@ use super::observe::Observation;
 use super::solver::Shape;
 use super::work::{aside_on, pool};
 
-/// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_` returns
+/// Observations of a body, and its unknowns: at first the tensions of the contracting muscles. Every `with_` and `free_` method returns
 /// another problem.
 ///
 /// Parameters
@@ -24,11 +24,11 @@ use super::work::{aside_on, pool};
 /// assembly : Assembly
 ///     The body and its contracting muscles.
 /// observations : sequence of Observation
-///     What was seen.
+///     The observations.
 /// method : {"gauss-newton", "nelder-mead"}, default "gauss-newton"
 ///     The search.
 /// starts : int, default 4
-///     Number of its starting points.
+///     Number of starting points of the search.
 /// upper_bound : float, default 100.0
 ///     Largest tension, N per metre of thickness.
 #[pyclass(frozen, module = "tongue_fit")]

@@ -1,4 +1,4 @@
-//! The program `tongue-fit`: as a process that is nothing else, and as calls within the process.
+//! The program `tongue-fit`: in a process of its own, and as calls within a process.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -14,11 +14,8 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
     tongue_fit::cli::run(words)
 }
 
-/// Runs a command line (the program's name first) on threads of its own while other threads may use Python. Returns its exit status,
-/// what it prints, and what it says on standard error. After Ctrl-C it ends at its next report of progress.
-///
-/// # Errors
-/// As [`alone`].
+/// Runs a command line (the program's name first) on threads of its own while other threads may use Python. Returns its exit status, its
+/// standard output, and its standard error. After Ctrl-C it ends at its next report of progress.
 #[pyfunction]
 pub fn call_program(py: Python<'_>, words: Vec<OsString>) -> PyResult<(u8, String, String)> {
     let stop = Arc::new(AtomicBool::new(false));

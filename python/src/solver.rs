@@ -16,7 +16,7 @@ use super::errors::{refused, wrong};
 use super::given::{self, Given};
 use super::work::{alone, aside};
 
-/// The tensions argument: by name, or an array in the order of the contracting muscles.
+/// The argument `tensions`: by name, or in the order of the contracting muscles.
 pub struct Tensions(Given);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Tensions {
@@ -28,8 +28,6 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Tensions {
 }
 
 impl Tensions {
-    /// The tensions by name, for a body.
-    ///
     /// # Errors
     /// A list whose length is not the number of contracting muscles.
     pub fn by_name(self, assembly: &simulation::Assembly<2>) -> PyResult<Vec<(String, f64)>> {
@@ -50,11 +48,11 @@ impl Tensions {
     }
 }
 
-/// Largest number of nodes of a body that is solved on the calling thread: the solve is over before Ctrl-C
-/// matters, and a thread for it would take longer than the solve.
+/// A body with at most this number of nodes is solved on the calling thread, because the solve ends before Ctrl-C matters and takes less
+/// time than starting a thread.
 const QUICK_NODES: usize = 400;
-/// Largest tension for which that holds, N per metre of thickness, a hundred times that of muscles. Beyond it
-/// Newton's method can take thousands of steps.
+/// Largest tension for which that holds, N per metre of thickness: a hundred times that of muscles. Beyond it Newton's method can take
+/// thousands of steps.
 const QUICK_TENSION: f64 = 1e5;
 
 #[pymethods]
@@ -101,7 +99,6 @@ pub struct Solver {
     work: Mutex<SolverMemory>,
 }
 
-/// The memory of a solve.
 struct SolverMemory {
     /// None after a solve that Ctrl-C ended; the next solve makes a new one.
     solver: Option<simulation::Solver<2>>,
@@ -110,14 +107,12 @@ struct SolverMemory {
 }
 
 impl Solver {
-    /// The solver of an assembly.
     pub fn new(assembly: &Assembly) -> Self {
         let work = SolverMemory { solver: Some(assembly.0.solver()), shifts: Vec::new() };
         Self { assembly: assembly.clone(), work: Mutex::new(work) }
     }
 
-    /// Runs `solve` without Python's lock: on this thread if it is quick, else on another one, so that Ctrl-C
-    /// ends the wait.
+    /// Runs `solve` without Python's lock: on this thread if it is quick, otherwise on another one, so that Ctrl-C ends the wait.
     ///
     /// # Errors
     /// A solver in use by another thread; `KeyboardInterrupt`.
@@ -163,7 +158,7 @@ impl Solver {
         Shape { shape: Arc::new(shape), assembly: self.assembly.clone() }
     }
 
-    /// The derivatives of all nodes by the tension of each contracting muscle.
+    /// Derivatives of the positions of all nodes by the tension of each contracting muscle.
     fn rates(&self, py: Python<'_>, shape: &Shape) -> PyResult<Vec<Vec<SVector<f64, 2>>>> {
         let shape = Arc::clone(&shape.shape);
         let rates = self.solve(py, false, move |solver| solver.position_rates(&shape))?;
@@ -183,7 +178,7 @@ impl Solver {
         Ok(self.shape(solved))
     }
 
-    /// As equilibrium, starting from the earlier shape `start`: for small changes of the tensions.
+    /// The equilibrium at these tensions, found from the earlier shape `start`, which is faster for small changes of the tensions.
     fn equilibrium_from(&self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
         let (given, start) = (tensions.by_name(&self.assembly.0)?, Arc::clone(&start.shape));
         let solved = self
@@ -191,8 +186,8 @@ impl Solver {
         Ok(self.shape(solved))
     }
 
-    /// As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape
-    /// lies on that branch (Shape.is_traced). Costs about twenty solves, or some 120 more where that branch ends.
+    /// The equilibrium at these tensions. The branch from rest is followed, too, to check that the shape lies on it (Shape.is_traced).
+    /// Costs about twenty solves, or some 120 more where that branch ends.
     fn follow_from_rest(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
         let given = tensions.by_name(&self.assembly.0)?;
         let solved = self.solve(py, true, move |solver| solver.follow_from_rest(&borrowed(&given)))?;
@@ -248,9 +243,7 @@ fn borrowed(given: &[(String, f64)]) -> Vec<(&str, f64)> {
 #[pyclass(frozen, module = "tongue_fit")]
 #[derive(Clone)]
 pub struct Shape {
-    /// The solution.
     pub shape: Arc<simulation::Shape<2>>,
-    /// The assembly of the shape.
     pub assembly: Assembly,
 }
 
@@ -262,7 +255,7 @@ impl Shape {
         points(py, self.shape.positions())
     }
 
-    /// The body under these tensions.
+    /// The assembly of the shape.
     #[getter]
     fn assembly(&self) -> Assembly {
         self.assembly.clone()

@@ -1,4 +1,4 @@
-//! Long computations: without Python's lock, on threads of this process, and stopped by Ctrl-C.
+//! Long computations run without Python's lock, on threads of this process, and stop on Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -11,21 +11,19 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::errors::wrong;
 
-/// Interval of checks for Ctrl-C.
+/// Interval between checks for Ctrl-C.
 const EVERY: Duration = Duration::from_millis(20);
 
-/// Maximum number of threads.
 const MOST_THREADS: usize = 1024;
 
-/// The shared threads for work that asks for no number, and the process that started them. It is locked only
-/// while Python's lock is held, so that a fork never finds it locked.
+/// The threads that calls share if they do not ask for a number, and the process that started them. The mutex is locked only while Python's
+/// lock is held, so that a fork never finds it locked.
 static SHARED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// A pool of `threads` threads, or the shared one. After a fork the child has none of its parent's threads,
-/// so it starts its own.
+/// A pool of `threads` threads, or the shared one. After a fork the child has none of its parent's threads and starts its own.
 ///
 /// # Errors
-/// Zero or too many threads; the error of the operating system if it starts no more.
+/// Zero or too many threads; the error of the operating system if it cannot start them.
 pub fn pool(_py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     if threads.is_some_and(|n| n == 0 || n > MOST_THREADS) {
         return Err(wrong(format!("threads must be from 1 to {MOST_THREADS}")));
@@ -51,8 +49,8 @@ pub fn pool(_py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<ThreadPool>
     Ok(pool)
 }
 
-/// Runs `work` on a thread of its own while other threads may use Python; its parallel parts run on the
-/// shared threads. After Ctrl-C the call returns: the thread ends by itself, and its result is dropped.
+/// Runs `work` on a thread of its own while other threads may use Python; its parallel parts run on the shared threads. After Ctrl-C the
+/// call returns; the thread ends by itself, and its result is dropped.
 ///
 /// # Errors
 /// `KeyboardInterrupt`; a `RuntimeError` if the work panics, which is a defect.
@@ -60,10 +58,7 @@ pub fn aside<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send 
     aside_on(py, &pool(py, None)?, work)
 }
 
-/// As [`aside`], on the threads of a pool.
-///
-/// # Errors
-/// As [`aside`].
+/// [`aside`] with the threads of a given pool; its errors are the same.
 pub fn aside_on<T: Send + 'static>(
     py: Python<'_>,
     pool: &Arc<ThreadPool>,
@@ -85,10 +80,7 @@ pub fn give_up(pool: &Arc<ThreadPool>) {
     }
 }
 
-/// Runs `work`, which has no parallel parts, on a thread of its own, as [`aside`] does.
-///
-/// # Errors
-/// As [`aside`].
+/// [`aside`] for work without parallel parts; its errors are the same.
 pub fn alone<T: Send + 'static>(py: Python<'_>, work: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
     let (sender, mut receiver) = channel();
     std::thread::spawn(move || sender.send(catch_unwind(AssertUnwindSafe(work))));
@@ -114,7 +106,6 @@ pub fn next<T: Send>(py: Python<'_>, receiver: &mut Receiver<T>) -> PyResult<Opt
     }
 }
 
-/// The exception for a panic.
 pub fn defect() -> PyErr {
     PyRuntimeError::new_err("tongue-fit has a defect; please report this with your input")
 }

@@ -1,4 +1,4 @@
-"""The program beside the module: its JSON is what the module's answers are compared with, bit by bit."""
+"""Runs the program, with whose JSON the answers of the module are compared bit by bit."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ ROOT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="session")
 def program() -> str:
-    """The binary: TONGUE_FIT, or what `cargo build --release` left."""
+    """The binary: TONGUE_FIT, or that of `cargo build --release`."""
     return os.environ.get("TONGUE_FIT", str(ROOT / "target/release/tongue-fit"))
 
 
 @pytest.fixture
 def asked(program: str, tmp_path: Path) -> Callable[..., dict[str, Any]]:
-    """What the program prints as JSON, without who made it and how long it took."""
+    """The JSON of the program without provenance and times."""
 
     def ask(*words: str) -> dict[str, Any]:
         done = subprocess.run([program, *words, "--json"], cwd=tmp_path, capture_output=True, text=True)
@@ -34,7 +34,7 @@ def asked(program: str, tmp_path: Path) -> Callable[..., dict[str, Any]]:
 
 @pytest.fixture
 def told(program: str, tmp_path: Path) -> Callable[..., str]:
-    """What the program says of input that it refuses."""
+    """The message of the program for input that it refuses."""
 
     def tell(*words: str) -> str:
         done = subprocess.run([program, *words], cwd=tmp_path, capture_output=True, text=True)
@@ -45,5 +45,5 @@ def told(program: str, tmp_path: Path) -> Callable[..., str]:
 
 
 def plain(record: dict[str, Any]) -> dict[str, Any]:
-    """A record without what differs from run to run. Python's floats keep every bit of the JSON's numbers."""
+    """A record without the keys that differ from run to run. Python's floats keep every bit of the numbers in JSON."""
     return {name: value for name, value in record.items() if name not in ("version", "command", "wall_s")}

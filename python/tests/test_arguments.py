@@ -1,5 +1,5 @@
-"""Every argument of every public function: numbers and texts of other types are the same ones, and what cannot be meant is refused with an
-error that names the argument or the value."""
+"""Every argument of every public function: other types for the same numbers and texts give the same answer, and impossible values are
+refused with an error that names the argument or the value."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ def problem() -> tf.InverseProblem:
 
 
 def fitted(change: Callable[..., tf.InverseProblem]) -> Callable[..., Any]:
-    """Whose arguments are checked when it is fitted, at the latest."""
+    """A problem whose arguments are checked by the fit at the latest."""
     return lambda **given: change(**given).fit().tensions
 
 
-#: Of every callable of the package how it is called, with arguments that are right.
+#: For every callable of the package a function that calls it, and correct arguments.
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Assembly.contour": (MODEL.contour, {"point": (0.01, 0.02)}),
     "Assembly.length": (MODEL.length, {"muscle": "GGa"}),
@@ -117,14 +117,14 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     ),
     "scene": (tf.scene, {"scene": "supine", "threads": 1}),
 }
-#: Callables with any options, which the program checks (`test_program.py`).
+#: Callables with arbitrary options, which the program checks (`test_program.py`).
 OF_OPTIONS = {"adapt", "run", "sound", "track", "validate"}
-#: What the package makes itself.
+#: Types whose objects only the package makes.
 MADE = {"Assembly", "Batch", "Body", "Dataset", "Error", "Estimate", "Fit", "Observable", "Posterior", "Run", "Shape", "Solver", "Target", "Trajectory"}
 #: The same as `Posterior.frame` and `Posterior.save`.
 SAME = {"Run.frame", "Run.save"}
 
-#: What no argument can mean, with how messages may show it.
+#: Values that are wrong for every argument, each with the forms in which messages may show it.
 WRONG: dict[str, tuple[Any, tuple[str, ...]]] = {
     "None": (None, ("None",)),
     "NaN": (float("nan"), ("NaN", "nan")),
@@ -142,7 +142,7 @@ WRONG: dict[str, tuple[Any, tuple[str, ...]]] = {
 
 
 def is_meant(call: str, name: str, kind: str, right: Any) -> bool:
-    """Whether an argument may be such a value after all."""
+    """Whether the argument may have such a value."""
     without = {"muscles", "baseline", "baselines", "body", "model", "threads", "standard_deviation", "subjects", "vowels"}
     if kind == "None":
         return name in without
@@ -150,12 +150,12 @@ def is_meant(call: str, name: str, kind: str, right: Any) -> bool:
         return name in {"origin", "title"} or (call, name) in {("batch", "baseline"), ("Posterior.save", "folder")}
     if kind == "no items":
         return name == "baselines" or (call, name) == ("Model.assemble", "muscles")
-    # A length or a ratio below zero is measured wrongly, but it is a number; so is the mean of a prior.
+    # Measured values and the mean of a prior may be any numbers.
     return kind == "minus one" and (call, name) in {("Observation", "measured"), ("InverseProblem.with_prior", "mean")}
 
 
 def functions() -> set[str]:
-    """All that the package has to be called with arguments, found in it."""
+    """The names of all callables of the package that take arguments."""
     found = set()
     for name in tf.__all__:
         value = getattr(tf, name)
@@ -194,14 +194,14 @@ def test_what_cannot_be_meant_is_refused_with_the_argument_or_the_value(call: st
             continue
         with pytest.raises((tf.Error, TypeError, OverflowError)) as caught:
             function(**{**right, name: value})
-        # Python's own errors have the name of the argument in a note, which stands below them.
+        # Errors of Python have the name of the argument in a note.
         text = "\n".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
         words = (name,) if not isinstance(caught.value, tf.Error) else (name, *shown)
         assert any(word in text for word in words), (kind, type(caught.value), text)
 
 
 def told(answer: Any) -> Any:
-    """An answer as something that can be compared bit by bit."""
+    """A form of an answer that can be compared bit by bit."""
     if isinstance(answer, tf.Run):
         return {key: value for key, value in answer.items() if key not in ("wall_s", "command", "time_by_effect", "file")}.__repr__()
     if isinstance(answer, dict):
@@ -238,7 +238,7 @@ def read_only(values: Any) -> np.ndarray:
 
 
 def forms(name: str, right: Any) -> dict[str, Any]:
-    """The same numbers or names in everything else that Python has for them; nothing for an argument that is a single value."""
+    """The same numbers or names in all other types of Python; nothing for an argument that is a single value."""
     if isinstance(right, dict):
         return {"Series": pd.Series(right), "UserDict": UserDict(right), "MappingProxyType": MappingProxyType(right)}
     if not isinstance(right, (list, tuple, np.ndarray)) or len(right) == 0 or isinstance(right[0], (tf.Batch, tf.Observation)):

@@ -1,4 +1,4 @@
-"""Bad input: the text that the program prints, as an exception; and never a panic."""
+"""Bad input raises an exception with the text of the program, and never panics."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def rows(**said: Any) -> object:
     return tf.batch(DATA, progress=False, **said)
 
 
-#: What Python is asked for, and the same of the program.
+#: Calls in Python, and the same calls of the program.
 BOTH: list[tuple[Call, list[str]]] = [
     (lambda: simulate(GGaa=12.0), ["simulate", "--tension", "GGaa=12"]),
     (lambda: simulate(GGa=-5.0), ["simulate", "--tension", "GGa=-5"]),
@@ -81,7 +81,7 @@ def test_the_text_is_that_of_the_program(
         call()
     assert isinstance(caught.value, ValueError)
     said = told(*words)
-    # The program may put the name of its option in front.
+    # The message of the program may begin with the name of the option.
     assert str(caught.value) in said, said
 
 
@@ -181,7 +181,7 @@ def test_no_table_panics(text: str, vowel: str) -> None:
 
 
 def test_ctrl_c_stops_long_work() -> None:
-    """In a process of its own, as at a terminal (runners may ignore the signal); the fits would take minutes."""
+    """Runs in a process of its own, because test runners may ignore the signal. The fits would take minutes."""
     code = """
 import signal, tongue_fit as tf
 signal.signal(signal.SIGINT, signal.default_int_handler)

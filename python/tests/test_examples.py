@@ -1,4 +1,4 @@
-"""What the README shows, the examples and the notebook run."""
+"""The code in the README, the examples and the notebook run."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Numbers and names in whatever they come: by name where there are names, else in order and of the right length. Which arguments are read so
-is asked of every function in `test_arguments.py`."""
+"""Numbers and names are accepted in all types of Python: by name if there are names, otherwise in order and with the right length.
+`test_arguments.py` tests the arguments of every function."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def unaligned(values: Any) -> np.ndarray:
     return np.frombuffer(buffer, dtype=np.float64, offset=1).reshape(np.shape(values))
 
 
-#: The same tensions in all that Python has for them. Each is exact in float32 and float16.
+#: The same tensions in all types of Python. Each is exact in float32 and float16.
 KINDS: dict[str, Any] = {
     "dict in another order": TURNED,
     "OrderedDict": OrderedDict(TURNED),

@@ -1,5 +1,5 @@
-"""The programs that the bench compares with solve the same problem: written apart, from the mesh that the program prints, they end at the
-same positions, and their energies' derivatives are JAX's."""
+"""The programs in the bench solve the same problem: from the mesh that the program prints they find the same positions, and the derivatives
+of their energies are those of JAX."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of functions that run the program: they are the program's, type checkers and the functions refuse wrong ones, help() explains each."""
+"""Options of functions that run the program are those of the program; type checkers and functions refuse wrong ones; help() explains each."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ import tongue_fit as tf
 from tongue_fit import options
 
 DATA = tf.Dataset.reference()
-#: The package without its types, to be called wrongly.
+#: The package without its types, for wrong calls.
 UNTYPED: Any = tf
 OF_EVERY_COMMAND = {"help", "version", "json", "out", "threads", "quiet", "verbose"}
-#: The types of options, with the command of each, and the options that are arguments of their own or (a template) no analysis.
+#: The types of options, the command of each, and its options that are arguments of the function or (a template) no analysis.
 TYPES: list[tuple[Any, list[str], str]] = [
     (options.PosteriorOptions, [], "vowel subject target baseline method lengths posterior posterior-seed"),
     (options.AdaptOptions, ["adapt"], "map-template"),

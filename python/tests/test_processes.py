@@ -1,4 +1,4 @@
-"""Forks, threads and Ctrl-C: the same bits in each, and nobody waits for ever."""
+"""Forked processes and threads give the same bits, and Ctrl-C ends every call."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def some(subject: str) -> str:
 
 @pytest.mark.parametrize("start", ["fork", "spawn"])
 def test_other_processes_fit_with_the_same_bits(start: str) -> None:
-    """After fits in this process, whose threads a forked child does not have."""
+    """A forked child computes, although it does not have the threads of this process."""
     expected, whole = [one(row) for row in ROWS], some("S2")
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(start)) as pool:
         assert list(pool.map(one, ROWS, timeout=120)) == expected
@@ -40,7 +40,7 @@ def test_other_processes_fit_with_the_same_bits(start: str) -> None:
 
 
 def test_workers_of_joblib_fit_with_the_same_bits() -> None:
-    """Loky, with which scikit-learn runs in parallel, starts processes of its own and sends functions to them."""
+    """Loky, which scikit-learn uses, starts processes of its own and sends functions to them."""
     joblib = pytest.importorskip("joblib")
     work = joblib.Parallel(n_jobs=2, backend="loky", timeout=120)
     assert work(joblib.delayed(one)(row) for row in ROWS) == [one(row) for row in ROWS]
@@ -103,7 +103,7 @@ def test_a_solver_in_two_threads_says_what_to_do() -> None:
     assert solver.equilibrium([2.0, 3.0]).positions.tobytes() == model.solver().equilibrium([2.0, 3.0]).positions.tobytes()
 
 
-#: What takes long, each with what is made before.
+#: Long computations, each with the code that prepares it.
 LONG = {
     "equilibrium": ("s = fine.solver()", "s.equilibrium({'GGa': 60.0, 'SGm': 60.0})"),
     "equilibrium_from": ("s = fine.solver(); o = s.equilibrium({})", "s.equilibrium_from(o, {'GGa': 60.0, 'SGm': 60.0})"),
@@ -118,7 +118,7 @@ LONG = {
 
 @pytest.mark.parametrize("what", LONG)
 def test_ctrl_c_ends_the_wait_within_a_fifth_of_a_second(what: str) -> None:
-    """In a process of its own, as at a terminal (runners may ignore the signal). The thread that sends the signal notes when."""
+    """Runs in a process of its own, because test runners may ignore the signal. The thread that sends the signal records the time."""
     before, call = LONG[what]
     spacing = "0.0005" if "fine" in before + call and what != "problem" else "0.0055"
     code = f"""
@@ -164,7 +164,7 @@ def test_a_solver_goes_on_after_ctrl_c() -> None:
 
 
 def test_what_is_solved_directly_is_soon_done() -> None:
-    """A body small enough to be solved on the caller's thread, where Ctrl-C waits for the end, is done in a fifth of a second."""
+    """The largest body that is solved on the calling thread, where Ctrl-C waits for the end, takes less than a fifth of a second."""
     body = tf.Body.tongue()
     solver = tf.Model(poisson_ratio=0.4999).assemble(body, list(body.muscles)).solver()
     for load in (1e3, 1e4, 1e5):

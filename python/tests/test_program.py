@@ -1,4 +1,4 @@
-"""What the program does beside fits, from Python: the same JSON and files, its refusals as errors, its command in the wheel."""
+"""Commands beside fits give the same JSON and files as the program, its refusals are errors, and the wheel has its command."""
 
 import json
 import os
@@ -28,7 +28,7 @@ def run_program(program: str, out: Path, *words: str) -> tuple[dict[str, Any], d
 
 
 def timeless(record: Any) -> Any:
-    """A record without the times that a run took, and without the command that made it."""
+    """A record without the times of the run and the command that made it."""
     if isinstance(record, dict):
         return {k: timeless(v) for k, v in record.items() if k not in ("wall_s", "command", "time_by_effect", "file", "files")}
     return [timeless(v) for v in record] if isinstance(record, list) else record
@@ -42,7 +42,7 @@ def test_scenes_sounds_and_checks_are_those_of_the_program(program: str, tmp_pat
     words = ("sound", "--tension", "GGa=12", "--tension", "SGm=3", "--hyoid", "1,-1", "--lip-opening", "9")
     record, files = run_program(program, tmp_path / "sound", *words)
     assert timeless(sound) == timeless(record)
-    # In front of the samples a WAV file holds the command that made it.
+    # A WAV file has the command that made it before its samples.
     here, there = (wav.split(b"data", 1)[1] for wav in (sound.files["sound.wav"], files["sound.wav"]))
     assert here == there and len(here) > 44_000
     table = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": pd.array([25, None], dtype="Int64")})
@@ -60,7 +60,7 @@ def test_recordings_bodies_and_validations_are_those_of_the_program(program: str
     record, files = run_program(program, tmp_path / "track", *words)
     assert track["courses"] == record["courses"] and set(track.files) == set(files)
     assert list(track.frame("track.csv").tension_n_per_m) == list(pd.read_csv(tmp_path / "track/track.csv").tension_n_per_m)
-    # A body of the speaker's own goes on into what takes a body.
+    # The body of a speaker can be an argument of functions that take a body.
     adapted = tf.adapt(example=True)
     record, _ = run_program(program, tmp_path / "adapt", "adapt", "--example")
     assert timeless(adapted) == timeless(record)
@@ -81,7 +81,7 @@ def test_recordings_bodies_and_validations_are_those_of_the_program(program: str
 def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
     keys = {"title": "t", "want": "shape", "body": {"tongue": {"h_mm": 8.0}}, "effects": {"incompressibility": True, "gravity": {"posture": "supine"}}}
     scene = tf.scene(keys)
-    # The verdict of S2 /i/ can be trusted, the tensions of its fit cannot.
+    # The verdict of S2 /i/ can be trusted, but not the tensions of its fit.
     fit = tf.run(vowel="i")
     assert fit["conclusion"]["trusted"] and not fit["conclusion"]["tensions_trusted"] and not fit.is_trustworthy
     assert scene["converged"] and scene.is_trustworthy and np.array(scene["positions_m"]).shape[1] == 2
@@ -141,7 +141,7 @@ def threads() -> int:
 
 
 def test_ctrl_c_ends_a_command_and_its_threads() -> None:
-    """The call returns at once, and the threads that compute end at their next report of progress."""
+    """The call returns immediately, and the computing threads end at their next report of progress."""
     sent: list[float] = []
 
     def interrupt() -> None:
@@ -159,7 +159,7 @@ def test_ctrl_c_ends_a_command_and_its_threads() -> None:
 
 
 def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_path: Path) -> None:
-    # On a coarse mesh, which takes a fifth of the time.
+    # The mesh is coarse, which takes a fifth of the time.
     priors = {"tension": {"fixed_n_per_m": {"hgp": 3.0}}, "baseline": {"fixed_n_per_m": {"*": 8.0, "GGa": 2.0}}}
     found = tf.posterior(tf.Dataset.reference(), "S2", "a", target="stretch", draws=400, h=10, priors=priors)
     (tmp_path / "priors.toml").write_text('[tension.fixed_n_per_m]\nhgp = 3.0\n[baseline.fixed_n_per_m]\n"*" = 8.0\nGGa = 2.0\n')
@@ -175,7 +175,7 @@ def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_
     assert np.array_equal(draws["tension_n_per_m"][1, :, found.muscles.index("SGm")], one)
     assert np.allclose(draws["change_n_per_m"], draws["tension_n_per_m"] - draws["baseline_tension_n_per_m"])
     groups = found.to_dict()
-    # The priors are half-normal: their mean is sqrt(2 / pi) of the scale. What is fixed is fixed before and after.
+    # The priors are half-normal: their mean is sqrt(2 / pi) times the scale. Fixed tensions are the same in prior and posterior.
     scale = found["posterior"]["priors"]["tension"]["scale_n_per_m"]
     assert abs(groups["prior"]["tension_n_per_m"][0, :, 0].mean() / (scale * np.sqrt(2 / np.pi)) - 1) < 0.15
     at = found.muscles.index("HGp")
@@ -197,13 +197,13 @@ def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_
 
 def test_the_likelihood_and_the_diagnostics_are_those_of_arviz() -> None:
     arviz = pytest.importorskip("arviz")
-    # A muscle less than the body has, so that what was measured is not all that is sampled.
+    # One muscle of the body was not measured, but it is sampled.
     rows = "X,ɯ,46,56,46,56,25,40,36\nX,a,38,57,50,54,21,47,33\n"
     table = tf.Dataset.from_text(f"subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm\n{rows}")
     found = tf.posterior(table, "X", "a", draws=1000, h=10)
     assert "HGp" in found.muscles and "HGp" not in found.measured and len(found.measured) == 7
     tree = found.to_arviz()
-    # By the definition: the normal density of a stretch given the others, from the joint one of all of them.
+    # The definition: the normal density of a stretch given the others, from the joint density.
     likelihood, draws = found.to_dict()["log_likelihood"]["measured_stretch"], found.draws["stretch"]
     assert likelihood.shape == (*draws.shape[:2], 7)
     at = [found.muscles.index(muscle) for muscle in found.measured]
@@ -219,7 +219,7 @@ def test_the_likelihood_and_the_diagnostics_are_those_of_arviz() -> None:
         assert abs(solution[-1] - 0.5 * np.log(precision / (2.0 * np.pi))) < 1e-5
     loo = arviz.loo(tree, pointwise=True)
     assert np.isfinite(float(loo.elpd_loo)) and loo.loo_i.shape == (7,)
-    # What the program says of the chains is what ArviZ finds in the file, which estimates autocorrelations a little differently.
+    # ArviZ, which estimates autocorrelations slightly differently, agrees with the program about the chains.
     told = found["posterior"]
     data = arviz.convert_to_dataset(tree["posterior"])[["tension_n_per_m", "baseline_tension_n_per_m", "change_n_per_m", "hyoid_mm"]]
     worst = max(float(value.max()) for value in arviz.rhat(data).values())

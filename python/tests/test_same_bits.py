@@ -1,4 +1,4 @@
-"""What the module answers is, bit by bit, what the program prints."""
+"""The answers of the module are those of the program, bit by bit."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_all_rows(asked: Asked, tmp_path: Path) -> None:
     assert seen == [(n, len(found)) for n in range(1, len(found) + 1)]
     one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], vowels=["a", "e"], target="both", threads=1, progress=False)
     assert one.to_json() == found.to_json()
-    # The tidy table, but for who made it.
+    # The tidy table without its provenance.
     pd = pytest.importorskip("pandas")
     theirs = pd.read_csv(tmp_path / "out/muscles.csv", keep_default_na=False, na_values=[""])
     who = ["version", "command", "inputs_sha256"]
@@ -99,7 +99,7 @@ def test_a_frame_is_the_table_that_it_was_read_from() -> None:
     pd = pytest.importorskip("pandas")
     table = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,ɯ,46,25,36\nX,a,38,21,\nX,e,40.5,22,30\n"
     read = tf.Dataset.from_text(table)
-    # pandas makes floats of a column with a gap: 36 is not 36.0, which would be known to 0.05 mm.
+    # pandas makes floats of a column with a gap; 36 must not become 36.0, whose half width would be 0.05 mm.
     frame = pd.read_csv(__import__("io").StringIO(table))
     assert frame["HGa_mm"].dtype == np.float64
     data = tf.dataset(frame)

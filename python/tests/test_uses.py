@@ -1,4 +1,4 @@
-"""Shapes, derivatives, own observations, motion: that they are right, not only there."""
+"""Shapes, derivatives, observations and motions are correct."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is a value: pickled, copied, compared, shown."""
+"""Objects can be pickled, copied, compared and shown."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TABLE = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,ɯ,46,25,36\nX,a,38,21,\n<b>,e,40
 MODEL = tf.Model().assemble(tf.Body.tongue(), ["GGa", "HGa"])
 QUICK: dict[str, Any] = {"target": "stretch", "method": "gauss-newton"}
 
-#: Makers of values, each with one of the same type that is not equal.
+#: Functions that make an object, each with one that makes a different object of the same type.
 VALUES: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
     "Body": (tf.Body.tongue, lambda: tf.Body.tongue(6e-3)),
     "Body, continuum": (lambda: tf.Body.continuum(8e-3), tf.Body.tongue),

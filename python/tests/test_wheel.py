@@ -1,4 +1,4 @@
-"""What a package index and a licence ask of the wheel."""
+"""The wheel has what a package index and the licences require."""
 
 from __future__ import annotations
 
@@ -31,6 +31,6 @@ def test_the_wheel_has_its_licence_and_says_what_it_is() -> None:
 
 
 def test_the_readme_reads_on_an_index() -> None:
-    """A link to a file of the repository leads nowhere there."""
+    """A link to a file of the repository would be broken on the package index."""
     links = re.findall(r"\]\(([^)]*)\)", (ROOT / "python/README.md").read_text(encoding="utf-8"))
     assert [link for link in links if not link.startswith("https://")] == []

@@ -1,9 +1,9 @@
 """tongue-fit: the tensions of tongue muscles from their lengths.
 
 A thin layer over the Rust library. Names and units are those of Rust: SI units, or millimetres in names with `_mm`; tensions are newtons
-per metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
+per metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions the order of
 `Assembly.contracting`. Invalid input raises `tongue_fit.Error` (a ValueError) that names the argument, and an argument that a function
-does not have Python's TypeError. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
+does not have raises Python's TypeError. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
 
     import tongue_fit as tf
 
@@ -37,7 +37,7 @@ from .posterior import Posterior, posterior
 from .program import Run, adapt, check, run, scene, sound, track, validate
 from .rows import Batch, Fit, batch, dataset, fit, merge
 
-# VERSION contains the commit, which versions of Python packages cannot contain.
+# VERSION also has the commit, which the version of a Python package cannot have.
 __version__ = VERSION.split()[0]
 __all__ = [
     "VERSION",

@@ -133,10 +133,10 @@ class Solver:
         """The equilibrium at these tensions (a dict by muscle, or an array in the order of Assembly.contracting), from rest. The result
         does not depend on earlier solves."""
     def equilibrium_from(self, start: Shape, tensions: _Tensions) -> Shape:
-        """As equilibrium, starting from the earlier shape `start`: for small changes of the tensions."""
+        """The equilibrium at these tensions, found from the earlier shape `start`, which is faster for small changes of the tensions."""
     def follow_from_rest(self, tensions: _Tensions) -> Shape:
-        """As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape lies on
-        that branch (Shape.is_traced). Costs about forty solves."""
+        """The equilibrium at these tensions. The branch from rest is followed, too, to check that the shape lies on it (Shape.is_traced).
+        Costs about twenty solves, or some 120 more where that branch ends."""
     def shift_bone(self, bone: str, shift: _Pair) -> None:
         """Displaces a bone by `shift` (x, y; m) from its place at rest in all later solves."""
     def jacobian(self, shape: Shape) -> _Floats:
@@ -154,7 +154,7 @@ class Shape:
         """Positions of all nodes, m, shape (nodes, 2)."""
     @property
     def assembly(self) -> Assembly:
-        """The body under these tensions."""
+        """The assembly of the shape."""
     @property
     def status(self) -> str:
         """How the solve ended: `converged`, or the reason why not."""
@@ -205,7 +205,7 @@ class Trajectory:
         """Positions of all nodes at each time, m, shape (times, nodes, 2)."""
     @property
     def part_of_way(self) -> float | None:
-        """Part of its way to equilibrium that the body has gone at the end; None where there is no such way."""
+        """Part of the way to equilibrium that the body has moved at the end; None if the way is not known."""
     def lengths(self, muscle: str) -> _Floats:
         """The length of a muscle at each of the times, m, shape (times,)."""
 
@@ -222,8 +222,8 @@ class Observable:
 
 @final
 class Observation:
-    """That an `observable` has the value `measured`, in its unit; with a `standard_deviation` (same unit, default: none) its residual is
-    divided by that."""
+    """A measurement: an `observable` has the value `measured`, in its unit. Its residual is divided by `standard_deviation` (same unit,
+    default: not divided)."""
 
     def __eq__(self, other: object, /) -> bool: ...
 
@@ -235,9 +235,9 @@ class Observation:
 
 @final
 class InverseProblem:
-    """What was seen of a body (`observations`) and what is unknown of it: at first the tension of every contracting muscle of the
-    `assembly`, N per metre of thickness, up to `upper_bound`. The search (`method`) begins at `starts` points. Every `with_` and `free_`
-    returns another problem."""
+    """The `observations` of a body, and its unknowns: at first the tensions of the contracting muscles of the `assembly`, N per metre of
+    thickness, up to `upper_bound`. The search (`method`) starts at `starts` points. Every `with_` and `free_` method returns another
+    problem."""
 
     def __new__(
         cls,
@@ -410,7 +410,7 @@ def fit_rows(
     command: str,
     report: Callable[[int, int], object],
 ) -> tuple[int, list[tuple[int, str | None, str]], list[str]]:
-    """Every `of`th fit of a table, from the `number`th on: the implementation of `tongue_fit.batch`."""
+    """The implementation of `tongue_fit.batch`: the fits of a `shard` of a table."""
 
 def run_program(words: Sequence[str]) -> int:
     """Runs the program with a command line (its name first) and returns its exit status; wrong usage ends the process. Once in a process."""

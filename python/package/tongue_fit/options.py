@@ -1,6 +1,6 @@
-"""The options of functions that run the program: type, default, and what they mean, each in one place.
+"""Options of the functions that run the program: type, default and meaning.
 
-`help()` of a function takes its text from here, and a test compares names, values and defaults with the program's own.
+`help()` of a function has its text from here, and a test compares names, values and defaults with those of the program.
 """
 
 import difflib
@@ -21,7 +21,7 @@ Path: TypeAlias = str | PathLike[str]
 File: TypeAlias = "str | PathLike[str] | bytes | pd.DataFrame"
 #: Keys of a TOML file as a dict, or the file.
 Keys: TypeAlias = "Mapping[str, Any] | str | PathLike[str] | bytes"
-#: A file, or files by the vowel that each is of.
+#: A file, or files by vowel.
 ByVowel: TypeAlias = "str | PathLike[str] | bytes | pd.DataFrame | Mapping[str, Any]"
 Lengths: TypeAlias = "native.Dataset | str | PathLike[str] | bytes | pd.DataFrame"
 Names: TypeAlias = str | Sequence[str]
@@ -132,7 +132,7 @@ class CheckOptions(TypedDict, total=False):
     error_mm: Annotated[float, "from the digits of the lengths", "Half width of the rounding of every length, mm."]
 
 
-#: Arguments of the functions themselves, which have them in their signatures: what None or nothing means, and what they mean.
+#: Arguments in the signatures of the functions: the meaning of None, and the meaning of the argument.
 ARGUMENTS: dict[str, tuple[str | None, str]] = {
     "data": (None, "The measured lengths."),
     "subject": (None, "Subject of the row."),
@@ -158,14 +158,14 @@ ARGUMENTS: dict[str, tuple[str | None, str]] = {
     "table": (None, "Lengths with their unit in the names of columns: `subject`, `vowel`, `GGa_mm`, ..."),
     "recordings": (None, "Recordings: contours, sensors and bones over time."),
     "scene": (None, "The name of a built-in scene, a file (TOML), or its keys."),
-    "words": (None, "The words of the command line; what stands for a file is written to one."),
+    "words": (None, "The words of the command line. Values that stand for a file are written to one."),
     "options": (None, "Options by their names, `hold_out=` for `--hold-out`; True gives an option without a value."),
 }
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def documented(options: type | None, returns: str) -> Callable[[_Function], _Function]:
-    """Adds arguments (from `ARGUMENTS` and the type of the options), result and errors to a function's docstring, as numpydoc has them."""
+    """Adds arguments (from `ARGUMENTS` and the type of the options), result and errors to a function's docstring, in numpydoc's format."""
 
     def put(function: _Function) -> _Function:
         signature, lines = inspect.signature(function), ["Parameters", "----------"]
@@ -181,7 +181,7 @@ def documented(options: type | None, returns: str) -> Callable[[_Function], _Fun
             lines += _entry(name, _words(option.__origin__), default, text, False)
         lines += ["", "Returns", "-------", _words(signature.return_annotation), f"    {returns}"]
         lines += ["", "Raises", "------", "Error", "    What cannot be used, by the name of the argument."]
-        # Without docstrings under `python -OO`.
+        # Under `python -OO` there is no docstring.
         function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__ or ""), "", *lines])
         return function
 
@@ -194,7 +194,7 @@ def _entry(name: str, kind: str, default: str | None, text: str, needed: bool) -
 
 
 def _words(kind: Any) -> str:
-    """A type as documentation names it."""
+    """The name of a type in documentation."""
     if isinstance(kind, (str, ForwardRef)):
         text = kind if isinstance(kind, str) else kind.__forward_arg__
         text = re.sub(r"\b(File|Keys|Kinds?|Method|Names)\b", lambda alias: _words(globals()[alias[1]]), text.replace(" | None", ""))
@@ -211,7 +211,7 @@ def _words(kind: Any) -> str:
 
 
 def check_options(function: str, given: Mapping[str, object], options: type) -> None:
-    """Refuses an option that the function does not have, as Python does, and a name that is none of its values."""
+    """Refuses an option that the function does not have, as Python does, and a name that is not one of its values."""
     known = options.__annotations__
     for name, value in given.items():
         if name not in known:
@@ -221,7 +221,7 @@ def check_options(function: str, given: Mapping[str, object], options: type) -> 
 
 
 def check_value(name: str, value: object, kind: Any) -> None:
-    """Refuses a name that is none of those of a `Literal`, unless any text may be given."""
+    """Refuses a name that is not in a `Literal`, unless any text is allowed."""
     names = [word for one in (kind, *get_args(kind)) if get_origin(one) is Literal for word in get_args(one)]
     if not names or str in get_args(kind) or value is None:
         return
@@ -236,7 +236,7 @@ def _nearest(word: object, known: Iterable[str]) -> str:
 
 
 def in_python(message: str, arguments: Mapping[str, str]) -> str:
-    """A message of the program in Python's terms: options that are arguments, by the program's names, have the names of these."""
+    """A message of the program in Python's terms: `arguments` maps options of the program to the arguments that replace them."""
     notes, _, error = re.split(r"\n+(?:Usage:|For more information)", f"\n{message}")[0].rpartition("\nerror: ")
     message = f"{error.strip()}\n{notes.strip()}".strip()
     return re.sub(r"('?)--([a-z][a-z-]*)(?: <[^>]*>(?:\.\.\.)?)?\1", lambda option: arguments.get(option[2], option[0]), message)

@@ -25,8 +25,8 @@ _BY_MUSCLE = re.compile(r"(tension|baseline_tension|change|stretch|log_likelihoo
 
 
 class Posterior(Run):
-    """What `tongue-fit --vowel V --posterior N` prints and writes. Without intervals where the chains have not mixed: `status` says so, and
-    every way to the draws warns."""
+    """The output and files of `tongue-fit --vowel V --posterior N`. If the chains have not mixed there are no intervals: `status` says so,
+    and every access to the draws warns."""
 
     @property
     def status(self) -> str:
@@ -42,7 +42,7 @@ class Posterior(Run):
         import numpy as np
 
         rows = list(csv.reader(io.StringIO(self.files["posterior.csv"].decode())))
-        # Behind the numbers stand version and command.
+        # The columns after the numbers are version and command.
         names = rows[0][: rows[0].index("version")]
         table = np.array([[float(cell) for cell in row[: len(names)]] for row in rows[1:]])
         chains = len(set(table[:, 0]))
@@ -91,7 +91,7 @@ class Posterior(Run):
             tensions[name] = np.abs(random.normal(0.0, scale, (1, draws, len(muscles))))
             known = {muscle.lower(): tension for muscle, tension in prior["fixed_n_per_m"].items()}
             for at, muscle in enumerate(muscles):
-                # As in the program: a name in any case, and "*" for every muscle without one.
+                # As in the program, case does not matter, and "*" stands for every muscle that is not named.
                 fixed = known.get(muscle.lower(), known.get("*"))
                 if fixed is not None:
                     tensions[name][:, :, at] = fixed
@@ -102,9 +102,9 @@ class Posterior(Run):
         return {**tensions, "change_n_per_m": change, "hyoid_mm": shift}
 
     def to_dict(self) -> dict[str, _Arrays]:
-        """The groups that ArviZ knows: `posterior`, `prior` (as many draws), `sample_stats` (the logarithm of the density, up to a
-        constant), `observed_data` (the measured stretches), `log_likelihood` (of each of them given all others, since their errors are
-        correlated; Pareto k of `arviz.loo` is above 0.7 for many, so that it supports no comparison) and `constant_data` (Poisson's
+        """The groups of ArviZ: `posterior`, `prior` (as many draws), `sample_stats` (the logarithm of the density, up to a constant),
+        `observed_data` (the measured stretches), `log_likelihood` (of each stretch given all others, because their errors are correlated;
+        Pareto k of `arviz.loo` is above 0.7 for many of them, so that models cannot be compared by it) and `constant_data` (Poisson's
         ratio)."""
         self._warn()
         return self._groups()
@@ -124,7 +124,7 @@ class Posterior(Run):
         }
 
     def to_arviz(self) -> Any:
-        """The same as ArviZ has it: an `InferenceData`, and from ArviZ 1.0 on a `DataTree` of xarray."""
+        """The groups as an `InferenceData` of ArviZ or, from ArviZ 1.0 on, as a `DataTree` of xarray."""
         self._warn()
         try:
             import arviz_base as arviz
@@ -154,7 +154,7 @@ def posterior(
 ) -> Posterior:
     """Draws from the posterior of the tensions of one row (`tongue-fit --vowel V --posterior N`).
 
-    The draws are of all measured stretches; `target`, `method` and `muscles` are of the fit beside them.
+    All measured stretches determine the draws; `target`, `method` and `muscles` are settings of the fit that is made, too.
     """
     for name, text in (("subject", subject), ("vowel", vowel), ("target", target), ("method", method)):
         if not isinstance(text, str):

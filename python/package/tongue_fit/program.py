@@ -1,8 +1,8 @@
-"""What the program does beside single fits: posteriors, recordings, bodies, scenes, sounds.
+"""Commands of the program beside fits: posteriors, recordings, bodies, scenes, sounds.
 
-Each function runs a command of the program within this process, on threads of its own. What `--json` prints is a dict, and the files
-that the command writes are bytes by name. A list stands for several values, a dict for a value of each muscle or vowel or for a file of keys (TOML), a
-DataFrame or a Dataset for a CSV file, and bytes for any file.
+Each function runs a command within this process, on threads of its own. The JSON that the command prints becomes a dict, and the files
+that it writes become bytes by name. As an argument a list stands for several values, a dict for values by muscle or vowel or for a file of
+keys (TOML), a DataFrame or a Dataset for a CSV file, and bytes for any file.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _UNTRUSTWORTHY = 3
 
 
 class Run(dict[str, Any]):
-    """What a command printed, as a dict with the names and bits of the program's JSON; `files` are the bytes of the files it wrote, by
-    name, and `told` is what it said on its standard error.
+    """The output of a command, as a dict with the names and bits of the program's JSON; `files` are the bytes of the files it wrote, by
+    name, and `told` is its standard error.
 
-    `is_trustworthy` is false where the program ended with status 3. For the fit of a vowel without a posterior it is false too where
-    its verdict can be trusted but its tensions cannot: `run["conclusion"]` says which (`trusted`, `tensions_trusted`, `text`)."""
+    `is_trustworthy` is false if the program ended with status 3, or if the tensions of a fit without a posterior cannot be trusted although
+    its verdict can: `run["conclusion"]` says which (`trusted`, `tensions_trusted`, `text`)."""
 
     files: dict[str, bytes]
     told: str
@@ -56,7 +56,7 @@ class Run(dict[str, Any]):
     __hash__ = None
 
     def frame(self, name: str) -> pd.DataFrame:
-        """A CSV file that was written, as a pandas frame."""
+        """A written CSV file as a pandas frame."""
         import pandas as pd
 
         if not isinstance(name, str) or name not in self.files:
@@ -64,7 +64,7 @@ class Run(dict[str, Any]):
         return pd.read_csv(io.BytesIO(self.files[name]), keep_default_na=False, na_values=[""], comment="#")
 
     def save(self, folder: str | PathLike[str]) -> None:
-        """Writes all files into a folder, which is made if it is not there."""
+        """Writes all files into a folder, which is made if it does not exist."""
         if not isinstance(folder, (str, PathLike)):
             raise native.Error(f"folder must be a path, not {folder!r:.60}")
         for name, content in self.files.items():
@@ -80,7 +80,7 @@ class Run(dict[str, Any]):
         return f"<{type(self).__name__}: {', '.join(self)}; files {', '.join(self.files) or 'none'}>"
 
 
-@documented(None, "What was printed, as a dict, and the files.")
+@documented(None, "The output as a dict, and the files.")
 def run(*words: Any, threads: int | None = None, **options: Any) -> Run:
     """Runs any command: `run("scene", "run", "supine", threads=2)` is `tongue-fit scene run supine --threads=2 --json`."""
     return _ran(Run, words, threads, options, None, "words")
@@ -93,7 +93,7 @@ def _ran(
     kind: type[_R], words: Sequence[Any], threads: int | None, options: Mapping[str, object], typed: type | None,
     what: str = "given", own: Mapping[str, tuple[str, object]] | None = None,
 ) -> _R:  # fmt: skip
-    """Runs a command with options of the type `typed` (None: any). `own` are options of the program that have arguments of the function."""
+    """Runs a command with options of the type `typed` (None: any). `own` maps options of the program to the names and values of arguments."""
     own = {**(own or {}), "threads": ("threads", threads)}
     if typed:
         check_options(typed.__name__.removesuffix("Options").lower(), options, typed)
@@ -109,7 +109,7 @@ def _ran(
             line += _option(name.removesuffix("_").replace("_", "-"), name, value, given)
         status, printed, told = native.call_program(["tongue-fit", *line, "--json", "--out", str(out)])
         told = told.replace(str(given) + "/", "")
-        # A check of a table that has faults answers with them.
+        # The check of a table with faults ends with status 1, but its output lists them.
         answered = status in (0, _UNTRUSTWORTHY) or line[:2] == ["lengths", "check"]
         if not answered or not printed:
             raise native.Error(in_python(told, named) or f"the program ended with status {status}")
@@ -125,12 +125,12 @@ def _ran(
 
 
 def _option(option: str, name: str, value: Any, given: Path) -> list[str]:
-    """The words of an option, whose value is that of the argument `name`."""
+    """The words of an option for the command line; its value is that of the argument `name`."""
     option = f"--{option}"
     if isinstance(value, native.Dataset):
         state: Any = value.__reduce__()[1]
         table, _, half_width_mm = state
-        # The built-in table has no bytes of its own: it is the default.
+        # No bytes stand for the built-in table, which is the default of the program.
         words = [f"{option}={_written(given, name, '.csv', table)}"] if table else []
         return words if half_width_mm is None else [*words, f"--error-mm={half_width_mm}"]
     if value is None or value is False:
@@ -146,19 +146,19 @@ def _option(option: str, name: str, value: Any, given: Path) -> list[str]:
     return [f"{option}={_word(value, given, name)}"]
 
 
-#: Options whose value may be a dict that stands for a file of keys (TOML), and those that are given once for each value.
+#: Options for which a dict is a file of keys (TOML), and options that are repeated for each value.
 _FILES = ("priors", "map", "anatomy", "tract")
 _SEVERAL = ("free_bone",)
 
 
 def _word(value: Any, given: Path, name: str) -> str:
-    """A value as a word of a command line; what stands for a file is written to one."""
+    """A value as a word of a command line. Values that stand for a file are written to one."""
     if hasattr(value, "columns"):
         return _written(given, name, ".csv", csv_text(value).encode())
     if isinstance(value, Mapping):
         return _written(given, name, ".toml", toml_text(value).encode())
     if isinstance(value, (bytes, bytearray, memoryview)):
-        # The program knows a body in JSON by the ending of its file.
+        # The program recognises a body in JSON by the ending of its file.
         return _written(given, name, ".json" if bytes(value).lstrip().startswith(b"{") else "", bytes(value))
     if isinstance(value, PathLike):
         return str(fspath(value))
@@ -176,7 +176,7 @@ def _written(given: Path, name: str, ending: str, content: bytes) -> str:
 
 
 def toml_text(keys: Mapping[str, Any]) -> str:
-    """A dict as TOML: tables are written in line."""
+    """A dict as TOML, with inline tables."""
     return "".join(f"{json.dumps(str(key))} = {_toml(value, str(key))}\n" for key, value in keys.items() if value is not None)
 
 
@@ -204,7 +204,7 @@ def scene(scene: Keys, *, threads: int | None = None) -> Run:
 
 @documented(SoundOptions, "Formants (`formants_hz`, Hz) and areas of the tract; a voice in `files` (WAV).")
 def sound(*, threads: int | None = None, **options: Unpack[SoundOptions]) -> Run:
-    """The vowel that is heard of a tongue (`tongue-fit sound`): `vowel="a"`, or `tension={"GGa": 12.0}`."""
+    """The sound of a tongue (`tongue-fit sound`): of `vowel="a"`, or of `tension={"GGa": 12.0}`."""
     return _ran(Run, ["sound"], threads, options, SoundOptions)
 
 
@@ -222,11 +222,11 @@ def track(*recordings: File, threads: int | None = None, **options: Unpack[Track
 
 @documented(ValidateOptions, "Errors of the predicted stretches, dimensionless.")
 def validate(*, threads: int | None = None, **options: Unpack[ValidateOptions]) -> Run:
-    """How well muscles are predicted that were not fitted, beside simpler predictions (`tongue-fit validate`)."""
+    """Errors of predictions of muscles that were not fitted, and of simpler predictions (`tongue-fit validate`)."""
     return _ran(Run, ["validate"], threads, options, ValidateOptions)
 
 
 @documented(CheckOptions, "Subjects, vowels and muscles that were understood, and the faults.")
 def check(table: File, **options: Unpack[CheckOptions]) -> Run:
-    """What is understood of a table of lengths, and which rows are not (`tongue-fit lengths check`)."""
+    """How a table of lengths is understood, and which rows cannot be used (`tongue-fit lengths check`)."""
     return _ran(Run, ["lengths", "check", table], None, options, CheckOptions, "table")

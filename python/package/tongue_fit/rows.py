@@ -26,14 +26,14 @@ _MOST_SHOWN = 60
 def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
     """The table of lengths in a pandas frame.
 
-    The digits of a number are those that it needs: lengths in whole millimetres have a half width of 0.5 mm, as integers or,
-    if some are missing, as floats.
+    A number has as many digits as it needs: lengths in whole millimetres have a half width of 0.5 mm, whether they are integers or, because
+    some are missing, floats.
     """
     return frame if isinstance(frame, native.Dataset) else native.Dataset.from_text(csv_text(frame), origin)
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    """A frame as the text of a CSV table, with the digits that its numbers have."""
+    """A frame as the text of a CSV table; numbers have as many digits as they need."""
     if not (hasattr(frame, "columns") and hasattr(frame, "reset_index")):
         raise native.Error(f"frame must be a pandas DataFrame with the columns subject, vowel, GGa_mm, ..., not {_shown(frame)}")
     named = [name for name in frame.index.names if name is not None]
@@ -41,10 +41,10 @@ def csv_text(frame: pd.DataFrame) -> str:
         frame = frame.reset_index(level=named)
 
     def cell(value: Any) -> Any:
-        # NaN differs from itself; whether pandas' NA does is itself NA.
+        # NaN differs from itself; a comparison with pandas' NA is NA, so that is found by its type.
         if value is None or type(value).__name__ in ("NAType", "NaTType") or value != value:
             return ""
-        # float32 has fewer digits than float64: its shortest text is the original one.
+        # The shortest text of a float32 is that of the number; as a float64 it would have more digits.
         if type(value).__name__ in ("float32", "float16"):
             value = float(str(value))
         return repr(float(value)).removesuffix(".0") if isinstance(value, float) else value
@@ -105,8 +105,8 @@ def fit(
 ) -> Fit:
     """Fits one row (`tongue-fit --vowel V`).
 
-    `fit`, `batch` and `posterior` have the same defaults. The program's own differ where it does as the thesis did: its `--vowel` searches
-    by nelder-mead, which finds the same tensions more slowly, and its `batch` fits ratios and stretches.
+    `fit`, `batch` and `posterior` have the same defaults. Those of the program differ where it follows the thesis: its `--vowel` searches by
+    nelder-mead, which finds the same tensions more slowly, and its `batch` fits ratios and stretches.
     """
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
@@ -138,7 +138,7 @@ class Batch:
 
     @property
     def numbers(self) -> list[int]:
-        """Places of the fits, from 0."""
+        """Indices of the fits among all fits of the table, from 0."""
         return [number for number, fit, _ in self._found if fit is not None]
 
     @property
@@ -148,11 +148,11 @@ class Batch:
 
     @property
     def not_fitted(self) -> list[str]:
-        """Why rows have no fit."""
+        """The reasons of rows without a fit."""
         return self._not_fitted + [why for _, fit, why in self._found if fit is None]
 
     def to_json(self) -> str:
-        """The fits and the reasons of missing ones as one JSON object, with the same bytes for one run and for merged shards."""
+        """The fits and the reasons of missing ones as a JSON object, whose bytes are the same for one run and for merged shards."""
         fits = ",\n".join(fit for _, fit, _ in self._found if fit is not None)
         return f'{{"fits":[\n{fits}],\n"not_fitted":{json.dumps(self.not_fitted, ensure_ascii=False)}}}\n'
 
@@ -227,7 +227,7 @@ def batch(
 
 @documented(None, "The whole batch.")
 def merge(shards: Iterable[Batch]) -> Batch:
-    """Merges the shards of a batch to the same bytes as one run. If a shard is missing, an error names it."""
+    """Merges the shards of a batch, with the same bytes as one run. If a shard is missing, an error names it."""
     parts: list[Any] = list(shards) if hasattr(shards, "__iter__") else [shards]
     if wrong := [part for part in parts if not isinstance(part, Batch)]:
         raise native.Error(f"shards must be batches that tongue_fit.batch(data, shard=..) made, not {_shown(wrong[0])}")
@@ -282,7 +282,7 @@ def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _bar(progress: bool | Callable[[int, int], object]) -> tuple[Callable[[int, int], object], Callable[[], object]]:
-    """The function that reports progress, and the function that ends the report."""
+    """The functions that report progress and that end the report."""
     if callable(progress):
         return progress, lambda: None
     if not isinstance(progress, bool):
