@@ -360,7 +360,7 @@ pub mod statics {
 pub mod statistics {
     //! Statistics.
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::statistics::distinct;
+    pub(crate) use tongue_core::statistics::{distinct, median};
     pub use tongue_core::statistics::upper_median;
 }
 

@@ -164,7 +164,7 @@ def test_a_solver_goes_on_after_ctrl_c() -> None:
 
 
 def test_what_is_solved_directly_is_soon_done() -> None:
-    """The largest body that is solved on the calling thread, where Ctrl-C waits for the end, takes less than a fifth of a second."""
+    """A body that is solved on the calling thread, where Ctrl-C waits for the end, takes less than a fifth of a second."""
     body = tf.Body.tongue()
     solver = tf.Model(poisson_ratio=0.4999).assemble(body, list(body.muscles)).solver()
     for load in (1e3, 1e4, 1e5):

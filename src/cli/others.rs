@@ -9,7 +9,7 @@ use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
 use tongue_fit::measured::{Activity, Muscles, Target, Vowel};
 use tongue_fit::posterior::{AuxiliaryData, PosteriorModel};
-use tongue_fit::statistics::{distinct, upper_median};
+use tongue_fit::statistics::{distinct, median};
 use tongue_fit::track::TongueSurface;
 
 use super::{inputs, output};
@@ -166,7 +166,7 @@ impl SampledTargets<'_> {
 fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
-    let away_m = upper_median(away).unwrap_or(0.0);
+    let away_m = median(away).unwrap_or(0.0);
     ensure!(
         away_m <= FARTHEST_M,
         "its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, x to the back of \
