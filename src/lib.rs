@@ -1,18 +1,17 @@
 //! tongue-fit: the tensions of tongue muscles from their lengths.
 //!
 //! # The equations
-//! A tongue is nodes `x_i` joined by connections, in the midsagittal plane (`D = 2`, plane strain, everything
-//! per metre of thickness) or in space (`D = 3`). At equilibrium its free nodes minimise the potential energy
+//! A tongue is nodes `x_i` joined by connections, in the midsagittal plane (`D = 2`, plane strain, everything per metre of thickness) or in
+//! space (`D = 3`). At equilibrium its free nodes minimise the potential energy
 //! ```text
 //! E(x; F) =  sum over connections         1/2 k (l - l0)²            tissue (Kelvin-Voigt at rest)
 //!         +  sum over muscle connections  F (l - l0)                 tension F >= 0 of the contractile element
 //!         +  sum over cells               1/2 kappa ((S - S0)/S0)²   near-incompressible triangles or tetrahedra
 //! ```
 //!
-//! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a
-//! muscle's ends) meet measured ratios or stretches. Model and coefficients: Kato, bachelor thesis, Osaka
-//! University 2014, with its misprints corrected (listed in docs/model.md); lengths: Takano and Honda, Speech
-//! Communication 49 (2007).
+//! and the inverse problem is to find the tensions `F` whose muscle lengths (straight distances between a muscle's ends) meet measured
+//! ratios or stretches. Model and coefficients: Kato, bachelor thesis, Osaka University 2014, with its misprints corrected (listed in
+//! docs/model.md); lengths: Takano and Honda, Speech Communication 49 (2007).
 //!
 //! # The flow, one way
 //! ```text
@@ -29,8 +28,7 @@
 //! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
 //! a file                   -> scene        loads and wanted results; nothing else is computed
 //! ```
-//! [`simulation`] is the interface to all of it by the names of muscles and bones; [`run`] has what the program
-//! does as structs of options.
+//! [`simulation`] is the interface to all of it by the names of muscles and bones; [`run`] has what the program does as structs of options.
 //!
 //! # A complete example
 //! ```
@@ -52,13 +50,12 @@
 //! # assert!(shape.is_converged() && shape.is_traced() && fit.is_trustworthy());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-//! Further programs are in `examples/`: data of your own, a body of your own, a scene, tensions that ratios
-//! leave undetermined, three dimensions (`cargo run --example own_data`).
+//! Further programs are in `examples/`: data of your own, a body of your own, a scene, tensions that ratios leave undetermined, three
+//! dimensions (`cargo run --example own_data`).
 //!
 //! # Features
-//! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and
-//! writing of files; without it the library takes and gives bytes and text. `cli` (the default, with both):
-//! the program `tongue-fit` itself.
+//! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and writing of files; without it the
+//! library takes and gives bytes and text. `cli` (the default, with both): the program `tongue-fit` itself.
 //!
 //! In a workspace of your own, debug builds compute fast with `[profile.dev.package."*"]` and `opt-level = 3` in its `Cargo.toml`.
 
@@ -359,9 +356,9 @@ pub mod statics {
 
 pub mod statistics {
     //! Statistics.
+    pub use tongue_core::statistics::upper_median;
     #[cfg(feature = "cli")]
     pub(crate) use tongue_core::statistics::{distinct, median};
-    pub use tongue_core::statistics::upper_median;
 }
 
 pub mod choice {

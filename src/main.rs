@@ -1,5 +1,4 @@
-//! The `tongue-fit` command. Its code is in the library's [`tongue_fit::cli`], so that nothing is compiled
-//! twice.
+//! The `tongue-fit` command. Its code is in [`tongue_fit::cli`], so that nothing is compiled twice.
 
 use std::process::ExitCode;
 

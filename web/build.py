@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Builds the page: the library for wasm32, packed, with style and script in one file that needs nothing else.
+"""Builds the page: one file with the library for wasm32, packed, and with style and script.
 
     rustup target add wasm32-wasip1 && web/build.py [FILE, by default web/tongue.html]
 """
@@ -13,7 +13,7 @@ TARGET = "wasm32-wasip1"
 def main():
     out = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else WEB / "tongue.html"
     command = ["cargo", "build", "--quiet", "--locked", "--package", "tongue-page", "--profile", "web", "--target", TARGET]
-    # Registers of 128 bits, which browsers have had since 2023 at the latest: twice as fast where many equilibria are solved at once.
+    # Registers of 128 bits, which browsers have had since 2023 at the latest, double the speed where many equilibria are solved at once.
     flags = {"CARGO_TARGET_WASM32_WASIP1_RUSTFLAGS": "-C target-feature=+simd128"}
     subprocess.run(command, cwd=ROOT, check=True, env=os.environ | flags)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))

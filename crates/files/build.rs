@@ -1,19 +1,17 @@
-//! Sets `TONGUE_FIT_VERSION`: the version in Cargo.toml, and the commit if it is built from a git checkout.
+//! Sets `TONGUE_FIT_VERSION`: the version in Cargo.toml, with the commit if it is built in a git checkout.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Sources of the program; the version says `modified` if one of them is.
+/// The version says `modified` if one of these paths is.
 const SOURCES: [&str; 5] = ["src", "crates", "targets", "Cargo.toml", "Cargo.lock"];
-/// The folder of the sources, relative to this package.
 const ROOT: &str = "../..";
 
 fn main() {
     for path in SOURCES {
         println!("cargo:rerun-if-changed={ROOT}/{path}");
     }
-    // A release build follows HEAD. A test build keeps naming the commit that it was built from, so that a
-    // commit does not rebuild everything.
+    // A release build follows HEAD. A test build keeps the commit that it was built from, so that a commit does not rebuild everything.
     if std::env::var("PROFILE").is_ok_and(|p| p == "release") {
         let moved = ["HEAD", "logs/HEAD"]
             .map(|name| git(&["rev-parse", "--path-format=absolute", "--git-path", name]));

@@ -1,5 +1,3 @@
-//! `tongue-fit adapt`: makes a speaker's body.
-
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail};
@@ -16,7 +14,6 @@ use super::recordings::{self, GivenRecordings, PriorArguments};
 use super::track_files::BodyFile;
 use super::{Global, Outcome, body, inputs, output, table};
 
-/// Most frames of recordings in the picture.
 const DRAWN_FRAMES: usize = 20;
 
 #[derive(Debug, Clone, clap::Args)]
@@ -24,16 +21,15 @@ const DRAWN_FRAMES: usize = 20;
 #[command(after_help = "Examples:\n  \
     tongue-fit adapt speaker.tsv --out results/speaker\n  \
     tongue-fit adapt --landmarks speaker.csv --contour rest.mrk.json\n\n\
-    Writes body.json, which --mesh of every command takes, and rest.svg: the shape at rest over what was seen.")]
+    Writes body.json, which --mesh of every command takes, and rest.svg: the shape at rest over the measured points.")]
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
-    /// Method for the rest shape from recordings: joint, the shape that explains many frames at once, or
-    /// similarity, the body only turned, scaled and shifted to the speaker's bones
+    /// Method for the rest shape from recordings: joint, the shape that explains many frames at once, or similarity, the body only turned,
+    /// scaled and shifted to the speaker's bones
     #[arg(long, value_name = "HOW", value_parser = choice_among::<RestShapeMethod>(&recordings::REST), default_value = "joint")]
     rest: RestShapeMethod,
-    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm
-    /// or 3D Slicer's .mrk.json)
+    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm or 3D Slicer's .mrk.json)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
     landmarks: Option<PathBuf>,
     /// The contour of the tongue in that posture, in the same formats
@@ -107,7 +103,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     )))
 }
 
-/// What was seen in some frames of recordings, evenly chosen.
+/// The measured points of some frames, which are spread evenly over all recordings.
 fn drawn(seen: &[&AlignedRecording]) -> Vec<Point> {
     let frames: Vec<_> = seen.iter().flat_map(|s| &s.frames).collect();
     let every = frames.len().div_ceil(DRAWN_FRAMES).max(1);
@@ -119,7 +115,7 @@ fn drawn(seen: &[&AlignedRecording]) -> Vec<Point> {
     out
 }
 
-/// Every muscle with its length before and after, m.
+/// Every muscle with its length in the body before and in the speaker's body, m.
 fn lengths(speaker: &Speaker, before: &Body<2>) -> Vec<(String, f64, f64)> {
     let both = before.mesh.muscles.iter().zip(&speaker.body.mesh.muscles);
     both.map(|(a, b)| (a.name.clone(), before.mesh.distance(a.ends()), speaker.body.mesh.distance(b.ends())))
@@ -158,8 +154,8 @@ fn write(
     let mut similar = before.mesh.clone();
     similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
     let (title, grey) = (
-        "The speaker's tongue at rest over what was seen (dots; grey: turned and scaled only)",
-        "turned and scaled only",
+        "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)",
+        "only turned and scaled",
     );
     let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
     let picture = report::tongue(&SectionPicture { seen, grey, ..section }).into_diagnostic()?;
@@ -179,7 +175,7 @@ fn text(speaker: &Speaker, before: &Body<2>) -> String {
         ]
     });
     let how = match speaker.how {
-        RestShapeMethod::Similarity => "turned, scaled and shifted to what was seen of the speaker",
+        RestShapeMethod::Similarity => "turned, scaled and shifted to the measured points of the speaker",
         RestShapeMethod::Joint => "the shape that explains many frames at once",
         RestShapeMethod::Contour => "the shape of the contour at rest",
     };

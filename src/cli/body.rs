@@ -14,13 +14,12 @@ use tongue_fit::system::Model;
 use super::inputs::choice;
 use super::{inputs, output};
 
-/// Nodes of the reference tongue at the default spacing.
 const NODES_AT_DEFAULT: f64 = 123.0;
 /// Time of one equilibrium that is followed from rest, at the default spacing on one core, s.
 pub const EQUILIBRIUM_S: f64 = 0.01;
 /// Time of one fit with its verdict, at the default spacing on one core, s.
 pub const FIT_WITH_VERDICT_S: f64 = 3.0;
-/// Above this Poisson's ratio the equations are ill-conditioned, which gets a note.
+/// Above this Poisson's ratio the equations are ill-conditioned, which a note says.
 const HIGH_POISSON_RATIO: f64 = 0.4999;
 
 /// Time of one fit without a verdict, at the default spacing on one core, s.
@@ -33,20 +32,17 @@ pub fn fit_s(method: Method) -> f64 {
 
 const ANATOMY: &str = "the anatomy file";
 
-/// How many times longer an equilibrium takes than on the reference tongue at the default spacing: a factorisation by
-/// nested dissection in the plane takes the 1.5th power of the nodes.
+/// Time of an equilibrium over that on the reference tongue: nested dissection in the plane takes a time as the nodes to the power of 1.5.
 pub fn growth(nodes: usize) -> f64 {
     (nodes as f64 / NODES_AT_DEFAULT).max(1.0).powf(1.5)
 }
 
-/// A note, before it begins, on an equilibrium that may take longer than a minute.
 pub fn tell_duration_of_equilibrium(nodes: usize) {
     let what = format!("one equilibrium on a body of {nodes} nodes");
     output::tell_duration_of_equilibrium(&what, EQUILIBRIUM_S * growth(nodes), "a larger --h is faster");
 }
 
-/// A note, before they begin, on solves that take longer than a minute; `at_default_s` is their time at the default
-/// spacing.
+/// Prints a note before solves that take longer than a minute; `at_default_s` is their time at the default spacing.
 pub fn tell_duration(what: &str, nodes: usize, at_default_s: f64) {
     let what = format!("{what} on a body of {nodes} nodes");
     output::tell_duration(&what, at_default_s * growth(nodes), "a larger --h is faster");
@@ -56,15 +52,14 @@ pub fn tell_duration(what: &str, nodes: usize, at_default_s: f64) {
 #[group(skip)]
 #[command(next_help_heading = "Body", allow_negative_numbers = true)]
 pub struct Arguments {
-    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum
-    /// 4mm]
+    /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum 4mm]
     #[arg(long, value_name = "LENGTH", hide_short_help = true)]
     h: Option<String>,
     /// Anatomy file (TOML) instead of the built-in one
     #[arg(long, value_name = "FILE", hide_short_help = true)]
     anatomy: Option<PathBuf>,
-    /// Gmsh mesh (.msh, 4.1 or 2.2), or the JSON of `mesh --json` (.json), instead of an anatomy;
-    /// `tongue-fit mesh --help` explains what a .msh needs
+    /// Gmsh mesh (.msh, 4.1 or 2.2), or the JSON of `mesh --json` (.json), instead of an anatomy; `tongue-fit mesh --help` explains what a
+    /// .msh needs
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     pub mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
@@ -76,9 +71,9 @@ pub struct Arguments {
         value_name = "NU",
         default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
     poisson_ratio: f64,
-    /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
-    /// finite width, whose answers hardly depend on the mesh, or for a vowel, `simulate`, `muscles` and `track` the built-in
-    /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
+    /// Body: springs on connections (as in the thesis); a continuum of quadratic elements with muscles of finite width, whose answers
+    /// hardly depend on the mesh; or, for a vowel, `simulate`, `muscles` and `track`, a tongue in space: the built-in one, a folder with
+    /// ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
 }
@@ -101,7 +96,7 @@ fn body_name(word: &str) -> Result<BodyName, String> {
 pub fn space_name(word: &str) -> Result<SpaceSource, String> {
     match word {
         "space" => Ok(SpaceSource::BuiltIn),
-        // The reader reports a path that does not exist.
+        // A path that does not exist is reported when it is read.
         _ if Path::new(word).extension().is_some_and(|e| e.eq_ignore_ascii_case("msh")) => {
             Ok(SpaceSource::Mesh(PathBuf::from(word)))
         }
@@ -166,7 +161,7 @@ impl Arguments {
         Ok(body)
     }
 
-    /// A note before the first solve on a tissue that is hardly compressible.
+    /// Prints a note on tissue that is hardly compressible, before the first solve.
     fn warn(&self) {
         let nu = self.poisson_ratio;
         if nu > HIGH_POISSON_RATIO && nu < 0.5 {
@@ -190,7 +185,6 @@ impl Arguments {
     }
 }
 
-/// Metres from `5.5mm` or `5.5`.
 fn spacing(text: &str) -> miette::Result<f64> {
     let number = text.trim().strip_suffix("mm").unwrap_or(text).trim();
     number

@@ -1,4 +1,4 @@
-//! Options that say how hard each muscle pulls: tensions, or measured activity.
+//! Options that say how strongly each muscle contracts: tensions, or measured activity.
 
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Muscles of the body with their tensions, N per metre of thickness.
+    /// Indices of the body's muscles with their tensions, N per metre of thickness.
     pub fn tensions<const D: usize>(&self, body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
         let given = read_tensions(&self.tension, body).map_err(|error| miette!("--tension {error}"))?;
         let (Some(file), Some(vowel)) = (&self.emg, &self.vowel) else { return Ok(given) };
@@ -50,8 +50,8 @@ impl Arguments {
             (0..names.len()).filter(|m| !has(&tensions, *m)).map(|m| names[m].as_str()).collect();
         ensure!(
             missing.is_empty(),
-            "{origin} has no activity in /{vowel}/ of {}: not measured is not silent; write 0 where a muscle was silent, or give its \
-                 tension: --tension {}=0",
+            "{origin} has no activity in /{vowel}/ of {}: a muscle that was not measured may have been active; write 0 where a muscle was \
+                  silent, or give its tension: --tension {}=0",
             missing.join(", "),
             missing[0]
         );
@@ -63,7 +63,7 @@ fn has(all: &[(usize, f64)], muscle: usize) -> bool {
     all.iter().any(|(m, _)| *m == muscle)
 }
 
-/// Muscles and their numbers from words of an option, such as `GGP=0.1`; `like` is an example for what is said of a wrong one.
+/// Names of muscles and numbers from texts such as `GGP=0.1`; `like` is the example in the message about a wrong one.
 pub fn pairs(option: &str, words: &[String], like: &str) -> miette::Result<Vec<(String, f64)>> {
     let pairs = words.iter().map(|word| {
         let number = word.split_once('=').and_then(|(name, value)| Some((name, value.trim().parse().ok()?)));

@@ -15,7 +15,6 @@ use super::fit_table::ShownFit;
 use super::inputs::choice;
 use super::{Global, Outcome, body, inputs, others, output, posterior, space_track};
 
-/// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
 
 #[derive(Debug, Clone, clap::Args)]
@@ -40,12 +39,11 @@ pub struct Arguments {
     /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
-    /// Search method: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
-    /// tensions faster (and are the default of batch)
+    /// Search method: the simplex of the thesis, or the derivatives of the equilibrium, which find the same tensions faster (and are the
+    /// default of batch)
     #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead", hide_short_help = true)]
     method: Method,
-    /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
-    /// millimetres]
+    /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole millimetres]
     #[arg(long, value_name = "MM", hide_short_help = true)]
     error_mm: Option<f64>,
     #[command(flatten)]
@@ -77,7 +75,7 @@ impl Arguments {
         Ok(())
     }
 
-    /// What the posterior sees: with `--joint` all vowels of the subject that the table has, in its order, and where the fitted one stands.
+    /// The targets that the posterior samples (with `--joint` all vowels of the subject in the table), and the index of the fitted one.
     fn posterior_targets(&self, data: &Dataset, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
         if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
@@ -160,7 +158,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(_) => None,
     };
 
-    // A second fit, of the stretches, which -v shows as a row.
+    // With -v the table has a row for a second fit, of the stretches.
     let from_stretches = match kind {
         TargetKind::Ratio if output::is_verbose() => {
             let target = arguments.target(&data, TargetKind::Stretch).ok();

@@ -1,4 +1,4 @@
-//! One fit as text: the verdict, the tensions of the fit with what they miss, and what to trust; with -v also the doubts and every muscle.
+//! One fit as text: the verdict, the tensions with what they miss, and what to trust; with -v also the alarms and every muscle.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -16,20 +16,20 @@ pub struct ShownFit<'a> {
     pub record: &'a FitRecord,
     pub conclusion: &'a Conclusion,
     pub is_verbose: bool,
-    /// For a fit of ratios, the fit of the same row by stretches.
+    /// The fit of the same row by stretches, beside a fit of ratios.
     pub from_stretches: Option<&'a Fit>,
     pub published: Option<&'a Published>,
-    /// What data and model leave open, where it was asked for.
+    /// The posterior with the index of the posture, if it was asked for.
     pub posterior: Option<(&'a SampledPosterior<'a>, usize)>,
     pub written: &'a [PathBuf],
 }
 
-/// Smallest printed misfit: below it digits are rounding and differ between machines.
+/// Smallest misfit that is printed; smaller ones are rounding errors and differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
 impl ShownFit<'_> {
     pub fn text(&self) -> String {
-        let mut text = self.told_first();
+        let mut text = self.verdict();
         if let Some((sampled, posture)) = self.posterior {
             text += &posterior::text(sampled, posture, self.is_verbose);
         }
@@ -46,11 +46,10 @@ impl ShownFit<'_> {
         text + &in_one_line(self.written)
     }
 
-    /// How to see more than is printed.
     fn more(&self) -> &'static str {
         match (self.is_verbose, self.posterior) {
             (true, _) => "",
-            // Why there is no verdict tells how many draws the body needs.
+            // The reason why there is no verdict says how many draws the body needs.
             (false, None) if self.conclusion.tensions_trusted && self.record.verdict.is_some() => {
                 "; -v and --posterior 1000 say more"
             }
@@ -58,8 +57,7 @@ impl ShownFit<'_> {
         }
     }
 
-    /// The verdict, which stands before all else.
-    fn told_first(&self) -> String {
+    fn verdict(&self) -> String {
         let target = &self.record.fit.matched.target;
         let note = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
         let mut text = format!("{} /{}/ against /{}/{note}\n", target.subject, target.vowel, target.baseline);
@@ -82,7 +80,6 @@ impl ShownFit<'_> {
         text
     }
 
-    /// What the tensions below are, and what they miss.
     fn heading(&self) -> String {
         let fit = &self.record.fit;
         let name = match fit.matched.target.kind {
@@ -107,7 +104,6 @@ impl ShownFit<'_> {
         }
     }
 
-    /// The curves of tensions that fit equally well.
     fn solution_curves(&self) -> impl Iterator<Item = &SolutionCurve> {
         self.record
             .fit
@@ -154,7 +150,6 @@ impl ShownFit<'_> {
         wrapped(&format!("not measured, so neither fitted nor compared, and given no tension: {names}"))
     }
 
-    /// How the search ended, with all reasons for doubt.
     fn search_outcome(&self) -> String {
         let Fit { answer, matched, .. } = &self.record.fit;
         let misfit =
@@ -190,7 +185,6 @@ impl ShownFit<'_> {
     }
 }
 
-/// The files that were written, by their folder.
 fn in_one_line(written: &[PathBuf]) -> String {
     let Some(folder) = written.first().and_then(|path| path.parent()) else { return String::new() };
     let names: Vec<String> =
@@ -198,12 +192,10 @@ fn in_one_line(written: &[PathBuf]) -> String {
     format!("written to {}: {}\n", folder.display(), names.join(", "))
 }
 
-/// By how much a length is shorter than another, %.
 fn shortening_percent(length: f64, than: f64) -> f64 {
     100.0 * (1.0 - length / than)
 }
 
-/// Every muscle of a fit beside its measurement.
 fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.matched.target;
     let (lengths, simulated, residuals) = (fit.lengths(), fit.simulated(), fit.residuals());

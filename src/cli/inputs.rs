@@ -1,4 +1,4 @@
-//! Files that commands read, with errors that name them, and options whose values are choices of the library.
+//! Files that commands read, with errors that name them, and options whose values are variants of an enum of the library.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use tongue_fit::measured::lengths::plausibility;
 
 use super::{invocation, output};
 
-/// The text of a file; `what` says in an error what it is read for, such as "the map".
+/// The text of a file. `what` names the file in an error, such as "the map".
 pub fn text(what: &str, path: &Path) -> miette::Result<String> {
     files::read_text(path).map_err(|e| unreadable(what, path, &e))
 }
@@ -30,28 +30,35 @@ pub fn tract(path: &Path) -> miette::Result<Tract> {
     VocalTract::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
 }
 
-/// The table of lengths, by default the built-in one, with the half width of their rounding if it was given.
+/// Reads a table of lengths, by default the built-in one, and prints the doubts about it.
 pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
+    Ok(doubted_lengths(file, half_width_mm)?.0)
+}
+
+/// Like [`lengths`], with the doubts that were printed.
+pub fn doubted_lengths(
+    file: Option<&PathBuf>,
+    half_width_mm: Option<f64>,
+) -> miette::Result<(Dataset, Vec<String>)> {
     if file.is_some_and(|file| file.as_os_str() == "-")
         && invocation::current().is_some_and(|run| run.is_call())
     {
         return Err(miette!("a call has no standard input; give the table itself, or the name of its file"));
     }
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
-    if file.is_some() {
-        let doubts = plausibility::doubts(&data);
-        doubts.iter().for_each(|said| output::note(&format!("{}: {said}", data.origin())));
-    }
+    let doubts = if file.is_some() { plausibility::doubts(&data) } else { Vec::new() };
+    doubts.iter().for_each(|doubt| output::note(&format!("{}: {doubt}", data.origin())));
     if data.rows().iter().any(|row| row.lengths.vowel.label() == "u") {
         output::note(&format!(
             "{}: u and ɯ are two vowels, since the table has both; write ɯ for both if they are one",
             data.origin()
         ));
     }
-    match half_width_mm {
-        Some(mm) => data.with_half_width_mm(mm).into_diagnostic(),
-        None => Ok(data),
-    }
+    let data = match half_width_mm {
+        Some(mm) => data.with_half_width_mm(mm).into_diagnostic()?,
+        None => data,
+    };
+    Ok((data, doubts))
 }
 
 pub fn choice<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {

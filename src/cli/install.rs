@@ -1,4 +1,4 @@
-//! `tongue-fit completions`: completion scripts for shells, because `cargo install` installs nothing but the program.
+//! `tongue-fit completions`: completion scripts for shells, which `cargo install` does not install.
 
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -21,9 +21,8 @@ pub fn completions(arguments: &Completions) -> miette::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);
     let script = String::from_utf8_lossy(&script);
-    // For bash, clap_complete 4.6 spells a hyphen in the program's name in two ways, so that nothing is
-    // completed after a subcommand (https://github.com/clap-rs/clap/issues/6421). When that is fixed, there
-    // is nothing to replace.
+    // For bash, clap_complete 4.6 writes a hyphen in the program's name in two ways, so that nothing is completed after a subcommand
+    // (https://github.com/clap-rs/clap/issues/6421). Once that is fixed, nothing is replaced here.
     output::print(&script.replace("tongue__subcmd__fit", "tongue__fit"))?;
     Ok(Outcome::Good)
 }

@@ -1,44 +1,43 @@
-//! Signals: Ctrl-C leaves no unfinished files and ends the program by the signal, as shells expect; reaching
-//! the limit of file sizes is an error with a message.
+//! Signals: Ctrl-C leaves no unfinished files and ends the program by the signal, as shells expect; reaching the limit of file sizes is an
+//! error with a message.
 
 #[cfg(unix)]
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
-static LAST_WORDS: Mutex<Option<String>> = Mutex::new(None);
+static STOP_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 
-pub fn set_last_words(words: Option<String>) {
-    *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
+/// Sets what an interruption prints at a terminal.
+pub fn set_stop_message(message: Option<String>) {
+    *STOP_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner) = message;
 }
 
-/// On SIGINT and SIGTERM, removes unfinished files and then lets the signal end the program: a shell stops a
-/// series of commands only if the interrupted one died of the signal. Systems other than Unix keep their
-/// default.
+/// On SIGINT and SIGTERM, removes unfinished files and then lets the signal end the program, because a shell stops a series of commands
+/// only if the interrupted one was ended by the signal. Systems other than Unix keep their default.
 #[cfg(unix)]
-pub fn tidy_up_when_told_to_stop() {
+pub fn remove_unfinished_files_on_signals() {
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
 
     let wanted = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
-    // Without a handler a signal just ends the program.
     let Ok(mut signals) = Signals::new(wanted) else { return };
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            let _standstill = tongue_fit::report::discard_unfinished();
+            let _guard = tongue_fit::report::discard_unfinished();
             // Only at a terminal, because writing to a full pipe would wait for ever.
             if std::io::stderr().is_terminal()
-                && let Some(words) = LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner).as_deref()
+                && let Some(message) = STOP_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner).as_deref()
             {
-                super::output::note(&format!("\n{words}"));
+                super::output::note(&format!("\n{message}"));
             }
             let _ = emulate_default_handler(signal);
         }
     });
 }
 
-/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error, which is reported like any
-/// other. By default the signal SIGXFSZ ends the program without a message.
+/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error, which is reported like any other. By default the signal
+/// SIGXFSZ ends the program without a message.
 #[cfg(unix)]
 pub fn report_files_that_become_too_large() {
     use std::sync::Arc;
@@ -51,10 +50,9 @@ pub fn report_files_that_become_too_large() {
 pub fn report_files_that_become_too_large() {}
 
 #[cfg(not(unix))]
-pub fn tidy_up_when_told_to_stop() {}
+pub fn remove_unfinished_files_on_signals() {}
 
-/// Whether the signal was ignored when the program was started, as SIGINT is for background jobs; only Linux
-/// reports it.
+/// Whether the signal was ignored when the program was started, as SIGINT is for background jobs; only Linux reports it.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,5 +1,5 @@
-//! One run of the program: its command line, its volume, and where it prints. It is a process of its own, or a call within the process
-//! of a program such as Python, which takes what is printed as text and can stop the run.
+//! One run of the program: its command line, how much it prints, and where. It is a process of its own, or a call within the process of a
+//! program such as Python, which gets what is printed as text and can stop the run.
 
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -20,7 +20,6 @@ pub struct Called {
     pub stderr: String,
 }
 
-/// How much a run tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Volume {
     /// `-q`: errors, warnings, and results that are in no file.
@@ -36,7 +35,7 @@ pub struct Invocation {
     pub words: Vec<OsString>,
     pub volume: Volume,
     pub start: Instant,
-    /// What is printed, if it is kept for the caller: standard output, and standard error.
+    /// What was printed to standard output and to standard error, if it is kept for a caller.
     kept: Option<[Mutex<Vec<u8>>; 2]>,
     /// Whether the caller no longer waits.
     stop: Arc<AtomicBool>,
@@ -48,12 +47,12 @@ thread_local! {
     static CALL: RefCell<Option<Arc<Invocation>>> = const { RefCell::new(None) };
 }
 
-/// The run that this thread works for; none in tests of functions.
+/// The run that this thread works for; `None` in tests of functions.
 pub fn current() -> Option<Arc<Invocation>> {
     CALL.with_borrow(|call| call.clone().or_else(|| PROCESS.get().cloned()))
 }
 
-/// Ends this thread's work if its caller no longer waits: the thread unwinds, and with it the call.
+/// Ends the work of this thread if its caller no longer waits: the thread unwinds, and the call with it.
 pub fn stop_if_asked() {
     if current().is_some_and(|i| i.stop.load(Ordering::Relaxed)) {
         resume_unwind(Box::new("stopped by its caller"));
@@ -61,7 +60,6 @@ pub fn stop_if_asked() {
 }
 
 impl Invocation {
-    /// The run of this process.
     pub fn begin(words: Vec<OsString>, volume: Volume) {
         let _ = PROCESS.set(Arc::new(Self {
             words,
@@ -77,7 +75,6 @@ impl Invocation {
         Arc::new(Self { words, volume, start: Instant::now(), kept: Some(Default::default()), stop })
     }
 
-    /// Makes this the run of the thread.
     pub fn enter(self: &Arc<Self>) {
         CALL.set(Some(Arc::clone(self)));
     }
@@ -86,7 +83,6 @@ impl Invocation {
         self.kept.is_some()
     }
 
-    /// What was printed so far on standard output and on standard error.
     pub fn printed(&self) -> [String; 2] {
         let text = |bytes: &Mutex<Vec<u8>>| {
             String::from_utf8_lossy(&bytes.lock().unwrap_or_else(PoisonError::into_inner)).into_owned()
@@ -121,14 +117,13 @@ impl Write for Stream {
     }
 }
 
-/// The command that outputs name; of a call without its folder, which the caller removes.
+/// The command that outputs name; for a call without its output folder, which the caller removes.
 pub fn provenance() -> Provenance {
     let is_call = current().is_some_and(|run| run.is_call());
     Provenance::new(line_of(if is_call { words_of_the_result() } else { words() }))
 }
 
-/// The words of the command line without options that do not change results, so that outputs are the same
-/// wherever they are made.
+/// The words of the command line without options that do not change results, so that outputs are the same wherever they are made.
 pub fn words_of_the_result() -> Vec<String> {
     let mut words = words().into_iter();
     let mut kept = Vec::new();
@@ -150,7 +145,7 @@ fn words() -> Vec<String> {
     run.iter().flat_map(|run| &run.words).skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
 }
 
-/// The words as one line for a shell, quoted if the shell would split or change them.
+/// The words as one line for a shell; a word that the shell would split or change is quoted.
 pub fn line_of(words: Vec<String>) -> String {
     std::iter::once("tongue-fit".to_owned())
         .chain(words.into_iter().map(|word| {

@@ -1,4 +1,4 @@
-//! `tongue-fit lengths check`: how a table of lengths is understood.
+//! `tongue-fit lengths check`: how a table of lengths is read.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,9 +7,7 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
-use tongue_fit::measured::lengths::{
-    BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row, plausibility,
-};
+use tongue_fit::measured::lengths::{BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row};
 use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
 use tongue_fit::suggest;
 
@@ -62,9 +60,9 @@ struct LengthRecord<'a> {
     subjects: Vec<SubjectRecord<'a>>,
     broken: &'a [BrokenRow],
     bad_cells: &'a [Malformed],
-    /// Rows that no fit takes, and fits that refuse a row.
+    /// Rows that no fit uses, and fits that refuse a row.
     not_fitted: Vec<Refusal>,
-    /// Muscles that the built-in tongue does not have, in sentences.
+    /// Sentences about muscles that the built-in tongue does not have.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     unknown_muscles: Vec<String>,
     /// Why the lengths may not be those of tongues.
@@ -90,10 +88,10 @@ struct RowRecord<'a> {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let LengthsAction::Check(check) = &arguments.action;
-    let data = inputs::lengths(Some(&check.file), check.error_mm)?;
-    let record = record(&data, check.baseline.as_ref())?;
+    let (data, doubts) = inputs::doubted_lengths(Some(&check.file), check.error_mm)?;
+    let record = record(&data, doubts, check.baseline.as_ref())?;
     output::tell(global, &record, || text(&record, &data))?;
-    let is_misspelt = record.unknown_muscles.iter().any(|said| said.contains(MEANT));
+    let is_misspelt = record.unknown_muscles.iter().any(|sentence| sentence.contains(DID_YOU_MEAN));
     let is_good = !is_misspelt
         && record.doubts.is_empty()
         && record.broken.is_empty()
@@ -102,8 +100,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }
 
-fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<LengthRecord<'a>> {
-    // What a batch of all rows would do.
+fn record<'a>(
+    data: &'a Dataset,
+    doubts: Vec<String>,
+    baseline: Option<&Vowel>,
+) -> miette::Result<LengthRecord<'a>> {
+    // The plan of a batch of all rows says which rows can be fitted.
     let kinds = TargetKind::ALL.to_vec();
     let selection = Selection { kinds, baseline: baseline.cloned(), ..Selection::default() };
     let plan = batch::plan(data, &selection).into_diagnostic()?;
@@ -131,7 +133,7 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Len
         bad_cells: data.bad_cells(),
         not_fitted: plan.refusals,
         unknown_muscles: unknown(data.muscles()),
-        doubts: plausibility::doubts(data),
+        doubts,
     })
 }
 
@@ -149,22 +151,23 @@ fn row_record(row: &Row) -> RowRecord<'_> {
     }
 }
 
-/// A sentence for each muscle of a table that the built-in tongue does not have, with the nearest name that it has and the table lacks.
+/// A sentence for each muscle of a table that the built-in tongue does not have, with the nearest name that the built-in tongue has and the
+/// table lacks.
 fn unknown(names: &[String]) -> Vec<String> {
     let known = Muscles::built_in();
     let free = known.all().iter().map(|m| m.name.clone());
     let free = Vec::from_iter(free.filter(|own| names.iter().all(|name| !own.eq_ignore_ascii_case(name))));
     names.iter().filter(|name| known.get(name).is_none()).map(|name| {
         let near = suggest::hint(name, free.iter().map(String::as_str));
-        let near = if near.starts_with(MEANT) { format!("; {near}") } else { String::new() };
+        let near = if near.starts_with(DID_YOU_MEAN) { format!("; {near}") } else { String::new() };
         format!(
             "the built-in tongue has no muscle {name}{near} (a fit of this table needs a body that has it, or the table without its column)"
         )
     }).collect()
 }
 
-/// How a sentence about a misspelt name goes on.
-const MEANT: &str = "did you mean";
+/// How a hint begins if a name is probably misspelt.
+const DID_YOU_MEAN: &str = "did you mean";
 
 fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
     let mut text = String::new();
@@ -173,7 +176,7 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
     };
     let reading = record.reading;
     line("table", record.file.to_owned());
-    line("text", form(reading));
+    line("text", text_format(reading));
     line("header", format!("line {}", reading.header_line));
     line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
     let mut rows = table::counted(data.rows().len(), "row");
@@ -205,14 +208,13 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
     let parts = parts.into_iter().filter(|(.., messages)| !messages.is_empty()).map(|(what, verb, all)| {
         format!("{} {verb}:\n{}", table::counted(all.len(), what), listed(all, MOST_LISTED, "\n"))
     });
-    for told in substitutes.chain(record.unknown_muscles.iter().cloned()).chain(parts) {
-        let _ = writeln!(text, "{told}");
+    for part in substitutes.chain(record.unknown_muscles.iter().cloned()).chain(parts) {
+        let _ = writeln!(text, "{part}");
     }
     text
 }
 
-/// Format of the text in one line (also for `-v`).
-pub(super) fn form(reading: &Reading) -> String {
+fn text_format(reading: &Reading) -> String {
     let encoding = match reading.encoding {
         Encoding::Utf8 => "UTF-8",
         Encoding::Utf8Bom => "UTF-8 with byte order mark",

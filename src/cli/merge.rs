@@ -1,5 +1,3 @@
-//! `tongue-fit merge`: merges the shards of a batch.
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -19,8 +17,8 @@ const MOST_NAMED: usize = 5;
 #[group(skip)]
 #[command(after_help = "Example:\n  \
     tongue-fit merge results/shards --out results/batch\n\n\
-    The shards are those of `tongue-fit batch --shard I/N`. What is written is, byte for byte, what one run writes. Where a shard is \
-    missing or not finished it is named and nothing is written. Run it where the shards were run: it reads the table again.")]
+    The shards are those of `tongue-fit batch --shard I/N`. The files are, byte for byte, those of one run. If a shard is missing or \
+    unfinished, it is named and nothing is written. Run it where the shards were run, because it reads the table again.")]
 pub struct Arguments {
     /// Folders with the journals of the shards (batch-3-of-16.journal)
     #[arg(value_name = "DIR", required = true)]
@@ -41,7 +39,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let prepared = prepare(&words)?;
     let jobs = prepared.run.plan.jobs.len();
 
-    let mut wanting = missing(&shards)?;
+    let mut unfinished = missing(&shards)?;
     let paths = shards.values().flatten().cloned();
     let journal = Journal::join(paths, &prepared.key, &words, jobs).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
@@ -49,13 +47,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let mine: Vec<usize> = (0..jobs).filter(|&job| shard.has(job)).collect();
         let done = mine.iter().filter(|job| journal.has(**job)).count();
         if done < mine.len() {
-            wanting.push(format!("{shard} has {done} of {} fits", mine.len()));
+            unfinished.push(format!("{shard} has {done} of {} fits", mine.len()));
         }
     }
     ensure!(
-        wanting.is_empty(),
+        unfinished.is_empty(),
         "not every shard is done, so nothing is written: {}. Run each again: {} --shard I/N",
-        listed(wanting, MOST_NAMED, "; "),
+        listed(unfinished, MOST_NAMED, "; "),
         line_of(words)
     );
 
@@ -64,7 +62,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())
 }
 
-/// The journals of the shards in these folders, by shard.
 fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> {
     let mut found: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
     for folder in folders {

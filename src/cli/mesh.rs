@@ -1,5 +1,3 @@
-//! `tongue-fit mesh`: the mesh and its quality.
-
 use std::fmt::Write as _;
 
 use miette::IntoDiagnostic;

@@ -1,4 +1,4 @@
-//! The command line: the only place that prints or picks paths.
+//! The command line; only this module prints, or chooses where files are written.
 
 mod adapt;
 mod batch;
@@ -53,13 +53,12 @@ use outcome::{Outcome, untrusted, word};
 
 const FAILED: u8 = 1;
 
-/// Exit status of a completed run with a result that did not converge or cannot be trusted.
 const UNTRUSTWORTHY: u8 = 3;
 
-/// Maximum number of threads; starting more takes longer than a fit.
+/// Most threads; starting more takes longer than a fit.
 const MOST_THREADS: usize = 1024;
 
-/// Size of the stack of a thread that runs a call, as the main thread of a process has, bytes.
+/// Size of the stack of a thread that runs a call, which is that of a process's main thread, bytes.
 const STACK: usize = 8 << 20;
 
 /// Finds the tensions of tongue muscles from their lengths.
@@ -87,8 +86,8 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results, or a folder of the command's in it; simulate without --trajectory, mesh
-    /// and scene write files only when it is given]
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate without --trajectory, mesh and scene
+    /// write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -100,8 +99,7 @@ struct Global {
     /// Print errors only, and no table of results that are in the files written
     #[arg(short, long, global = true, conflicts_with = "verbose", hide_short_help = true)]
     quiet: bool,
-    /// Report every step on stderr: version, threads, mesh, search, seeds, each after the time since the
-    /// start
+    /// Report every step on stderr: version, threads, mesh, search, seeds, each after the time since the start
     #[arg(short, long, global = true, hide_short_help = true)]
     verbose: bool,
 }
@@ -128,19 +126,19 @@ enum Command {
     Adapt(adapt::Arguments),
     /// Find tensions over time from recorded contours, sensors and bones
     Track(track::Arguments),
-    /// The sound of a vowel: the tract around the tongue, its formants, and a voice
+    /// Compute the sound of a vowel: the tract around the tongue, its formants, and a voice
     Sound(sound::Arguments),
-    /// The effect of each muscle alone, side by side
+    /// Show the effect of each muscle alone, side by side
     Muscles(muscles::Arguments),
     /// Write a page for any browser in which the tongue moves with its muscles
     Page(page::Arguments),
-    /// Scenes: simulate only the effects that a scene needs
+    /// List, explain and run scenes, which simulate only the effects that they need
     Scene(scene::Arguments),
-    /// Tables of measured lengths: how they are understood
+    /// Check how a table of measured lengths is read
     Lengths(lengths::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
-    /// The priors of a posterior, as TOML
+    /// Print the priors of a posterior, as TOML
     #[command(after_help = "Example:\n  tongue-fit priors > priors.toml")]
     Priors,
     /// Validate predictions of muscles that were not fitted, against other ways to predict them
@@ -153,16 +151,16 @@ pub fn main() -> ExitCode {
     ExitCode::from(run(std::env::args_os().collect()))
 }
 
-/// Parses a command line (the name of the program first), runs it, and turns the result into an exit status: 0 done and converged,
-/// 1 bad input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. Once in a process: wrong usage ends
-/// it, and signals are handled from then on.
+/// Parses a command line (the name of the program first), runs it, and turns the result into an exit status: 0 done and converged, 1 bad
+/// input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. It may be called once in a process: wrong usage
+/// ends the process, and signals are handled from then on.
 pub fn run(words: Vec<OsString>) -> u8 {
     let (cli, matches) = match parsed(words.clone()) {
         Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
     Invocation::begin(words, cli.global.volume());
-    interrupt::tidy_up_when_told_to_stop();
+    interrupt::remove_unfinished_files_on_signals();
     interrupt::report_files_that_become_too_large();
     ended(option_checks::check(&Cli::command(), &matches).and_then(|()| {
         if cli.global.threads.is_some() {
@@ -198,7 +196,7 @@ pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
     Called { status, stdout, stderr }
 }
 
-/// The exit status of a command that has ended, which is reported if it failed.
+/// The exit status of a command that has ended; an error, or why a result cannot be trusted, is printed.
 fn ended(result: miette::Result<Outcome>) -> u8 {
     match result {
         Ok(Outcome::Good) => 0,
@@ -243,7 +241,7 @@ impl Cli {
 /// The arguments of a command line.
 ///
 /// # Errors
-/// Wrong usage; also a request for help or the version.
+/// For wrong usage, and for a request for help or the version.
 fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
     let matches = Cli::command().try_get_matches_from(with_points_tracked(words))?;
     let cli = Cli::from_arg_matches(&matches)?;
@@ -265,7 +263,7 @@ fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
     Ok((cli, matches))
 }
 
-/// `--points FILE` as the first option means `track FILE`, unless a vowel is fitted.
+/// Turns `--points FILE` as the first option into `track FILE`, unless a vowel is fitted.
 fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
     let text = |w: &OsString| w.to_string_lossy().into_owned();
     let first = words.get(1).map(text).unwrap_or_default();
@@ -280,7 +278,7 @@ fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
     words
 }
 
-/// An option of the fit before a subcommand; options of every command may be anywhere.
+/// An option of the fit that is given before a subcommand; options of every command may be anywhere.
 fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     matches.subcommand()?;
     let command = Cli::command();
@@ -290,7 +288,7 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     given.find_map(|a| a.get_long().map(str::to_owned))
 }
 
-/// Starts the threads that were asked for: one for each core if no number was.
+/// Starts the threads that were asked for, or one for each core.
 fn start_threads<T>(
     global: &Global,
     start: impl FnOnce(rayon::ThreadPoolBuilder) -> Result<T, rayon::ThreadPoolBuildError>,
@@ -309,7 +307,7 @@ fn start_threads<T>(
 mod tests {
     use super::*;
 
-    /// Every command and subcommand by its words: `scene run`, and the empty one for the fit.
+    /// Every command and subcommand with its words: none for the fit, `scene run` for the subcommand of a subcommand.
     fn commands() -> Vec<(Vec<String>, clap::Command)> {
         let mut command = Cli::command().disable_help_subcommand(true);
         command.build();
@@ -323,7 +321,6 @@ mod tests {
         std::iter::once(command).chain(command.get_subcommands().flat_map(everything)).collect()
     }
 
-    /// docs/commands.md lists the program's commands, each with a sentence.
     #[test]
     fn the_page_of_all_commands_lists_those_of_the_program() {
         let mut commands: Vec<String> = commands()
@@ -352,7 +349,7 @@ mod tests {
             let examples: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")).collect();
             assert!(!examples.is_empty(), "{words:?}");
             for example in examples {
-                // The rest is for the shell.
+                // What follows is for the shell.
                 let typed: Vec<&str> = example.split(['>', '|']).next().unwrap().split_whitespace().collect();
                 let matches =
                     Cli::command().try_get_matches_from(&typed).unwrap_or_else(|e| panic!("{example}: {e}"));

@@ -1,4 +1,4 @@
-//! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
+//! `tongue-fit muscles`: the effect of each muscle alone, in the plane or in space.
 
 use miette::{IntoDiagnostic, WrapErr, ensure};
 use serde_json::json;
@@ -73,7 +73,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     answer(each, (&body.mesh, palate, &title, "surface"), TissueModel::of(&body.mesh), &out, global)
 }
 
-/// Writes and prints what muscles do.
 fn answer(
     each: impl Iterator<Item = miette::Result<MuscleEffect>>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
@@ -117,7 +116,7 @@ fn text<'a>(
     )
 }
 
-/// The picture of a muscle alone, with its effect in words where that can be trusted.
+/// The picture of a muscle alone, with its effect in words if that can be trusted.
 fn panel(alone: &MuscleEffect) -> Panel {
     let [tip, top, _] = alone.moved_mm.map(table::forward_up);
     let lines = match alone.status {

@@ -1,4 +1,4 @@
-//! Options that only a body in the plane or only one in space has: refused where the body is the other, whatever their value.
+//! Refuses options that only bodies in the plane, or only those in space, have if the body is of the other kind.
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
@@ -6,10 +6,10 @@ use miette::bail;
 
 use super::body::space_name;
 
-const OF_SPACE: [&str; 2] = ["Body in space", "Surgery"];
+const SPACE_HEADINGS: [&str; 2] = ["Body in space", "Surgery"];
 
-/// Options of a command that bodies in the plane and in space share, and options of space under other headings, by their names in
-/// [`clap`]; `None` for a command without bodies in space.
+/// Options that bodies in the plane and in space share, and options of space under other headings, by their names in [`clap`]; `None` for a
+/// command without bodies in space.
 fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
     match command {
         "" => Some((&["vowel", "subject", "target", "baseline", "lengths", "error_mm"], &[])),
@@ -23,11 +23,9 @@ fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static s
     }
 }
 
-/// Refuses an option that was typed and does not belong to the body.
 pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
     let (name, own, command) = match matches.subcommand() {
         Some((name, own)) => (name, own, command.find_subcommand(name)),
-        // The fit of a vowel.
         None => ("", matches, Some(command)),
     };
     let Some(((shared, of_space), command)) = known(name).zip(command) else { return Ok(()) };
@@ -40,7 +38,7 @@ pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
             continue;
         }
         let heading = option.get_help_heading();
-        let in_space = of_space.contains(&id) || heading.is_some_and(|h| OF_SPACE.contains(&h));
+        let in_space = of_space.contains(&id) || heading.is_some_and(|h| SPACE_HEADINGS.contains(&h));
         let option = option.get_long().map_or_else(|| id.to_owned(), |long| format!("--{long}"));
         match &body {
             Some(body) if !in_space => {

@@ -1,4 +1,4 @@
-//! Options of a posterior: what was measured of postures beside the lengths.
+//! Options of a posterior for what was measured beside the lengths: activity, contours and coils.
 
 use std::path::{Path, PathBuf};
 
@@ -15,35 +15,34 @@ use tongue_fit::track::TongueSurface;
 use super::{inputs, output};
 
 const MOST_POINTS: usize = 40;
-/// A contour further from the surface at rest is in another frame, m.
+/// A contour whose points are farther from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
-/// If no activity is larger, the unit of the table seems to be wrong.
-const LEAST_OF_LARGEST: f64 = 0.05;
-/// Axes of points that are in the frame of the body.
-const OF_THE_BODY: &str = "back = \"x\"\nup = \"y\"\n";
+/// If the largest activity is smaller, the unit of the table seems to be wrong.
+const LEAST_LARGEST_ACTIVITY: f64 = 0.05;
+const BODY_AXES: &str = "back = \"x\"\nup = \"y\"\n";
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Posterior: data beside the lengths")]
 pub struct Arguments {
-    /// Relative muscle activity, 0 to 1, of the fitted vowel, its baseline and, with --joint, other vowels: CSV with a column muscle and a column
-    /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels, and full_n_per_m is not used
+    /// Relative muscle activity, 0 to 1, of the fitted vowel, its baseline and, with --joint, other vowels: CSV with a column muscle and a
+    /// column for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels, and full_n_per_m is not used
     #[arg(long, value_name = "FILE", requires = "posterior", hide_short_help = true)]
     emg: Option<PathBuf>,
-    /// Contour of the fitted vowel, or of another one that is sampled or the baseline where its name stands before it (ɯ=FILE), in the body's
-    /// own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt --contour`. Contours of several
-    /// postures say most: they share the error of their place (5 mm), angle (9 degrees) and size (10 %; standard deviations)
+    /// Contour of the fitted vowel, or of the baseline or another sampled vowel, whose name is then put before it (ɯ=FILE). It is in the
+    /// body's own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it) and in a format of `adapt --contour`. Contours of
+    /// several postures say most, because they share the errors of place (5 mm), angle (9 degrees) and size (10 %; standard deviations)
     #[arg(long, value_name = "[VOWEL=]FILE", requires = "posterior", hide_short_help = true)]
     contour: Vec<String>,
-    /// With --posterior: coils by their usual names (T1, TT, TB, TD, ...), in the same way as --contour and with the same placement, each file
-    /// with one frame (CSV point,x_mm,y_mm). As the first option and without --posterior: finds the tensions of one posture from points
-    /// alone, short for `tongue-fit track FILE`, with its options
+    /// With --posterior: coils by their usual names (T1, TT, TB, TD, ...), given like --contour and with the same placement, one frame in
+    /// each file (CSV point,x_mm,y_mm). As the first option, without --posterior: the tensions of one posture from points alone, short for
+    /// `tongue-fit track FILE`, with its options
     #[arg(long, value_name = "[VOWEL=]FILE")]
     pub points: Vec<String>,
 }
 
 impl Arguments {
-    /// What was seen of targets that are sampled together, of which number `posture` is the fitted one.
+    /// What was measured of targets that are sampled together, of which the one with index `posture` is fitted.
     pub fn read(
         &self,
         posterior_model: &PosteriorModel,
@@ -65,14 +64,13 @@ impl Arguments {
     }
 }
 
-/// The targets that are sampled together, and the number of the fitted one.
 struct SampledTargets<'a> {
     targets: &'a [Target],
     fitted: usize,
 }
 
 impl SampledTargets<'_> {
-    /// The posture of a file (`None`: the baseline) and its path.
+    /// The posture of a file (`None` for the baseline), and its path.
     fn posture<'t>(&self, option: &str, text: &'t str) -> miette::Result<(Option<usize>, &'t Path)> {
         let Some((name, path)) = text.split_once('=').filter(|_| !Path::new(text).exists()) else {
             return Ok((Some(self.fitted), Path::new(text)));
@@ -94,7 +92,7 @@ impl SampledTargets<'_> {
         posture.map_or(&self.targets[0].baseline, |p| &self.targets[p].vowel)
     }
 
-    /// The posture of a vowel (`Some(None)`: the baseline); `None` where it is not sampled.
+    /// The posture of a vowel (`Some(None)` for the baseline); `None` if it is not sampled.
     fn of_vowel(&self, vowel: &Vowel) -> Option<Option<usize>> {
         match vowel {
             v if v == self.vowel(None) => Some(None),
@@ -120,7 +118,7 @@ impl SampledTargets<'_> {
         Ok(out)
     }
 
-    /// Contours and coils together, because they are in one frame.
+    /// Contours and coils together, because they share a frame.
     fn points(
         &self,
         body: &Body<2>,
@@ -134,9 +132,9 @@ impl SampledTargets<'_> {
         };
         let mut seen = AlignedRecording::of_contours(&postures.iter().map(points).collect::<Vec<_>>());
         if !recordings.is_empty() {
-            // All files are read as one recording: a coil has one place on the tongue.
+            // All files are read as one recording, because a coil has one place on the tongue.
             let all = Recording::of_coils(&recordings).map_err(|e| miette!("--points: {e}"))?;
-            let map = Map::from_toml(OF_THE_BODY, "the axes of the body").into_diagnostic()?;
+            let map = Map::from_toml(BODY_AXES, "the axes of the body").into_diagnostic()?;
             let read = AlignedRecording::new(&all, &map).into_diagnostic().wrap_err("--points")?;
             read.notes.iter().for_each(|note| output::note(&format!("--points: {note}")));
             for (posture, frame) in of_coils.iter().zip(read.frames) {
@@ -147,11 +145,11 @@ impl SampledTargets<'_> {
         }
         for (posture, frame) in postures.iter().zip(&seen.frames) {
             let vowel = self.vowel(*posture);
-            // Postures are no frames of one motion.
+            // Postures are not frames of one motion.
             let alone = AlignedRecording { frames: vec![frame.clone()], ..seen.clone() };
             for doubt in recording::check_plausibility(&alone, None) {
-                let said = format!("--contour and --points, /{vowel}/: {}", doubt.message);
-                if doubt.severity == Severity::Note { output::note(&said) } else { bail!("{said}") }
+                let message = format!("--contour and --points, /{vowel}/: {}", doubt.message);
+                if doubt.severity == Severity::Note { output::note(&message) } else { bail!("{message}") }
             }
             for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {
                 near_the_body(body, marks).wrap_err_with(|| format!("{option}, /{vowel}/"))?;
@@ -205,7 +203,7 @@ fn emg(
     }
     let activities = measured.iter().flat_map(|row| &row.by_vowel).map(|(_, activity)| *activity);
     let largest = activities.fold(0.0, f64::max);
-    if largest > 0.0 && largest < LEAST_OF_LARGEST {
+    if largest > 0.0 && largest < LEAST_LARGEST_ACTIVITY {
         output::note(&format!(
             "--emg {origin}: the largest activity is {largest:.3}, where that of each muscle is about 1; if the columns are in parts of 1, take the % \
              out of their names"
@@ -213,17 +211,17 @@ fn emg(
     }
     let electrodes = Vec::from_iter(measured.into_iter().map(|row| {
         let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture_of(v)?, *activity)));
-        // A tension that the priors fix says nothing of an electrode's gain.
+        // A tension that the priors fix says nothing about the gain of an electrode.
         let fixed = |p: Option<usize>, m: &usize| {
             let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);
             p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
         };
-        let told: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
-        (row.name, row.muscles, told)
+        let used: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
+        (row.name, row.muscles, used)
     }));
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
     let data = AuxiliaryData::emg(
-        &electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>(),
+        &electrodes.into_iter().map(|(_, muscles, used)| (muscles, used)).collect::<Vec<_>>(),
     );
     ensure!(
         !data.is_empty(),
@@ -248,7 +246,7 @@ fn contour(path: &Path) -> miette::Result<Vec<Point>> {
     if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
         bail!("{coil} is the name of a coil; coils are read with --points");
     }
-    // The option says that the points are in the frame of the body, so a contour that seems to face the other way is not turned round.
+    // The option says that points are in the frame of the body, so a contour that seems to face the other way is not turned round.
     let points = Landmarks::default().with_contour(read).contour;
     let every = points.len().div_ceil(MOST_POINTS).max(1);
     let points: Vec<Point> = points.into_iter().step_by(every).collect();

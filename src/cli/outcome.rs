@@ -1,4 +1,4 @@
-//! How commands end, and what cannot be trusted of their results.
+//! How commands end, and why their results cannot be trusted.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,11 @@ use tongue_fit::statics::SolveStatus;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// Everything converged: exit status 0.
+    /// Exit status 0.
     Good,
-    /// A result that did not converge or is at a bound, with its description: exit status 3.
+    /// Exit status 3: a result did not converge or cannot be trusted, for this reason.
     Untrustworthy(String),
-    /// Everything else is done, but some rows of the input could not be used: exit status 1.
+    /// Exit status 1: some rows of the input could not be used; everything else is done.
     SomeRowsRefused,
 }
 
@@ -34,14 +34,14 @@ impl Outcome {
         )
     }
 
-    /// The outcome for a result that may have failed, with its alarms.
+    /// The outcome of a result with its alarms; `failed` says why the result failed, if it did.
     pub fn of_alarms(failed: Option<String>, alarms: &[Alarm]) -> Self {
         let why: Vec<String> = failed.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect();
         Self::judged(why.is_empty(), || why.join("; "))
     }
 }
 
-/// How many of the results have a status that is not one of `good`; `None` if all can be trusted.
+/// A sentence about the results whose status is not one of `good`; `None` if there are none.
 pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
     let all: usize = statuses.values().sum();
     let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();

@@ -23,18 +23,17 @@ pub fn is_verbose() -> bool {
     volume() == Volume::Verbose
 }
 
-/// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends
-/// normally.
+/// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends normally.
 pub fn print(text: &str) -> miette::Result<()> {
     stream(|out| out.write_all(short_numbers(text).as_bytes()))
 }
 
-/// As [`print`], but not with `-q` if the files contain the same.
+/// Like [`print`], but not with `-q` if files contain the same.
 pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 
-/// Answers a command: prints the record as JSON with `--json`, and otherwise the text and the names of the files, as [`summary`].
+/// Prints the answer of a command: with `--json` the record, otherwise the text and the names of the files, like [`summary`].
 pub fn answer(
     global: &Global,
     record: &dyn Export,
@@ -49,12 +48,12 @@ pub fn answer(
     }
 }
 
-/// Answers a command that writes no file: prints the record as JSON with `--json`, and otherwise the text.
+/// Prints the answer of a command that writes no file: with `--json` the record, otherwise the text.
 pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> String) -> miette::Result<()> {
     if global.json { print(&json(record)?) } else { print(&text()) }
 }
 
-/// Writes files into a folder, if there is one, and answers a command with them.
+/// Writes files into a folder, if there is one, and prints the answer of a command.
 pub fn write_and_answer(
     global: &Global,
     (out, files): (Option<&OutputDir>, &[(&str, &dyn Export)]),
@@ -76,7 +75,7 @@ impl Global {
     }
 }
 
-/// As [`print`], for output that is too large for memory: `write` writes it.
+/// Like [`print`], for output that is too large for memory.
 pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
     let mut out = EscapeControl::new(io::BufWriter::new(Stream::Stdout));
     match write(&mut out).and_then(|()| out.flush()) {
@@ -89,12 +88,12 @@ pub fn json(value: &impl Serialize) -> miette::Result<String> {
     Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
 }
 
-/// Reports an error with its causes, each once, on stderr at every volume.
+/// Prints an error with its causes, each once, on stderr at every volume.
 pub fn error(report: &miette::Report) {
     let mut message = String::new();
     for cause in report.chain() {
         let cause = cause.to_string();
-        // A cause that is quoted already is not repeated.
+        // A cause that the message already contains is not repeated.
         if !message.contains(&cause) {
             message = if message.is_empty() { cause } else { format!("{message}: {cause}") };
         }
@@ -112,14 +111,15 @@ pub fn note(what: &str) {
     }
 }
 
-/// A note, before it begins, on what takes longer than a minute.
+/// Prints a note before work that takes longer than a minute.
 pub fn tell_duration(what: &str, seconds: f64, advice: &str) {
     if seconds > 60.0 {
         note(&format!("{what}: about {} on one core; {advice}", duration(seconds)));
     }
 }
 
-/// The same of an equilibrium; if the branch from rest ends before the load, it takes a hundred times as long or longer.
+/// Prints a note before an equilibrium that takes longer than a minute; if the branch from rest ends before the load, it takes a hundred
+/// times as long or longer.
 pub fn tell_duration_of_equilibrium(what: &str, seconds: f64, advice: &str) {
     const LONGER: f64 = 100.0;
     tell_duration(what, seconds, advice);
@@ -139,7 +139,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// With `-v`: reports a step on stderr after the time since the start.
+/// With `-v`, prints a step on stderr after the time since the start.
 pub fn step(what: impl FnOnce() -> String) {
     stop_if_asked();
     if let Some(run) = current().filter(|run| run.volume == Volume::Verbose) {
@@ -147,12 +147,12 @@ pub fn step(what: impl FnOnce() -> String) {
     }
 }
 
-/// As [`step`], for runs that tell what they do.
+/// Like [`step`], for functions of the library that report what they do.
 pub fn tell_step(what: &str) {
     step(|| what.to_owned());
 }
 
-/// A progress bar on stderr: on a terminal, and neither with `-q` nor with `-v` nor in a call within a process.
+/// A progress bar on stderr, if that is a terminal, but neither with `-q` nor with `-v` nor in a call within a process.
 pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     // Indicatif draws to stderr only if it is a terminal.
     let target = match current() {
@@ -163,7 +163,7 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     Ok(ProgressBar::with_draw_target(Some(length), target).with_style(style))
 }
 
-/// Does some work with a progress bar, which takes the steps that are done and their number.
+/// Does some work with a progress bar; `work` reports how many steps are done, and of how many.
 pub fn with_bar<T>(
     template: &str,
     work: impl FnOnce(&(dyn Fn(usize, usize) + Sync)) -> T,
@@ -178,7 +178,7 @@ pub fn with_bar<T>(
     Ok(done)
 }
 
-/// An error of writing to stderr cannot be reported.
+/// Prints a line on stderr. An error of writing there cannot be reported.
 fn line(what: impl Display) {
     let _ = writeln!(
         EscapeControl::new(io::LineWriter::new(Stream::Stderr)),
@@ -190,7 +190,8 @@ fn line(what: impl Display) {
 /// Digits of the longest number that is printed in full.
 const MOST_DIGITS: usize = 20;
 
-/// A text in which numbers of more than 20 digits are written with an exponent.
+/// A text in which numbers of more than 20 digits have an exponent. Digits in names, paths and quotes, and those that are not printed from
+/// a floating-point number, stay.
 fn short_numbers(text: &str) -> String {
     let (mut out, mut rest) = (String::with_capacity(text.len()), text);
     while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
@@ -198,18 +199,32 @@ fn short_numbers(text: &str) -> String {
         let end = from.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(from.len());
         let digits = from[..end].trim_end_matches('.');
         out.push_str(before);
-        match digits.parse::<f64>() {
-            Ok(value) if digits.len() > MOST_DIGITS && !out.ends_with(char::is_alphanumeric) => {
+        rest = &from[digits.len()..];
+        match printed_number(digits) {
+            Some(value) if digits.len() > MOST_DIGITS && !is_in_name(&out, rest) => {
                 out.push_str(&format!("{value:e}"));
             }
             _ => out.push_str(digits),
         }
-        rest = &from[digits.len()..];
     }
     out + rest
 }
 
-/// Writes and prints an equilibrium of any body, with what surgery changed if there was any.
+/// The number that is printed as these digits, with all its decimals or with some of them.
+fn printed_number(digits: &str) -> Option<f64> {
+    let value: f64 = digits.parse().ok()?;
+    let decimals = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    (value.to_string() == digits || format!("{value:.decimals$}") == digits).then_some(value)
+}
+
+/// Whether digits between these texts are a part of a name, of a path or of a quotation.
+fn is_in_name(before: &str, after: &str) -> bool {
+    let joins = |c: char| c.is_alphanumeric() || "/\\_\"".contains(c);
+    let before = before.strip_suffix('-').filter(|start| start.ends_with(joins)).unwrap_or(before);
+    let extension = after.strip_prefix('.').filter(|end| end.starts_with(char::is_alphanumeric));
+    before.ends_with(joins) || after.starts_with(['/', '\\', '_', '-', '"']) || extension.is_some()
+}
+
 pub fn answer_equilibrium<const D: usize>(
     body: &Body<D>,
     solved: &Solved<D>,
@@ -226,4 +241,31 @@ pub fn answer_equilibrium<const D: usize>(
     let by = super::provenance().with_tissue(system.tissue());
     write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
     Ok(Outcome::of_equilibrium(&record.found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_numbers_get_an_exponent_and_names_and_paths_stay() {
+        for (value, short) in [(1e300, "1e300"), (-2.5e30, "-2.5e30"), (1e-30, "1e-30")] {
+            assert_eq!(short_numbers(&format!("a is {value} N.")), format!("a is {short} N."));
+            assert_eq!(short_numbers(&format!("GGa={value}: too large")), format!("GGa={short}: too large"));
+        }
+        assert_eq!(short_numbers(&format!("{:.1} mm", 1e40)), "1e40 mm");
+        let zeros = 1e30.to_string();
+        for name in [
+            "2026112722150012345678901".to_owned(),
+            format!("/a/{zeros}/b"),
+            format!("run-{zeros}"),
+            format!("{zeros}.csv"),
+        ] {
+            for text in [format!("written to {name}: fit.json"), format!("cannot read \"{name}\"")] {
+                assert_eq!(short_numbers(&text), text);
+            }
+        }
+        let quoted = format!("cannot read \"{zeros}\"");
+        assert_eq!(short_numbers(&quoted), quoted);
+    }
 }

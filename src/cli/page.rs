@@ -1,5 +1,3 @@
-//! `tongue-fit page`: a page in which the tongue moves with its muscles.
-
 use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
@@ -14,7 +12,7 @@ use tongue_fit::system::TissueModel;
 use super::{Global, Outcome, body, inputs, output};
 
 const DEFAULT_OUT: &str = "results/tongue.html";
-/// Maximum number of fits in a page; it computes further ones itself.
+/// Most fits in a page, which computes all others itself.
 const MOST_FITS: usize = 200;
 
 #[derive(Debug, Clone, clap::Args)]

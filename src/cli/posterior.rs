@@ -13,7 +13,6 @@ use tongue_fit::system::Model;
 use super::table::{difference, rows};
 use super::{Global, body, inputs, output};
 
-/// Said of every baseline but /ɯ/.
 pub const ACTIVE_BASELINE: &str = " (muscles pull there too: less sure than against /ɯ/)";
 
 const SECONDS_A_DRAW: f64 = 3.5e-3;
@@ -22,10 +21,10 @@ const SECONDS_A_DRAW: f64 = 3.5e-3;
 #[group(skip)]
 #[command(next_help_heading = "Posterior")]
 pub struct Arguments {
-    /// Number of draws from the posterior of the tensions. It uses all measured stretches, lets every muscle
-    /// pull, and includes baseline posture, hyoid, anatomy, constants and the model's own error. Its premises
-    /// are --priors, not those of the fit (--muscles, --poisson-ratio). An interval needs
-    /// 400 effective draws: 1000 draws mostly have them, fewer than 500 seldom do; for a continuum take 2000
+    /// Number of draws from the posterior of the tensions. It uses all measured stretches, lets every muscle pull, and includes baseline
+    /// posture, hyoid, anatomy, constants and the model's own error. Its assumptions are --priors, not those of the fit (--muscles,
+    /// --poisson-ratio). An interval needs 400 effective draws: 1000 draws mostly have them, fewer than 500 seldom do; for a continuum take
+    /// 2000
     #[arg(long, value_name = "N")]
     pub posterior: Option<usize>,
     /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints
@@ -34,8 +33,8 @@ pub struct Arguments {
     /// Seed of the posterior's draws
     #[arg(long, value_name = "N", default_value_t = 1, requires = "posterior", hide_short_help = true)]
     posterior_seed: u64,
-    /// Sample the vowels of a subject in the table together, for contrasts between vowels: they share the baseline, the body and the hyoid's
-    /// tilt. Takes half a minute a subject
+    /// Sample the vowels of a subject in the table together, for contrasts between vowels: they share the baseline, the body and the
+    /// hyoid's tilt. Takes half a minute a subject
     #[arg(long, requires = "posterior", hide_short_help = true)]
     pub joint: bool,
 }
@@ -86,7 +85,7 @@ impl Arguments {
     }
 }
 
-/// For a terminal: every tension of a posture with its intervals; with `-v` also every stretch.
+/// A table of every tension of a posture with its intervals; with `-v` also one of every stretch.
 pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) -> String {
     let report = &sampled.reports[posture];
     let seen = &sampled.posterior.density.seen;
@@ -118,7 +117,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
             let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.diagnostics.why);
         }
     }
-    text += &told_contrasts(sampled, posture);
+    text += &contrasts(sampled, posture);
     let run = &report.diagnostics;
     if run.draws == 0 {
         return text;
@@ -138,8 +137,8 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
     text
 }
 
-/// In which muscles a posture surely differs from others that were sampled with it.
-fn told_contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
+/// Sentences about muscles whose tension surely differs between a posture and others that were sampled with it.
+fn contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
     let own = &sampled.posterior.density.seen.labels[posture];
     let sure = sampled.contrasts.iter().filter(|c| c.is_decided() && [&c.a, &c.b].contains(&own));
     sure.map(|c| difference(c) + "\n").collect()

@@ -1,4 +1,4 @@
-//! Options for recordings, and how they are read.
+//! Options for recordings, and the recordings that they name.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -19,8 +19,8 @@ const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 #[group(skip)]
 #[command(next_help_heading = "Recordings")]
 pub struct Arguments {
-    /// Recordings, several speakers apart: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or
-    /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
+    /// Recordings, several speakers apart: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or MOCHA (.ema), X-ray
+    /// microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Use the built-in recording: two utterances of a simulated tongue in AAA's export format
@@ -32,8 +32,8 @@ pub struct Arguments {
     /// Write a map for the first recording into this file, to be corrected, and do nothing else
     #[arg(long, value_name = "FILE", conflicts_with = "map")]
     pub map_template: Option<PathBuf>,
-    /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it
-    /// are reported, the tongue is in contact with it, and it helps to place a body by coils
+    /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it are reported, the tongue is in
+    /// contact with it, and it helps to place a body by coils
     #[arg(long, value_name = "FILE")]
     pub palate: Option<PathBuf>,
     /// Only the recordings of this speaker, if files have several
@@ -56,8 +56,7 @@ fn format(name: &str) -> Result<Format, String> {
 #[group(skip)]
 #[command(next_help_heading = "Prior")]
 pub struct PriorArguments {
-    /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.67 of the scale, its 97.5 %
-    /// quantile 2.6 of it
+    /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.67 of the scale, its 97.5 % quantile 2.6 of it
     #[arg(
         long,
         value_name = "N",
@@ -86,13 +85,12 @@ impl PriorArguments {
     }
 }
 
-/// The methods for a rest shape from recordings; another one is for contours alone.
+/// The methods for a rest shape from recordings; the third method is for contours alone.
 pub const REST: [&str; 2] = ["joint", "similarity"];
 
-/// A recording as it was read.
 pub struct Loaded {
     pub file: String,
-    /// The file of the sound beside it, where its file has no other recording.
+    /// The file of the sound beside it, if its file has only one recording.
     pub sound: Option<PathBuf>,
     pub recording: Recording,
 }
@@ -104,7 +102,7 @@ impl Arguments {
         Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
     }
 
-    /// The palate in metres, in the axes of the recordings.
+    /// The palate in the axes of the recordings, m.
     fn palate(&self) -> miette::Result<Option<Vec<Point>>> {
         let Some(path) = &self.palate else { return Ok(None) };
         let found = Recording::from_path(path, Some(Format::Tidy)).into_diagnostic()?;
@@ -120,7 +118,7 @@ impl Arguments {
         Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format).into_diagnostic()
     }
 
-    /// Writes the map that was asked for; `None` if none was.
+    /// Writes the map that was asked for and returns its path; `None` if none was.
     pub fn write_template(&self) -> miette::Result<Option<PathBuf>> {
         let Some(path) = &self.map_template else { return Ok(None) };
         let recordings = match self.files.first() {
@@ -137,7 +135,7 @@ impl Arguments {
         Ok(Some(path.clone()))
     }
 
-    /// All recordings with the names of their files. One that is given again is no repetition, and is left out with a note on the first.
+    /// All recordings with the names of their files. A recording that is given again is left out, with a note on the first one.
     pub fn read(&self) -> miette::Result<Vec<Loaded>> {
         let example = self.example.then(|| Ok(("synthetic.tsv".to_owned(), self.example()?)));
         let named = self.files.iter().map(|file| {
@@ -167,7 +165,7 @@ impl Arguments {
         Ok(read)
     }
 
-    /// Recordings of one speaker without outliers, and a sentence for each that is left out because nothing can be read from it.
+    /// Recordings of one speaker without outliers, and a sentence for each recording that is left out.
     pub fn screened(
         &self,
         read: &[Loaded],

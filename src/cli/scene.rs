@@ -1,5 +1,3 @@
-//! `tongue-fit scene`: list, explain and run scenes.
-
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
@@ -129,8 +127,7 @@ fn upright(body: &Body<3>) -> Body<3> {
     body
 }
 
-/// Runs a prepared scene and writes its files, named after it: returns the outcome, the provenance and the
-/// files.
+/// Runs a prepared scene, and writes files that are named after it. Returns the outcome, the provenance and the files.
 fn answered<const D: usize>(
     scene: &Scene,
     mut prepared: Prepared<D>,

@@ -12,7 +12,6 @@ use super::word;
 
 const REASON: usize = 50;
 
-/// What is simulated, what is left out, and why.
 pub fn plan(plan: &ScenePlan) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", plan.title, plan.body, plan.method);
     let mut t = rows(&["effect", "", "elements", "µs", "why"], &plan.effects, |e| {
@@ -97,7 +96,7 @@ pub fn outcome(o: &SceneOutcome) -> String {
         100.0 * o.measure_ratio
     );
     if let Some(s) = &o.solution {
-        text += table::way_from_rest(s.connection);
+        text += table::connection_to_rest(s.connection);
     }
     text += &table::alarms(&o.alarms);
     if o.min_cell_ratio <= 0.0 {

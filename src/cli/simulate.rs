@@ -20,8 +20,8 @@ use super::{Global, Outcome, body, drive, output, space, trajectory};
 pub struct Arguments {
     #[command(flatten)]
     pulls: drive::Arguments,
-    /// Solve at the full tensions only. By default the equilibria from rest are followed as the tensions
-    /// grow, to check that the answer lies on their branch. For very fine meshes
+    /// Solve at the full tensions only, for very fine meshes. By default the equilibria from rest are followed as the tensions grow, to
+    /// check that the answer lies on their branch
     #[arg(long, conflicts_with = "trajectory", hide_short_help = true)]
     direct: bool,
     /// Colour the tissue of the picture by its largest principal stretch

@@ -23,8 +23,7 @@ use super::{Global, Outcome, drive, inputs, output, space, table};
     tongue-fit sound --body space --activation GGP=0.1"
 )]
 pub struct Arguments {
-    /// Vowel whose lengths are fitted, with jaw and lips as in the tract's file; for the baseline ɯ the
-    /// tongue at rest
+    /// Vowel whose lengths are fitted, with jaw and lips as in the tract's file; for the baseline ɯ the tongue at rest
     #[arg(long, value_name = "V", required_unless_present_any = ["tension", "body"], conflicts_with = "tension")]
     vowel: Option<String>,
     /// Subject whose lengths are fitted
@@ -75,12 +74,10 @@ pub struct Arguments {
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
 struct SpaceArguments {
-    /// Tongue in space instead of a vowel: the built-in one, a folder with ArtiSynth's, or hexahedra from Gmsh [space, FOLDER,
-    /// FILE.msh]
+    /// Tongue in space instead of a vowel: the built-in one, a folder with ArtiSynth's, or hexahedra from Gmsh [space, FOLDER, FILE.msh]
     #[arg(long, value_name = "BODY", value_parser = space_name, conflicts_with_all = ["vowel", "tension"])]
     body: Option<SpaceSource>,
-    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
-    /// several times
+    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given several times
     #[arg(long, value_name = "MUSCLE=A", requires = "body")]
     activation: Vec<String>,
     #[command(flatten)]
@@ -99,14 +96,14 @@ impl Arguments {
         }
     }
 
-    /// The vowel by the label of its row, with which the tract's file and the published means have it too.
+    /// The vowel with the label of its row in the table, by which the tract's file and the published means name it.
     fn vowel(&self) -> miette::Result<Option<Vowel>> {
         let Some(label) = &self.vowel else { return Ok(None) };
         let (vowel, data) = (label.parse().into_diagnostic()?, Dataset::reference().into_diagnostic()?);
         Ok(Some(data.row(&self.subject, &vowel).map_or(vowel, |row| row.vowel.clone())))
     }
 
-    /// Jaw, hyoid and lips: those of the tract's file for the vowel, where they are not given.
+    /// Jaw, hyoid and lips; what is not given is taken from the tract's file for the vowel.
     fn posture(&self, tract: &Tract, vowel: Option<&Vowel>) -> Articulation {
         let drawn = vowel.and_then(|v| tract.posture.get(v.label())).copied().unwrap_or_default();
         Articulation {
@@ -161,7 +158,7 @@ impl SpaceArguments {
     }
 }
 
-/// The tract that is drawn for a body in space.
+/// The built-in tract, which is drawn for the built-in body only.
 fn drawn_in_space(source: &SpaceSource) -> miette::Result<Tract> {
     match source {
         SpaceSource::BuiltIn => VocalTract::drawn().into_diagnostic(),

@@ -15,8 +15,7 @@ use super::{Global, Outcome, drive, output};
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
 pub struct Arguments {
-    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
-    /// several times
+    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given several times
     #[arg(long, value_name = "MUSCLE=A")]
     activation: Vec<String>,
     #[command(flatten)]
@@ -29,13 +28,12 @@ pub struct Arguments {
 #[group(skip)]
 #[command(next_help_heading = "Surgery")]
 struct SurgeryArguments {
-    /// Operate elements whose middle lies in a box or ball (mm), or of a muscle: box:X0,X1,Y0,Y1,Z0,Z1,
-    /// ball:X,Y,Z,R or GGP_L; with left: or right: in front, of one side only; may be given several times
+    /// Operate elements whose middle lies in a box or ball (mm), or of a muscle: box:X0,X1,Y0,Y1,Z0,Z1, ball:X,Y,Z,R or GGP_L; with left:
+    /// or right: in front, of one side only; may be given several times
     #[arg(long, value_name = "REGION", requires = "filling", hide_short_help = true)]
     operate: Vec<String>,
-    /// What is left there, which decides to which side the tongue deviates: nothing (removed: what
-    /// remains moves freely), a scar (stiff, without muscle), a flap (as stiff as tongue, without
-    /// muscle), or tissue whose nerve is cut (silent)
+    /// What is left there, which decides to which side the tongue deviates: nothing (removed: what remains moves freely), a scar (stiff,
+    /// without muscle), a flap (as stiff as tongue, without muscle), or tissue whose nerve is cut (silent)
     #[arg(long, value_name = "KIND", value_parser = choice::<FillingKind>(), requires = "operate", hide_short_help = true)]
     filling: Option<FillingKind>,
     /// How many times as stiff as tongue a scar is
@@ -47,7 +45,6 @@ struct SurgeryArguments {
 }
 
 impl SurgeryArguments {
-    /// What is asked for, if anything is.
     fn surgery(&self) -> Option<Surgery> {
         Some(Surgery {
             operate: self.operate.clone(),
@@ -62,19 +59,17 @@ impl SurgeryArguments {
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
 pub struct ModelArguments {
-    /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as in
-    /// ArtiSynth
+    /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as in ArtiSynth
     #[arg(long, value_name = "KIND", value_parser = choice::<MusclesAs>(), default_value = "stress", hide_short_help = true)]
     muscles_as: MusclesAs,
-    /// Stiffening of a muscle's tissue by full activation, as a multiple of its passive stiffness (ArtiSynth:
-    /// 9)
+    /// Stiffening of a muscle's tissue by full activation, as a multiple of its passive stiffness (ArtiSynth: 9)
     #[arg(long, value_name = "GAIN", default_value_t = 0.0, hide_short_help = true)]
     stiffening: f64,
     /// Cut every hexahedron in eight
     #[arg(long, hide_short_help = true)]
     refined: bool,
-    /// The node, by its number from 1, that is the tip, from which places of coils are counted [default: the
-    /// foremost of the midsagittal plane]
+    /// The node, by its number from 1, that is the tip, from which places of coils are counted [default: the foremost of the midsagittal
+    /// plane]
     #[arg(long, value_name = "NODE", hide_short_help = true)]
     tip: Option<usize>,
     /// Unit of the coordinates of a body from Gmsh (--body FILE.msh)
@@ -112,7 +107,7 @@ impl ModelArguments {
     }
 }
 
-/// Activations of all muscles of a body from words such as `GGP=0.1`.
+/// Activations of all muscles of a body from texts such as `GGP=0.1`.
 pub fn activations(words: &[String], body: &Body<3>) -> miette::Result<Vec<f64>> {
     let given = drive::pairs("--activation", words, "GGP=0.1")?;
     body.activations(&given).map_err(|error| miette!("--activation: {error}"))

@@ -1,5 +1,5 @@
-//! `tongue-fit track FILES --body space` or a folder: activations that bring a body in space to where it was seen, in tables of its own
-//! or in recordings.
+//! `tongue-fit track FILES --body space` or a folder: activations that move a body in space to the measured points, which are in tables of
+//! its nodes or in recordings.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -18,22 +18,22 @@ use tongue_fit::system::TissueModel;
 use super::space::ModelArguments;
 use super::{Global, Outcome, output, recordings, table, untrusted, word};
 
-/// A share of a combination below this is not worth a word.
+/// Smaller shares of a muscle in a combination are not printed.
 const SHARE: f64 = 0.2;
-/// Up to so many frames each has a file for ParaView; of more only the last.
+/// Each frame has a file for ParaView if there are at most so many; otherwise only the last one has.
 const MOST_SHAPES: usize = 200;
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
 pub struct Arguments {
-    /// Let the sides of a muscle be activated apart; else they are alike
+    /// Let the sides of a muscle be activated apart; by default they are alike
     #[arg(long, hide_short_help = true)]
     sides_apart: bool,
-    /// Number of starting points of the search in space; every further frame begins at the one before
+    /// Number of starting points of the search in space; the search of every further frame begins at the answer of the frame before
     #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts, hide_short_help = true)]
     starts: usize,
-    /// Standard deviation of each coordinate, distance or length, mm, where a table has no column sd_mm
+    /// Standard deviation of each coordinate, distance or length, mm, for tables without a column sd_mm
     #[arg(long, value_name = "MM", default_value_t = 0.5, hide_short_help = true)]
     sd: f64,
     #[command(flatten)]
@@ -66,7 +66,8 @@ pub fn run(
     arguments.answer(&body, &recorded, (notes, implausible), "results/space-track", global)
 }
 
-/// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may pull.
+/// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may be
+/// active.
 pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> miette::Result<Outcome> {
     let (starts, model) = (FitSettings::default().starts, ModelArguments::default());
     let arguments = Arguments { sides_apart: false, starts, sd: 0.0, model };
@@ -79,7 +80,7 @@ pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> miette::Re
 }
 
 impl Arguments {
-    /// Searches frame after frame, and writes and prints what was found. `implausible` says which recordings cannot be trusted.
+    /// Searches one frame after another, and writes and prints the result. `implausible` says which recordings cannot be trusted.
     fn answer(
         &self,
         body: &Body<3>,
@@ -115,7 +116,7 @@ impl Arguments {
         let record = SpaceTrackRecord { body: body.what.clone(), untrusted, frames, notes, wall_s };
         let out = global.folder(folder)?;
         let Some((positions, activations)) = shapes.last() else { return Err(miette!("no frame was found")) };
-        let title = "Tongue in space: at rest (light) and as it was seen";
+        let title = "Tongue in space: at rest (light) and fitted to the measured points";
         let picture = report::views(body, positions, activations, title, None);
         let (picture, json) = (picture.into_diagnostic()?, Json(&record));
         let vtus = shapes.iter().map(|(positions, activations)| Vtu::of(body, positions, activations));
@@ -138,7 +139,7 @@ impl Arguments {
     }
 }
 
-/// Whether files are tables of bodies in space rather than recordings, by the columns of the first of them.
+/// Whether files are tables of a body in space and not recordings, by the columns of the first file.
 fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
     let Some(first) = files.first() else { return Ok(false) };
     Recorded::is_table(first)
@@ -146,7 +147,7 @@ fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
         .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 
-/// The frames of recordings of the midsagittal plane, notes about them, and which cannot be trusted.
+/// The frames of recordings of the midsagittal plane, notes about them, and why recordings cannot be trusted.
 fn recorded(
     source: &SpaceSource,
     body: &Body<3>,
@@ -156,7 +157,7 @@ fn recorded(
     let (screened, left_out) = recordings.screened(&recordings.read()?, None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
-    // The built-in body has the outline of the tongue in the plane, whose bones are marked where recordings mark them.
+    // The built-in body has the outline of the tongue in the plane, whose bones are where recordings mark them.
     let section = match source {
         _ if is_placed => None,
         SpaceSource::BuiltIn => Some(Body::tongue(DEFAULT_SPACING_M).into_diagnostic()?),
@@ -173,7 +174,7 @@ fn recorded(
         let unusual = run::check_scale(placed.similarity.scale(), placed.bones_apart_m);
         notes.extend(unusual.into_diagnostic()?);
         notes.push(format!(
-            "the body was placed by what was seen: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
+            "the body was placed by the measured points: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
              degrees, which the widths of activations do not include",
             placed.similarity.scale(),
             placed.similarity.angle().to_degrees()

@@ -15,7 +15,7 @@ use tongue_fit::statics::{self, Connection, CriticalKind, FromRest, Trace};
 use tongue_fit::surgery::OperationRecord;
 use tongue_fit::validate::{self, ValidationStudy};
 
-/// An empty table; all columns but the first are aligned to the right.
+/// An empty table, in which all columns but the first are aligned to the right.
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
     t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
@@ -45,10 +45,9 @@ pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
     t
 }
 
-/// Letters of a line of a heading.
+/// Letters in a line of a heading.
 const HEADING: usize = 12;
 
-/// A table of the columns that have a heading.
 pub(super) fn of<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) -> Table {
     let (headings, shown) = column::headed(columns);
     let headings: Vec<String> = headings.iter().map(|h| report::wrapped(h, HEADING).join("\n")).collect();
@@ -109,10 +108,10 @@ pub fn simulation(record: &SimulationRecord) -> String {
         statics::SolveStatus::Inverted => "A CELL IS INVERTED: no effect in this model prevents that\n",
         _ => "",
     };
-    text + inverted + &way(&record.found)
+    text + inverted + &branch(&record.found)
 }
 
-/// `3.1 mm forward, 0.4 up`: each distance, mm, in the first of its directions, or below zero in the second.
+/// Text such as `3.1 mm forward, 0.4 up`: each distance, mm, with the first of its directions, or with the second if it is negative.
 fn displacement<const N: usize>(moved: [(f64, [&str; 2]); N]) -> String {
     let told = moved.iter().filter(|(mm, _)| mm.abs() >= 0.05).enumerate().map(|(i, (mm, names))| {
         let unit = if i == 0 { " mm" } else { "" };
@@ -130,8 +129,8 @@ fn of_rest(what: &str, least: f64, most: f64) -> String {
     format!("{what} at {:.1} % to {:.1} % of rest\n", 100.0 * least, 100.0 * most)
 }
 
-/// How an equilibrium is connected to rest, and what there is to doubt in it.
-fn way(found: &Equilibrium) -> String {
+/// The connection of an equilibrium to rest, and its alarms.
+fn branch(found: &Equilibrium) -> String {
     let doubts = alarms(&found.alarms);
     let followed = match (found.solution.connection, &found.branch) {
         (Connection::Traced, _) => {
@@ -153,14 +152,14 @@ fn way(found: &Equilibrium) -> String {
                 _ => "where the body falls from there was not found",
             }
         ),
-        (connection, _) => return way_from_rest(connection).to_owned() + &doubts,
+        (connection, _) => return connection_to_rest(connection).to_owned() + &doubts,
     };
     let another = found.branch.is_some_and(|trace| trace.another);
     followed + if another { "; there is another equilibrium\n" } else { "; no other was met\n" } + &doubts
 }
 
 /// The connection to rest of an equilibrium whose branch was not followed.
-pub(super) fn way_from_rest(connection: Connection) -> &'static str {
+pub(super) fn connection_to_rest(connection: Connection) -> &'static str {
     match connection {
         Connection::Traced => "",
         Connection::Direct => {
@@ -203,7 +202,7 @@ pub fn trajectory(record: &TrajectoryRecord) -> String {
     text + &of_rest("areas", record.min_area_ratio, record.max_area_ratio)
 }
 
-/// Part of the way to equilibrium that a body in motion has moved, in one line; empty if it is not known.
+/// The part of the way to its equilibrium that a body in motion has moved, in one line; empty if it is not known.
 pub fn way_gone(time_s: f64, part: Option<f64>) -> String {
     let Some(percent) = part.map(|p| 100.0 * p) else { return String::new() };
     let digits = usize::from(percent > 99.0);
@@ -215,7 +214,7 @@ pub(super) fn newtons(tension: f64) -> String {
     if tension < 1e5 { format!("{tension:.2}") } else { format!("{tension:.2e}") }
 }
 
-/// The first of `parts`, and the number of the others.
+/// The first `most` parts, and the number of the others.
 pub(super) fn listed(parts: impl IntoIterator<Item = String>, most: usize, between: &str) -> String {
     let mut parts: Vec<String> = parts.into_iter().collect();
     let more = parts.len().saturating_sub(most);
@@ -224,7 +223,7 @@ pub(super) fn listed(parts: impl IntoIterator<Item = String>, most: usize, betwe
     parts.join(between)
 }
 
-/// `12 converged, 1 target not met`.
+/// Text such as `12 converged, 1 target not met`.
 pub(super) fn ended<'a>(statuses: impl IntoIterator<Item = (&'a String, &'a usize)>) -> String {
     let each = statuses.into_iter().map(|(status, n)| format!("{n} {}", status.replace('_', " ")));
     each.collect::<Vec<_>>().join(", ")
@@ -250,14 +249,13 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
     text + &format!("{wall_s:.0} s\n\n")
 }
 
-/// A difference between labels that is probable, with its size.
 pub(super) fn difference(c: &Contrast) -> String {
     let [by, low, high] = c.size().map(|n| report::fixed(n, 1));
     let sure = report::probability(c.probability_more.max(1.0 - c.probability_more));
     format!("{}, by {by} ({low} to {high}) N/m, P {sure}", c.said().unwrap_or_default())
 }
 
-/// The differences between labels in which most speakers agree, a line each.
+/// The differences between labels in which most speakers agree, one in each line.
 pub fn most_agree(all: &[OverSpeakers]) -> String {
     const MOST: usize = 30;
     if all.is_empty() {
@@ -300,12 +298,11 @@ pub fn operation(o: &OperationRecord) -> String {
     text
 }
 
-/// Width of sentences on the terminal.
+/// Width of sentences on the terminal, in letters.
 const COLUMNS: usize = 100;
-/// What all lines of a sentence but the first begin with.
 const INDENT: &str = "  ";
 
-/// A sentence in lines of the terminal's width, broken between words.
+/// A sentence in lines of the terminal's width.
 pub fn wrapped(sentence: &str) -> String {
     report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }

@@ -1,5 +1,3 @@
-//! `tongue-fit track`: tensions over time.
-
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
@@ -32,22 +30,22 @@ use super::{
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
-    /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves
-    /// unknown of it, and the shape is then fitted for display; joint fits it first
+    /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves unknown of it, and the shape
+    /// is then fitted for display; joint fits it first
     #[arg(long, value_name = "HOW", value_parser = choice_among::<RestShapeMethod>(&recordings::REST), default_value = "similarity", hide_short_help = true)]
     rest: RestShapeMethod,
     /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
     as_is: bool,
-    /// Contour points (numbers or names) or coils that are predicted instead of fitted, and compared with
-    /// predictions of a spline, principal components and a Gaussian of the speaker
+    /// Contour points (numbers or names) or coils that are predicted instead of fitted, and compared with predictions of a spline,
+    /// principal components and a Gaussian of the speaker
     #[arg(long, value_name = "POINTS", value_delimiter = ',')]
     hold_out: Vec<String>,
     /// Muscles that can contract [default: all of the body]
     #[arg(long, value_name = "MUSCLES", value_delimiter = ',', hide_short_help = true)]
     muscles: Vec<String>,
-    /// A bone that may be displaced in recordings in which it was not seen, such as hyoid: near its place (5
-    /// mm), found together with the tensions; may be given several times
+    /// A bone that may be displaced in recordings in which it was not seen, such as hyoid: near its place (5 mm), found together with the
+    /// tensions; may be given several times
     #[arg(long, value_name = "NAME", hide_short_help = true)]
     free_bone: Vec<String>,
     /// Number of draws for the intervals
@@ -105,12 +103,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 impl Arguments {
-    /// Whether the body is in the frame of the recordings.
     fn is_given(&self) -> miette::Result<bool> {
         Ok(self.body.is_given() || self.as_is || self.recordings.map()?.is_in_frame())
     }
 
-    /// The option, if there is one, that holds for one speaker alone.
+    /// An option that holds for one speaker only, if there is one.
     fn of_one_speaker(&self) -> miette::Result<Option<&'static str>> {
         let given = [
             (self.recordings.palate.is_some(), "--palate"),
@@ -122,7 +119,7 @@ impl Arguments {
     }
 }
 
-/// Tracks recordings of one speaker; `among` is the name if there are others.
+/// Tracks recordings of one speaker; `among` is the speaker's name if there are others.
 fn one(
     arguments: &Arguments,
     read: Vec<Loaded>,
@@ -132,7 +129,7 @@ fn one(
     let clock = Instant::now();
     let given = GivenRecordings::read(&arguments.body)?;
     let is_given = arguments.is_given()?;
-    // The palate of a drawn body is where the speaker's is only if the body is used as it is.
+    // The palate of a drawn body is the speaker's only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
     let (recordings, mut left_out) = arguments.recordings.screened(&read, palate)?;
@@ -176,8 +173,7 @@ fn one(
     let journal = track_run::journal(&run, &given, out, &seen, &format!("{sound:?}"))?;
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
     let add_sound = |frames: &mut [Frame]| {
-        let heard = sound.iter();
-        heard.for_each(|(airway, lips)| {
+        sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
         });
     };
@@ -185,10 +181,9 @@ fn one(
     let (journal, found) = track_run::resumed(journal, seen.len(), |watch| {
         run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
     })?;
-    // Recordings that the body cannot reach are left out.
     let (results, met, unmet) = run.results(&recordings, found);
     if let Some(why) = unmet.first().filter(|_| met.is_empty()) {
-        // Why they cannot be reached may be in a note.
+        // A note may say why they cannot be reached.
         notes.iter().for_each(|n| output::note(n));
         journal.remove().into_diagnostic()?;
         bail!("{why}");
@@ -217,7 +212,7 @@ fn one(
     Ok(Done { record, by, written, outcome })
 }
 
-/// Why recordings cannot be trusted, if one has too many frames that cannot; of fewer frames there is a note.
+/// Why recordings cannot be trusted, if one has too many frames that cannot; if there are fewer such frames, a note is added.
 fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
     let most = 100.0 * MOST_UNTRUSTED;
     let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.tracked.frames)).collect();

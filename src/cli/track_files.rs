@@ -17,7 +17,6 @@ use tongue_fit::system::Model;
 
 use super::Outcome;
 
-/// The run of one speaker, whose files are written.
 pub struct Done {
     pub record: TrackRecord,
     pub by: Provenance,
@@ -25,7 +24,6 @@ pub struct Done {
     pub outcome: Outcome,
 }
 
-/// Files for other programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Also {
     /// Pictures: `track_1.svg` and the animation `shapes_1.svg` of the first recording
@@ -34,7 +32,7 @@ pub enum Also {
     Sto,
     /// The same at one rate for EMU: `track_1.ssff`
     Ssff,
-    /// Stretches in which the 95 % interval of a course excludes 0, for Praat: `track_1.TextGrid`
+    /// Times in which the 95 % interval of a course excludes 0, for Praat: `track_1.TextGrid`
     Textgrid,
     /// Up to 100 draws of the tensions over every label in long form, for mixed models: `draws.csv`, 1 MB a label
     Draws,
@@ -48,11 +46,10 @@ pub enum Also {
 #[group(skip)]
 #[command(next_help_heading = "Files")]
 pub struct Arguments {
-    /// Maximum number of frames of a recording whose shapes are kept for the page, animations and ParaView,
-    /// equally spaced
+    /// Maximum number of frames of a recording whose shapes are kept for the page, animations and ParaView, equally spaced
     #[arg(long, value_name = "N", default_value_t = 100, hide_short_help = true)]
     pub frames: usize,
-    /// Files beside the page and the tables, most of them of each recording, such as svg,sto
+    /// Files beside the page and the tables, most of them for each recording, such as svg,sto
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', hide_short_help = true)]
     also: Vec<Also>,
 }
@@ -138,7 +135,7 @@ pub fn write(
     Ok(written)
 }
 
-/// A body with the data about the recording that it was adapted to.
+/// A body, and how it was adapted to a recording.
 #[derive(Serialize)]
 pub struct BodyFile<'a> {
     #[serde(flatten)]
@@ -148,7 +145,7 @@ pub struct BodyFile<'a> {
     other_rest_shapes: Vec<RestShapeFile<'a>>,
 }
 
-/// Recordings that were tracked apart and have another shape at rest, with its nodes.
+/// Shape at rest of recordings that were tracked apart from the first one.
 #[derive(Serialize)]
 struct RestShapeFile<'a> {
     recordings: Vec<&'a str>,
@@ -156,7 +153,7 @@ struct RestShapeFile<'a> {
 }
 
 impl<'a> BodyFile<'a> {
-    /// The file of a body, which has the shape at rest of the first recording; shapes of other recordings that differ are added.
+    /// The file of a body, which has the shape at rest of the first recording. Other shapes at rest are added.
     pub fn new(
         body: &Body<2>,
         model: &Model,

@@ -1,4 +1,4 @@
-//! What a run of `tongue-fit track` shows and keeps on its way.
+//! Progress and journal of a run of `tongue-fit track`.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -14,7 +14,7 @@ use tongue_fit::track::{TrackedRecording, Watch};
 use super::recordings::GivenRecordings;
 use super::{batch, output};
 
-/// The given body, or one adapted to these recordings, with a bar of its progress.
+/// The given body, or one adapted to these recordings with a progress bar.
 pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
     let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))?;
     let made = made.into_diagnostic()?;
@@ -28,7 +28,7 @@ pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result
     Ok(made)
 }
 
-/// The journal of a run, with the recordings that an earlier run of the same inputs has finished; `sound` is the tract that was read.
+/// The journal of a run, with the recordings that an earlier run with the same inputs finished. `sound` is the tract that was read.
 pub fn journal(
     run: &TrackRun<'_>,
     given: &GivenRecordings,
@@ -50,7 +50,7 @@ pub fn journal(
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.
 const MOST_KEPT: usize = 5000;
 
-/// All of so many recordings: those in the journal, and those that a search finds, which are added to it.
+/// The results of all `count` recordings: those in the journal, and those of the search, which are added to it.
 pub fn resumed(
     journal: Journal,
     count: usize,

@@ -1,5 +1,3 @@
-//! Formants of tracked frames.
-
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,7 +9,7 @@ use tongue_fit::geometry::Point;
 use super::inputs;
 
 pub const FORMANTS: usize = 2;
-/// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
+/// A traced palate replaces the drawn one where the two are nearer to each other than this, mm.
 const REACH_MM: f64 = 12.0;
 
 #[derive(Debug, Clone, clap::Args)]
@@ -33,7 +31,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
+    /// The given tract, or `None` for the drawn one, which is placed later, with the checked lips; `None` if no formants are wanted.
     pub fn read(&self) -> miette::Result<Option<ReadSound>> {
         if !self.formants {
             return Ok(None);
@@ -57,7 +55,7 @@ pub struct ReadSound {
 }
 
 impl ReadSound {
-    /// The tract around a body, with the traced palate of the recordings, and the lips of all frames.
+    /// The tract around a body, with the traced palate of the recordings, and the lips in all frames.
     pub fn around(
         self,
         body: &Body<2>,

@@ -1,5 +1,5 @@
-//! `tongue-fit track` of recordings of several speakers: each is tracked on a body of its own, and their differences between labels are
-//! brought together.
+//! `tongue-fit track` for recordings of several speakers: each is tracked on a body of its own, and their differences between labels are
+//! combined.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,6 @@ use super::recordings::Loaded;
 use super::track_files::Done;
 use super::{Global, Outcome, output, table};
 
-/// One of the speakers.
 #[derive(Debug, Serialize)]
 struct TrackedSpeaker {
     name: String,
@@ -21,7 +20,7 @@ struct TrackedSpeaker {
     folder: Option<PathBuf>,
     frames: usize,
     recordings: usize,
-    /// Why the results cannot be trusted, or there are none.
+    /// Why the results cannot be trusted, or why there are none.
     problem: Option<String>,
 }
 
@@ -31,7 +30,7 @@ struct SpeakersRecord {
     over_speakers: Vec<OverSpeakers>,
 }
 
-/// Tracks each speaker of `names`; `track` takes the recordings of one, the folder of the results and the name.
+/// Tracks each speaker of `names`; `track` gets the recordings of one, the folder of the results and the name.
 pub fn run(
     global: &Global,
     mut read: Vec<Loaded>,
@@ -66,9 +65,9 @@ pub fn run(
             }
             Err(why) => {
                 is_whole = false;
-                let said = why.to_string();
+                let message = why.to_string();
                 output::error(&why.wrap_err(format!("left out: speaker {name}")));
-                Some(said)
+                Some(message)
             }
         };
         let folder = (recordings > 0).then_some(folder);
@@ -92,7 +91,8 @@ pub fn run(
     })
 }
 
-/// The folder of a speaker: the name where that is short, of plain letters and no other's but for upper and lower case, else the number.
+/// The folder of a speaker: the name if it is short, of ASCII letters, and differs from the names before not only in upper and lower case;
+/// otherwise the number.
 fn folder(number: usize, name: &str, before: &[String]) -> String {
     const LONGEST: usize = 60;
     let is_own = !before.iter().any(|other| other.eq_ignore_ascii_case(name));

@@ -45,7 +45,7 @@ pub fn track(record: &TrackRecord) -> String {
         "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior",
         record.courses.len()
     );
-    text += &ways(record);
+    text += &other_ways(record);
     if let Some(repeats) = &record.repeats {
         let t = table::of(&repeats_columns(repeats), &repeats.muscles.0);
         let _ = writeln!(text, "\n{}\n{t}", repeated(repeats));
@@ -76,20 +76,18 @@ pub fn track(record: &TrackRecord) -> String {
     text + "\n"
 }
 
-/// What is decided of the differences between labels.
 fn contrasts(compared: &Comparison) -> String {
     const MOST: usize = 20;
     let decided = compared.decided().into_iter().map(difference);
     format!("\n{}\n{}", compared.said(), lines(listed(decided, MOST, "\n")))
 }
 
-/// Lines of a text, of which each ends.
 fn lines(text: String) -> String {
     if text.is_empty() { text } else { text + "\n" }
 }
 
-/// How shapes are reached that pulling all muscles together does not lead to.
-fn ways(record: &TrackRecord) -> String {
+/// How shapes are reached to which pulling all muscles together does not lead.
+fn other_ways(record: &TrackRecord) -> String {
     let mut text = String::new();
     let other = record.results.frames().filter(|(_, f)| f.other_way).count();
     if other > 0 {

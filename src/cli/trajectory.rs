@@ -25,19 +25,20 @@ use super::inputs::choice;
 use super::invocation::stop_if_asked;
 use super::{Global, Outcome, body, drive, output, table, word};
 
+/// Fixed step of an explicit method, as a part of its stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
-/// Number of times at which lengths are written, for each frame.
+/// Times at which lengths are written, for each frame.
 const LENGTHS_PER_FRAME: usize = 10;
 const MOST_FRAMES: usize = 2000;
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Time after which a progress bar is shown.
+const BAR_AFTER: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Trajectory")]
 pub struct Arguments {
-    /// Follow the motion from rest over time instead of solving for the equilibrium; writes to --out
-    /// [default: results]
+    /// Follow the motion from rest over time instead of solving for the equilibrium; writes to --out [default: results]
     #[arg(long)]
     pub trajectory: bool,
     /// End of the motion, s
@@ -61,8 +62,7 @@ pub struct Arguments {
     /// Time in which the tensions grow to the values of --tension, s
     #[arg(long, value_name = "S", default_value_t = 0.0, requires = "trajectory", hide_short_help = true)]
     ramp: f64,
-    /// Tensions over time instead of --tension: CSV with the columns time_s, GGa, ... (N per metre of
-    /// thickness)
+    /// Tensions over time instead of --tension: CSV with the columns time_s, GGa, ... (N per metre of thickness)
     #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "emg", "ramp"], hide_short_help = true)]
     tension_curves: Option<PathBuf>,
     /// Number of frames for ParaView and the animation, with the first and the last time
@@ -76,7 +76,7 @@ pub struct Arguments {
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
-        let Self { t_end, ramp, dt, tolerance, frames, .. } = self;
+        let Self { t_end, ramp, dt, frames, .. } = self;
         ensure!(
             is_time(*t_end),
             "--t-end is {t_end:?}; it must be a time in seconds, like 3, and at least {SHORTEST_S:e}"
@@ -85,27 +85,15 @@ impl Arguments {
             *ramp == 0.0 || is_time(*ramp),
             "--ramp is {ramp:?}; it must be a time in seconds: 0 for a step, or at least {SHORTEST_S:e}"
         );
-        for (option, given, unit) in [("--dt", dt, "seconds"), ("--tolerance", tolerance, "millimetres")] {
-            let is_positive = given.is_none_or(|v| v > 0.0 && v.is_finite());
-            let value = given.unwrap_or_default();
-            ensure!(is_positive, "{option} is {value}; it must be a positive number of {unit}");
-        }
+        let dt_s = dt.unwrap_or(*t_end);
+        ensure!(dt_s > 0.0 && dt_s.is_finite(), "--dt is {dt_s}; it must be a positive number of seconds");
         ensure!(
             *ramp <= *t_end,
             "--ramp is {ramp} s, longer than the motion (--t-end {t_end} s), so that the tensions would end below those of --tension"
         );
-        ensure!(
-            dt.is_none_or(|dt| dt <= *t_end),
-            "--dt is {} s, longer than the motion (--t-end {t_end} s)",
-            dt.unwrap_or_default()
-        );
-        let tolerance = tolerance.unwrap_or(STEP_ERROR_MM);
-        ensure!(
-            tolerance <= TOLERANCE_MM.most,
-            "--tolerance is {tolerance} mm; it must be at most {} mm: {}",
-            TOLERANCE_MM.most,
-            TOLERANCE_MM.reason
-        );
+        ensure!(dt_s <= *t_end, "--dt is {dt_s} s, longer than the motion (--t-end {t_end} s)");
+        let tolerance = self.tolerance.unwrap_or(STEP_ERROR_MM);
+        TOLERANCE_MM.check(tolerance).map_err(|beyond| miette!("--tolerance: {beyond}"))?;
         ensure!((2..=MOST_FRAMES).contains(frames), "--frames is {frames}; take 2 to {MOST_FRAMES}");
         Ok(())
     }
@@ -197,7 +185,7 @@ pub fn run(
     let mut bar: Option<ProgressBar> = None;
     let found = asked.run(integrator.as_mut(), &mut |time| {
         stop_if_asked();
-        if bar.is_none() && clock.elapsed() > PATIENCE {
+        if bar.is_none() && clock.elapsed() > BAR_AFTER {
             let begun = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
             bar = begun.ok().map(|bar| bar.with_elapsed(clock.elapsed()));
         }
@@ -295,7 +283,7 @@ fn write(
     Ok(written)
 }
 
-/// The column of times, then for every muscle its length, then its tension.
+/// The column of times, then those of the lengths of all muscles, then those of their tensions.
 fn columns(mesh: &Mesh<2>, time: &str, names: [&str; 2]) -> Vec<String> {
     let of_muscles =
         names.into_iter().flat_map(|what| mesh.muscles.iter().map(move |m| format!("{}_{what}", m.name)));

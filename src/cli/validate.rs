@@ -29,8 +29,7 @@ pub struct Arguments {
     /// Seed of permutations and bootstraps
     #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true)]
     seed: u64,
-    /// Validate the posterior too: every muscle is predicted from all others, as a distribution (takes 40
-    /// minutes of one core, or more)
+    /// Validate the posterior too: every muscle is predicted from all others, as a distribution (takes 40 minutes of one core, or more)
     #[arg(long)]
     posterior: bool,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! The page of a batch in a real browser: no errors on the console, and its controls work.
+//! The page of a batch in a real browser: no errors on the console, and working controls.
 
 use std::process::Command;
 

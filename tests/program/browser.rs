@@ -31,12 +31,11 @@ pub struct Browser {
     to: File,
     from: BufReader<File>,
     calls: u64,
-    /// Events that the browser sent without a request.
+    /// Events that the browser sent without being asked.
     events: Vec<Value>,
     _folder: tempfile::TempDir,
 }
 
-/// An open page.
 #[derive(Debug, Clone)]
 pub struct Page(String);
 
@@ -85,7 +84,7 @@ impl Browser {
         self.open_after("", file, fragment)
     }
 
-    /// The same after a script.
+    /// Like [`Self::open`], after running a script.
     pub fn open_after(&mut self, script: &str, file: &Path, fragment: &str) -> Page {
         let target = self.call(None, "Target.createTarget", json!({"url": "about:blank"}));
         let to = json!({"targetId": target["targetId"], "flatten": true});
@@ -103,7 +102,6 @@ impl Browser {
         page
     }
 
-    /// Value of an expression.
     pub fn run(&mut self, page: &Page, expression: &str) -> Value {
         let how = json!({"expression": expression, "awaitPromise": true, "returnByValue": true});
         let mut answer = self.call(Some(page), "Runtime.evaluate", how);
@@ -111,7 +109,7 @@ impl Browser {
         answer["result"]["value"].take()
     }
 
-    /// Sets a control to a value, as a user does who causes this event.
+    /// Sets a control to a value and sends the event that a user's action would cause.
     pub fn set(&mut self, page: &Page, control: &str, event: &str, value: &str) {
         let set = format!("byId('{control}').value = '{value}'");
         self.run(page, &format!("{set}; byId('{control}').dispatchEvent(new Event('{event}'))"));
@@ -129,14 +127,14 @@ impl Browser {
         }
     }
 
-    /// Shows a page as on a screen of this size (CSS pixels); a phone is touched.
+    /// Shows a page on a screen of this size (CSS pixels); a phone has touch.
     pub fn size(&mut self, page: &Page, width: u32, height: u32, phone: bool) {
         let screen = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone});
         self.call(Some(page), "Emulation.setDeviceMetricsOverride", screen);
         self.call(Some(page), "Emulation.setTouchEmulationEnabled", json!({"enabled": phone}));
     }
 
-    /// Drags a finger from a point to another (CSS pixels of the window) and lifts it.
+    /// Drags a finger from one point to another (CSS pixels of the window) and lifts it.
     pub fn swipe(&mut self, page: &Page, from: [f64; 2], to: [f64; 2]) {
         let steps = 12;
         for step in 0..=steps {
@@ -151,7 +149,6 @@ impl Browser {
         self.call(Some(page), "Input.dispatchTouchEvent", lifted);
     }
 
-    /// Presses a key of this name and code.
     pub fn press(&mut self, page: &Page, key: &str, code: u32) {
         for kind in ["rawKeyDown", "keyUp"] {
             let how = json!({"type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code});
@@ -159,7 +156,7 @@ impl Browser {
         }
     }
 
-    /// Roles of controls of a page without an accessible name, and the number of controls.
+    /// Roles of the controls that have no accessible name, and the number of all controls.
     pub fn nameless_controls(&mut self, page: &Page) -> (Vec<String>, usize) {
         let tree = self.call(Some(page), "Accessibility.getFullAXTree", json!({}));
         let roles =
@@ -179,7 +176,7 @@ impl Browser {
     }
 }
 
-/// A test that passes has made no page complain.
+/// Fails a test whose pages complained, unless it has failed already.
 impl Drop for Browser {
     fn drop(&mut self) {
         let complaints = self.complaints();

@@ -1,4 +1,4 @@
-//! The command as users meet it: contracts, exit statuses, messages.
+//! Contracts of the command with its users: exit statuses, messages and files.
 
 use serde_json::Value;
 
@@ -45,15 +45,15 @@ fn doubtful_equilibria_are_reported_everywhere() {
             assert!(alarms.len() >= parts.len() && alarms.iter().any(|a| a["kind"] == kind), "{alarms:?}");
         }
     }
-    // With where the branch ends.
+    // The branch's end is a part of the record.
     let found = run::record(folder.path(), "0/simulation.json");
     let end = found["branch"]["critical"]["load"].as_f64().unwrap();
     assert!((0.5..1.0).contains(&end) && found["status"] == "converged", "{}", found["branch"]);
     assert_ne!(found["connection"], "traced");
 }
 
-/// The first screen is the verdict, the fit with what it misses and that it is one of many, and the files. The fit of /i/ misses its ratios,
-/// and yet its verdict can be trusted: last words, exit status and JSON agree on both.
+/// The first screen has the verdict, what the fit misses and whether it is one of many, and the files. The fit of /i/ misses its ratios,
+/// but its verdict can be trusted; the text, the exit status and JSON agree on both.
 #[test]
 fn fitting_a_vowel_prints_fourteen_lines_of_100_columns_and_writes_four_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -122,8 +122,7 @@ fn the_json_of_a_fit_has_the_promised_fields() {
     assert_eq!(file, fit);
 }
 
-/// Independent check of the outputs: forces recomputed here from the mesh's JSON balance at the simulation's
-/// positions.
+/// An independent check of the outputs: forces that are computed here from the mesh's JSON balance at the simulation's positions.
 #[test]
 fn the_published_mesh_and_positions_balance_in_an_independent_recalculation() {
     let s = json(&format!("simulate {PUBLISHED} --json"));
@@ -190,7 +189,7 @@ fn the_published_answer_is_shown_only_for_its_own_row() {
     {
         let done = run(folder.path(), &format!("--vowel a -v {option}"));
         assert_eq!(done.out.contains("table 4.8"), is_shown, "{option}");
-        // As docs/model.md tells.
+        // docs/model.md states this number.
         let missed = "the published tensions miss the target by 0.007 here (RMS)";
         assert_eq!(done.out.contains(missed), is_shown, "{option}: {}", done.out);
     }

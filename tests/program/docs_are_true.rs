@@ -1,10 +1,9 @@
 //! Every command in the guide and the README works on the files shown there and prints the output shown.
 //!
-//! The fenced blocks are read. One that opens with a kind and a name
-//! (```` ```csv my.csv ````) is a file. In ```` ```console ```` a line that begins with `$
-//! ` is a command, and the lines after it are its output; `...` stands for any lines, or within a line for
-//! any text. Commands of one page run in one folder, one after the other, and end with status 0 unless
-//! `$ echo $?` and another status follow.
+//! The fenced blocks are read. One that opens with a kind and a name (```` ```csv my.csv ````) is a file. In ```` ```console ```` a line
+//! that begins with `$ ` is a command, and the lines after it are its output; `...` stands for any lines, or within a line for any text.
+//! Commands of one page run in one folder, one after the other, and end with status 0 unless `$ echo $?` and another status follow. `$ echo
+//! $?` and another status follow.
 #![cfg(unix)]
 
 use std::fs;
@@ -19,7 +18,7 @@ use super::run::run;
 const NOT_RUN: [&str; 2] = ["cargo ", ".ci/"];
 
 struct Block<'a> {
-    /// Text after the backquotes.
+    /// The text after the backquotes that open the block.
     info: &'a str,
     lines: Vec<&'a str>,
 }
@@ -123,15 +122,15 @@ fn every_command_shown_works_and_prints_what_is_shown() {
     assert!(ran.iter().sum::<usize>() >= 15, "{ran:?}");
 }
 
-/// Commands within lines are not run (some take minutes). Their options must exist: `--help` behind them is
-/// reached only after the options are parsed.
+/// Commands within lines are not run, because some take minutes. Their options must exist: with `--help` behind them help is printed only
+/// after the options were parsed.
 #[test]
 fn every_command_within_a_line_has_options_that_exist() {
     let folder = tempfile::tempdir().unwrap();
     let mut seen = 0;
     for page in pages() {
         let text = fs::read_to_string(&page).unwrap();
-        // Within a fence every second piece is code; fences themselves are removed first.
+        // Between fences every second piece is code; fenced blocks are removed first.
         let prose: String = text.split("```").step_by(2).collect();
         for code in prose.split('`').skip(1).step_by(2).filter(|c| c.starts_with("tongue-fit ")) {
             let line = format!("{} --help", code.trim_start_matches("tongue-fit "));
@@ -188,7 +187,7 @@ fn every_path_that_contributors_are_sent_to_exists() {
     assert!(tests.len() >= 7 && tests.iter().all(|path| root().join(path).exists()), "{tests:?}");
 }
 
-/// Paragraphs and items of lists, without tables, headings and fenced blocks.
+/// Checks paragraphs and list items, not tables, headings and fenced blocks.
 #[test]
 fn paragraphs_are_short_enough_to_be_read() {
     let mut seen = 0;
@@ -219,7 +218,7 @@ fn the_table_in_the_readme_is_what_the_main_command_prints() {
     assert_eq!(shown, printed);
 }
 
-/// The front page's program is compiled and run with the documentation.
+/// The program of the front page is compiled and run with the documentation.
 #[test]
 fn the_program_in_the_readme_is_that_of_the_front_page_and_has_at_most_fifteen_lines() {
     let shown = README.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
@@ -235,14 +234,14 @@ fn the_program_in_the_readme_is_that_of_the_front_page_and_has_at_most_fifteen_l
     assert!(lines <= 15, "{lines}");
 }
 
-/// The tests of the Python module run its own README.
+/// The Python module's tests run its own README.
 #[test]
 fn the_python_program_in_the_readme_is_one_of_the_modules_own_readme() {
     let shown = README.split("```python\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     assert!(include_str!("../../python/README.md").contains(&format!("```python\n{shown}```")), "{shown}");
 }
 
-/// The entry for those who cite has the version of the package and names the same sources as the README.
+/// The citation file has the version of the package and names the same sources as the README.
 #[test]
 fn the_citation_is_of_this_version() {
     let citation = include_str!("../../CITATION.cff");

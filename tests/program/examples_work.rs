@@ -28,7 +28,7 @@ fn run(name: &str, files: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The number after some words in a text.
+/// The number that follows a text.
 fn number(text: &str, before: &str) -> f64 {
     let rest = text.split(before).nth(1).unwrap_or_else(|| panic!("no \"{before}\" in {text}"));
     let end = rest.trim_start().find(|c: char| !(c.is_ascii_digit() || ".-".contains(c))).unwrap();
@@ -39,7 +39,7 @@ fn number(text: &str, before: &str) -> f64 {
 fn data_of_ones_own_are_fitted() {
     let said = run("own_data", &["my.csv", "fit.json", "tongue.svg"]);
     assert!(said.contains("contracting: GGa, SGm, HGa") && said.contains("Converged"), "{said}");
-    // The stretches in the table, to the digits printed.
+    // The stretch in the table, to the digits printed.
     assert!(said.contains(&format!("{:.3} of its length", 40.5 / 44.0)), "{said}");
     assert!(said.contains(&format!("{:.3} of its length", 31.5 / 32.5)), "{said}");
 }
@@ -77,7 +77,7 @@ fn tensions_of_a_solid_come_back() {
     }
 }
 
-/// The recording in `targets/recordings` is the output of the example, to the rounding of its digits.
+/// The recording in `targets/recordings` is the output of the example, up to rounding.
 #[test]
 fn the_synthetic_recording_is_that_of_the_example() {
     let folder = tempfile::tempdir().unwrap();

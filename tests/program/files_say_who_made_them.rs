@@ -2,7 +2,7 @@
 
 use super::run::{names, run, shell};
 
-/// Runs a command with `--out` and returns the name and the text of every file, entities of XML resolved.
+/// Runs a command with `--out`; returns the name and the text of every file, with XML's entities resolved.
 fn written(line: &str) -> Vec<(String, String)> {
     let folder = tempfile::tempdir().unwrap();
     let done = run(folder.path(), &format!("{line} --out out"));

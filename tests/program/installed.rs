@@ -1,4 +1,4 @@
-//! An installed program's version and completions.
+//! Version and completions of an installed program.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -47,7 +47,7 @@ fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them()
     let folder = tempfile::tempdir().unwrap();
     let script = folder.path().join("tongue-fit.bash");
     std::fs::write(&script, printed("completions bash")).unwrap();
-    // As the shell does if the user presses the tabulator key after the last word.
+    // As the shell does when the user presses the tabulator key after the last word.
     let complete = |words: &str| {
         let line = format!(
             "source '{}'; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \

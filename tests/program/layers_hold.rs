@@ -1,12 +1,11 @@
-//! The crates are layers: each may use only those below it. What the library offers its users can be learned: few items, no two types of
-//! one name, few kinds of errors.
+//! Crates are layers, each of which uses only those below it. The facade stays small enough to be learned: few items, no two types of the
+//! same name, few kinds of errors.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// The crates from the lowest to the highest. `sound` and other crates that use none of the project's are in
-/// no layer.
+/// The crates from the lowest to the highest. `sound` and other crates that use none of the project's crates are in no layer.
 const LAYERS: [&str; 5] = ["core", "input", "infer", "files", "study"];
 
 fn dependencies(manifest: &Path) -> Vec<String> {
@@ -49,8 +48,8 @@ fn the_program_reaches_the_crates_through_the_facade() {
     }
 }
 
-/// The names that the facade re-exports, each with its path; a module that is re-exported whole would hide what it offers.
-fn offered() -> Vec<String> {
+/// The names that the facade re-exports, each with its path.
+fn facade_names() -> Vec<String> {
     let source = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
     let code: Vec<&str> = source.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
     let mut names = Vec::new();
@@ -72,10 +71,10 @@ fn offered() -> Vec<String> {
 
 #[test]
 fn the_facade_offers_at_most_220_items_by_name() {
-    let names = offered();
+    let names = facade_names();
     assert!(names.len() > 150, "only {} names were found: is the facade still lists of names?", names.len());
     assert!(names.len() <= 220, "{} items: leave out what no user of the library needs", names.len());
-    // A module of a crate would hide what it offers, as a star does.
+    // A module or a star would hide what it offers.
     let is_whole =
         |n: &&String| n.ends_with('*') || (n.matches("::").count() == 1 && !n.ends_with("VERSION"));
     let whole: Vec<_> = names.iter().filter(is_whole).collect();
@@ -84,12 +83,12 @@ fn the_facade_offers_at_most_220_items_by_name() {
 
 #[test]
 fn the_facade_has_at_most_twelve_types_of_errors() {
-    let names = offered();
+    let names = facade_names();
     let errors: Vec<_> = names.iter().filter(|n| n.ends_with("Error")).collect();
     assert!(errors.len() <= 12, "{} types of errors: {errors:?}", errors.len());
 }
 
-/// The names of types, each with the files that define it, except those inside functions and tests.
+/// The names of types, each with the files that define it, except types inside functions and tests.
 fn types() -> BTreeMap<String, Vec<String>> {
     let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
     let mut all: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -109,7 +108,7 @@ fn types() -> BTreeMap<String, Vec<String>> {
 fn names_of_types_have_one_meaning_in_all_crates_and_there_are_few_types_of_errors() {
     let types = types();
     assert!(types.len() > 600, "only {} types were found", types.len());
-    // Each command of the program has its Arguments.
+    // Each command of the program has its `Arguments`.
     let several = types.iter().filter(|(name, paths)| paths.len() > 1 && *name != "Arguments");
     let several: Vec<_> = several.collect();
     assert!(several.is_empty(), "names with several meanings: {several:?}");
@@ -117,7 +116,7 @@ fn names_of_types_have_one_meaning_in_all_crates_and_there_are_few_types_of_erro
     assert!(errors.len() <= 15, "{} types of errors: {errors:?}", errors.len());
 }
 
-/// The names of types and constants that a file takes from its own crate. Its tests, and what it only hands on, do not count.
+/// The names of types and constants that a file imports from its own crate, except for its tests and for re-exports.
 fn imports(source: &str) -> Vec<&str> {
     let code = source.split("\nmod tests {").next().unwrap();
     let uses = code.split("\nuse ").skip(1).filter_map(|rest| rest.split(';').next());
@@ -129,10 +128,10 @@ fn imports(source: &str) -> Vec<&str> {
 
 #[test]
 fn no_files_of_a_crate_take_types_and_constants_from_each_other_in_a_circle() {
-    // A mod.rs holds what its files share and hands on what they offer, so that arrows from and to it would always be circles.
+    // A mod.rs has what its files share and re-exports what they offer, so that arrows to and from it would always be circles.
     let is_face = |path: &str| ["mod.rs", "lib.rs", "main.rs"].iter().any(|end| path.ends_with(end));
     let all = ["src", "crates", "python/src"].into_iter().flat_map(super::run::sources);
-    // Of each file its crate, its path in it, and its source.
+    // The crate of each file, its path in the crate, and its source.
     let files: Vec<(String, String, String)> = Vec::from_iter(all.filter_map(|(path, source)| {
         let (of_crate, file) = path.strip_prefix(env!("CARGO_MANIFEST_DIR"))?.split_once("/src/")?;
         (!is_face(file)).then(|| (of_crate.to_owned(), file.to_owned(), source))
@@ -156,7 +155,7 @@ fn no_files_of_a_crate_take_types_and_constants_from_each_other_in_a_circle() {
         uses.insert(number, only.collect());
     }
     assert!(uses.values().map(Vec::len).sum::<usize>() > 1000, "few imports were found");
-    // Files that use none of those left are taken away until only circles, and what uses them, are left.
+    // Files that use none of the remaining ones are taken away, until only circles and files that use them are left.
     while let Some(&free) = uses.keys().find(|n| !uses[*n].iter().any(|used| uses.contains_key(used))) {
         uses.remove(&free);
     }

@@ -1,5 +1,4 @@
-//! `tongue-fit lengths check` reports how a table is understood and which fits refuse it, and its exit status says whether
-//! all of it can be used.
+//! `tongue-fit lengths check` reports how a table is read and which fits refuse it; its exit status says whether all of it can be used.
 
 use std::io::Write;
 use std::path::Path;
@@ -9,8 +8,7 @@ use serde_json::json;
 
 use super::run::{Done, program, refused, run};
 
-/// An export of a German Excel under a title, with a bad cell, a missing cell, columns that are not lengths, and a subject
-/// without a baseline.
+/// An export of a German Excel with a title, a bad cell, a missing cell, columns that are not lengths, and a subject without a baseline.
 const EXPORT: &str = "\u{feff}Zungenmuskeln;;;;;\r\nProband;Vokal;GGa (mm);GGm (mm);HG_cm;Bemerkung\r\n\
                       M;u;46,5;56;3,6;gut, sehr\r\nM;a;38;;3,4;\r\nM;ɔ;38,5;57;x;\r\nN;a;40;40;4;\r\nN;e;-;-;;\r\n\
                       M;o;47;57;3,7;\r\n";
@@ -21,7 +19,7 @@ fn fed(line: &str, table: &str) -> Done {
     let mut command = program(folder.path(), line);
     let mut child =
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // The program may already have ended with a refusal of the command line.
+    // The program may already have ended because it refused the command line.
     let _ = child.stdin.take().unwrap().write_all(table.as_bytes());
     child.wait_with_output().unwrap().into()
 }
@@ -62,7 +60,7 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     }
     let both = fed("lengths check -", "subject,vowel,GGa_mm\nX,a,40\nX,u,42\nX,ɯ,43\n");
     assert!(both.err.contains("u and ɯ are two vowels, since the table has both"), "{}", both.err);
-    // What a fit of the row says, word for word.
+    // The reasons are, word for word, those that a fit of the row gives.
     for (subject, vowel, reason) in [
         ("N", "a", "no row for the baseline vowel /ɯ/"),
         ("M", "o", "no muscle of M is shorter in /o/ than in /ɯ/"),
@@ -74,17 +72,17 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     }
     let none = refused(folder.path(), "batch --subjects N --lengths mine.csv --out none");
     assert!(none.starts_with("error: none of the 1 rows can be fitted; line 6, N /a/: "), "{none}");
-    // A batch fits the rest: of five rows M /ɔ/ to stretches.
+    // A batch fits the rest, which is row M /ɔ/ by stretches.
     let done = run(folder.path(), "batch --lengths mine.csv --error-mm 1 --out rest");
     assert!(done.status == Some(1) && done.err.contains("mine.csv:5:5: HG_cm"), "{}", done.err);
     let summary = &super::run::record(folder.path(), "rest/batch.json")["summary"];
     assert_eq!((&summary["fits"], &summary["not_fitted"]), (&json!(1), &json!(6)));
-    // A fit of a row with a bad cell names it and goes on without the muscle.
+    // A fit of a row with a bad cell names the cell and leaves out its muscle.
     let line = "--vowel ɔ --subject M --lengths mine.csv --target stretch --json";
     let told = run(folder.path(), line).err;
     assert!(told.contains("mine.csv:5:5: HG_cm is \"x\"") && told.contains("is left out)"), "{told}");
     assert_eq!(told.matches("HG_cm").count(), 1, "{told}");
-    // So does a fit of a row that is given twice.
+    // A fit of a row that is given twice names it too.
     let twice = "subject,vowel,when,GGa_mm,SGm_mm\nP,a,pre,46,30\nP,a,post,45,29\nP,ɯ,pre,50,32\n";
     std::fs::write(folder.path().join("twice.csv"), twice).unwrap();
     let told = run(folder.path(), "--vowel a --subject P --lengths twice.csv").err;

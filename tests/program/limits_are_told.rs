@@ -1,4 +1,4 @@
-//! What would take very long or very much memory is said before the work, and numbers that cannot be meant are refused.
+//! What would take very long or very much memory is announced or refused before the work, and so are numbers that are out of range.
 #![cfg(unix)]
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use super::run::{json, program, refused, run, shell};
 
-/// Runs a command until it has told all of these on its standard error, and stops it there.
+/// Runs a command until it has printed all these parts on stderr, and stops it there.
 fn stopped_when_told(folder: &Path, line: &str, parts: &[&str]) {
     let mut child = program(folder, line).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     let mut told = String::new();
@@ -32,7 +32,7 @@ fn a_high_poisson_ratio_is_noted_before_the_work() {
     assert_eq!(run(folder.path(), "simulate --direct --poisson-ratio 0.499").err, "");
 }
 
-/// Every row has a time and a point of its own, so that a table of all points at all times has a hundred million places.
+/// Every row has its own time and point, so that a table of all points at all times would have a hundred million places.
 #[test]
 fn a_small_recording_of_many_places_needs_little_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -40,7 +40,7 @@ fn a_small_recording_of_many_places_needs_little_memory() {
     let table: String = (0..10_000).map(row).collect();
     fs::write(folder.path().join("sparse.csv"), format!("time_s,point,x_mm,y_mm\n{table}")).unwrap();
     let clock = Instant::now();
-    // Kilobytes of address space, the program and the stacks of its threads among them.
+    // Kilobytes of address space, which include the program and the stacks of its threads.
     let done =
         shell(folder.path(), "ulimit -v 1000000; $TONGUE_FIT track sparse.csv --threads 1 --out track");
     assert!(done.status == Some(1) && done.out.starts_with("error: sparse.csv"), "{}", done.out);
@@ -91,7 +91,7 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     ] {
         stopped_when_told(folder.path(), &format!("{line} --threads 1"), &[said, "minutes on one core"]);
     }
-    // The time of one core is that of any number of threads.
+    // The stated time of one core does not depend on the number of threads.
     let fits = "fits on a body of 2998 nodes: about 3 minutes on one core";
     stopped_when_told(folder.path(), "batch --h 1mm --threads 3", &[fits]);
     let load = "minutes or more if the load is too large";

@@ -1,4 +1,4 @@
-//! Output, files and answers of `tongue-fit` when users run it.
+//! The program `tongue-fit` as its users run it: output, files and answers.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

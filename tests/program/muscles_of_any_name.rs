@@ -1,5 +1,4 @@
-//! Bodies from Gmsh with other muscles than the eight built-in ones, fewer and more, work in every command
-//! like the reference.
+//! Bodies from Gmsh with fewer, more and other muscles than the eight built-in ones work in every command.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +7,7 @@ use super::run::json as run;
 use serde_json::Value;
 use tongue_fit::body::{Bone, MuscleChain, REFERENCE, gmsh, solid};
 
-/// Active muscles in the simulation, N per metre of thickness.
+/// Muscles that contract in the simulation, with their tensions, N per metre of thickness.
 const PULL: [(&str, f64); 3] = [("hyoglossus", 5.0), ("longitudinalis superior", 6.0), ("verticalis", 8.0)];
 const FIVE: &str = r#"
     genioglossus = [[0.0, 0.0], [28.9, 50.056]]
@@ -41,8 +40,8 @@ fn texts(svg: &Path) -> Vec<String> {
     texts.map(|n| n.descendants().filter_map(|d| d.text()).collect()).collect()
 }
 
-/// The outline of the reference with muscles of its own in `body.msh`, and its lengths at rest and under tension as the table of a subject
-/// in `own.csv`; the names of the muscles.
+/// Writes the outline of the reference with muscles of its own to `body.msh`, and its lengths at rest and under tension as the table of a
+/// subject to `own.csv`. Returns the names of the muscles.
 fn make_body(folder: &Path, muscles: &str) -> Vec<String> {
     let outline = &REFERENCE[..REFERENCE.find("[muscles]").unwrap()];
     let bones = "[bones]\n\"mental spine\" = [[0.0, 0.0]]\nhyoid = [[37.625, -3.066]]\n";
@@ -63,7 +62,6 @@ fn make_body(folder: &Path, muscles: &str) -> Vec<String> {
     muscles.into_iter().map(str::to_owned).collect()
 }
 
-/// Every command on a body with `count` muscles.
 fn goes_all_the_way(muscles: &str, count: usize) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -112,8 +110,7 @@ fn five_and_eleven_muscles_go_through_every_command() {
     goes_all_the_way(&format!("{FIVE}{SIX_MORE}"), 11);
 }
 
-/// A block on bone with muscles along three upper edges, named as in Takano's table, meets the lengths
-/// measured there.
+/// A block on bone with muscles along three upper edges, which have names of Takano's table, meets the lengths measured of these muscles.
 #[test]
 fn a_scene_fits_a_solid() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What cannot be right in recordings, landmarks and tables is told by the program once, with what to do, and good inputs are not suspected.
+//! Recordings, landmarks and tables that cannot be right are reported once, with advice; good inputs raise no doubt.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use super::run::{record, refused, run};
 
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
 
-/// The built-in recording as a tidy table, each coordinate changed.
+/// The built-in recording as a tidy table with changed coordinates.
 fn tidy(change: impl Fn(usize, f64, f64) -> [f64; 2]) -> String {
     let text = fs::read_to_string(RECORDING).unwrap();
     let mut rows = text.lines().map(|l| l.split('\t').collect::<Vec<_>>());
@@ -74,7 +74,7 @@ fn a_contour_that_no_tongue_has_ends_with_3() {
 fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_status_3_says_why() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    // A point of every contour is 12 mm too high, and another one in one frame 20 mm.
+    // A point of every contour is 12 mm too high, and another one is 20 mm too high in one frame.
     let mut seen = 0;
     let raised = |line: &str| {
         let (row, y) = line.rsplit_once(',').unwrap();
@@ -107,7 +107,7 @@ fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_statu
 fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_be_trusted() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    // The tongue of the second recording is shifted at once, and the first is not seen for ten frames.
+    // From one frame on the tongue of the second recording is shifted, and the first one is not seen for ten frames.
     let text: String = tidy(|nth, x, y| [x, if nth > 70 { y + 14.0 } else { y }])
         .lines()
         .filter(|line| {
@@ -125,7 +125,7 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
     assert!(read("track.json").contains(name) && read("track.html").contains(name));
     assert!(read("track.csv").contains("synthetic one,") && !read("track.csv").contains("synthetic two,"));
     assert!(read("track.csv").contains(",gap,") && !read("track.json").contains("untrusted"));
-    // Coils in axes that are turned are out of reach.
+    // Coils in turned axes are out of reach.
     let (sin, cos) = 50_f64.to_radians().sin_cos();
     let coils = tidy(|_, x, y| [cos * x - sin * y, sin * x + cos * y])
         .lines()
@@ -138,11 +138,11 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
     fs::write(at.join("back.toml"), "turn_deg = 50\n").unwrap();
     let done = run(at, "track turned.csv --map back.toml --frames 0 --draws 100 --out turned");
     assert_eq!(done.status, Some(0), "{}", done.err);
-    // The common note of two recordings is told once.
+    // A note that two recordings have in common is printed once.
     assert!(done.err.contains("synthetic one; synthetic two: the hyoid was never seen"), "{}", done.err);
 }
 
-/// That more frames make a recording untrusted, `a_recording_with_more_than_one_untrusted_frame_in_twenty_is_untrusted` shows.
+/// `a_recording_with_more_than_one_untrusted_frame_in_twenty_is_untrusted` shows the other side of the limit.
 #[test]
 fn frames_that_cannot_be_trusted_below_5_percent_of_a_recording_are_a_note() {
     let folder = tempfile::tempdir().unwrap();

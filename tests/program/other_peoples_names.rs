@@ -1,5 +1,5 @@
-//! Names in tables and recordings are other people's and must not control terminals or spreadsheets. Also:
-//! limits of the system end a run with a message.
+//! Names in tables and recordings are written by others and must not control terminals or spreadsheets. Reaching a limit of the system ends
+//! a run with a message.
 #![cfg(unix)]
 
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::run::shell;
 
-/// A recording of three coils by this name.
+/// Writes a recording of three coils with this name.
 fn record(folder: &Path, name: &str) {
     let coils = format!(
         "recording,time_s,point,x_mm,y_mm\n{name},0,T1,-5.6,37.5\n{name},0,T2,9.4,46.0\n{name},0,T3,28.2,50.6\n"
@@ -37,7 +37,7 @@ fn escapes_in_names_are_shown_and_not_obeyed() {
     assert!(!done.out.contains(['\u{1b}', '\u{7}']), "{}", done.out);
     let record = done.record();
     assert!(record.to_string().contains("o\\u001b]0;title\\u0007ne"));
-    // The name of a file in a message.
+    // The name of a file is in a message.
     let done = shell(folder.path(), "$TONGUE_FIT --vowel a --lengths \"$(printf 'a\\033[31mb')\"");
     assert!(!done.out.contains('\u{1b}') && done.out.contains("a\\u001b[31mb"), "{}", done.out);
 }

@@ -1,5 +1,4 @@
-//! Files for Gmsh, ParaView and OpenSim are read back by independent readers: meshio, Gmsh itself, OpenSim's
-//! rules.
+//! Files for Gmsh, ParaView and OpenSim are read by independent readers: meshio, Gmsh itself, and the rules of OpenSim's format.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -10,12 +9,12 @@ use serde_json::Value;
 
 use super::run::json as tongue_fit;
 
-/// A Python with the packages meshio and gmsh.
+/// Names the Python that has the packages meshio and gmsh.
 const PYTHON: &str = "TONGUE_FIT_PYTHON";
 /// Set if the tests must not be skipped, as in CI.
 const REQUIRED: &str = "TONGUE_FIT_REQUIRE_PYTHON";
 
-/// That Python; `None`, with a printed reason, if there is none.
+/// Python with these packages; `None`, with a printed reason, if there is none.
 fn python() -> Option<PathBuf> {
     let python = std::env::var_os(PYTHON).map(PathBuf::from);
     if python.is_none() {
@@ -36,7 +35,6 @@ fn numbers<T: for<'a> Deserialize<'a>>(value: &Value) -> T {
     serde_json::from_value(value.clone()).unwrap()
 }
 
-/// A mesh read by meshio.
 #[derive(Deserialize)]
 struct Seen {
     points: Vec<Vec<f64>>,
@@ -56,13 +54,12 @@ fn assert_has_points(seen: &Seen, points_m: &Value) {
     assert_eq!(seen.points.len(), points_m.len());
 }
 
-/// Checks that points, cells and every array are those of the record.
 fn assert_is_the_simulation(seen: &Seen, record: &Value, mesh: &Value) {
     assert_has_points(seen, &record["positions_m"]);
     assert_eq!(seen.cells["triangle"], numbers::<Vec<Vec<usize>>>(&mesh["triangles"]));
     let chains: BTreeMap<String, Vec<usize>> = numbers(&mesh["muscles"]);
     let (mut lines, mut tensions) = (Vec::new(), Vec::new());
-    // The JSON object and the files list the muscles in the order of the tables.
+    // JSON objects and files list the muscles in the order of the tables.
     for muscle in ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"] {
         let pairs = chains[muscle].windows(2).map(<[usize]>::to_vec);
         tensions.extend(pairs.clone().map(|_| record["tensions_n"][muscle].as_f64().unwrap()));
@@ -123,7 +120,7 @@ fn meshio_reads_the_shape_from_vtu_and_with_gmsh_the_mesh_at_rest_from_msh() {
     assert_eq!(seen.groups["GGa"], count(&mesh["muscles"]["GGa"]) - 1);
 }
 
-/// Tensors as nine numbers in a row, or as three rows of three.
+/// Tensors given as nine numbers in a row, or as three rows of three.
 fn tensors(of: &Value) -> Vec<Vec<f64>> {
     let of_cell = |tensor: &Value| match numbers::<Vec<Value>>(tensor)[0].is_array() {
         true => numbers::<Vec<Vec<f64>>>(tensor).concat(),
@@ -132,7 +129,7 @@ fn tensors(of: &Value) -> Vec<Vec<f64>> {
     of.as_array().unwrap().iter().map(of_cell).collect()
 }
 
-/// That the middles of edges lie on them, `gmsh_files` in the library shows.
+/// `gmsh_files` in tests/library shows that the middles of edges lie on them.
 #[test]
 fn a_continuum_is_read_as_quadratic_triangles_with_strain_stress_and_pressure() {
     let Some(python) = python() else { return };

@@ -1,4 +1,4 @@
-//! The tongue in space on the page in a real browser: its numbers are the program's, it is turned by hand, and a link holds it.
+//! The tongue in space on the page in a real browser: its numbers are the program's, it can be turned by hand, and a link restores it.
 #![cfg(unix)]
 
 use serde_json::json;
@@ -20,14 +20,14 @@ fn the_tongue_in_space_has_the_numbers_of_the_program_and_is_turned_by_hand() {
     let found = browser.run(&page, settle);
     let paths = ["/status", "/activations", "/lengths_mm", "/positions_m", "/foremost_moved_mm", "/alarms"];
     agree(&found, &told, &paths, CLOSE, "in space");
-    // What is drawn are those positions, in micrometres.
+    // The positions that are drawn are these, in micrometres.
     let flat = |positions: &serde_json::Value, by: f64| -> Vec<f64> {
         let points = positions.as_array().unwrap().iter().flat_map(|p| p.as_array().unwrap());
         points.map(|x| x.as_f64().unwrap() * by).collect()
     };
     let drawn = browser.run(&page, "solid.positions_um()");
     same(&drawn, &json!(flat(&told["positions_m"], 1e6)), 1e-6, "the picture");
-    // A slider by keyboard: a few iterations at a time end where the search from rest does.
+    // A slider is moved by keyboard; a few iterations at a time lead to the solution from rest.
     let before = browser.run(&page, PICTURE);
     browser.run(&page, "byId('act-2').focus()");
     for _ in 0..4 {
@@ -45,7 +45,7 @@ fn the_tongue_in_space_has_the_numbers_of_the_program_and_is_turned_by_hand() {
     let pulled = browser.run(&page, PICTURE);
     assert_ne!(pulled, before);
 
-    // Turned by keyboard, by buttons, and cut.
+    // The view is turned by keyboard and by buttons, and cut.
     browser.run(&page, "byId('turn').focus()");
     browser.press(&page, "ArrowRight", 39);
     browser.wait(&page, "state.view[0] === 21 && settled()");
@@ -54,7 +54,7 @@ fn the_tongue_in_space_has_the_numbers_of_the_program_and_is_turned_by_hand() {
     browser.run(&page, "byId('cut').click()");
     assert_ne!(browser.run(&page, PICTURE), turned);
     browser.wait(&page, "location.hash.includes('view=21,10,1')");
-    // The link opens the same elsewhere, and a saved picture says what acts.
+    // The link opens the same view on another page, and a saved picture names the active muscles.
     let link = browser.run(&page, "link()");
     let other = browser.open(&kept(), link.as_str().unwrap());
     browser.wait(&other, REST);
@@ -64,7 +64,7 @@ fn the_tongue_in_space_has_the_numbers_of_the_program_and_is_turned_by_hand() {
     let document = roxmltree::Document::parse(svg.as_str().unwrap()).unwrap();
     assert!(document.descendants().filter(|n| n.has_tag_name("path")).count() > 100);
     assert!(svg.as_str().unwrap().contains("GGP=0.1, "), "{svg}");
-    // And back in the plane.
+    // The page returns to the plane.
     browser.set(&other, "body", "change", "springs");
     browser.wait(&other, "!state.space && settled() && shape !== null && byId('mouth').clientWidth > 0");
     assert!(!browser.run(&other, "link()").as_str().unwrap().contains("space"));
@@ -85,7 +85,7 @@ fn in_space_every_control_is_within_reach_and_a_scroll_neither_turns_nor_pulls()
     all_are_within_reach(&mut browser, &page, 20);
     let (nameless, controls) = browser.nameless_controls(&page);
     assert!(nameless.is_empty() && controls > 20, "{nameless:?} of {controls}");
-    // On the phone: a finger up the picture scrolls, along it turns.
+    // On a phone a finger scrolls if it moves up the picture, and turns the view if it moves along it.
     browser.run(&page, "scrollTo(0, 0)");
     let place = "(() => { const b = byId('solid').getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()";
     let at = browser.run(&page, place);

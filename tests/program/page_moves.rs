@@ -1,5 +1,5 @@
-//! The page with the moving tongue in a real browser: its numbers are the program's, its controls work, and
-//! invalid input does not break it.
+//! The page with the moving tongue in a real browser: its numbers are the program's, its controls work, and invalid input does not break
+//! it.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::browser::{Browser, Page};
 use super::run::{self, Done};
 
-/// Names a newly built page to be tested instead of the committed one (`.ci/page`).
+/// Names a newly built page that is tested in place of the committed one (`.ci/page`).
 const BUILT: &str = "TONGUE_FIT_PAGE";
 const MUSCLES: [&str; 8] = ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"];
 
@@ -21,7 +21,7 @@ pub(super) fn kept() -> PathBuf {
     std::env::var_os(BUILT).map_or_else(|| root().join("web/tongue.html"), PathBuf::from)
 }
 
-/// Output and errors of the program.
+/// The JSON and the errors that the program prints.
 pub(super) fn program(arguments: &[&str]) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     let done: Done = run::program(folder.path(), "--json").args(arguments).output().unwrap().into();
@@ -45,15 +45,14 @@ fn open(browser: &mut Browser, page: &Page, h_mm: f64, continuum: bool) {
     assert!(made["error"].is_null(), "{made}");
 }
 
-/// Tolerance of numbers, relative to the larger of them and 1.
+/// Tolerance of numbers, relative to the larger one and 1.
 pub(super) const CLOSE: f64 = 1e-9;
-/// Tolerance for a fit of a continuum: its search ends at steps below 1e-4 N, where the last digits of its
-/// equilibria matter.
+/// Tolerance of a fit of a continuum, whose search ends at steps below 1e-4 N, where the last digits of its equilibria matter.
 const CLOSE_IN_A_SEARCH: f64 = 1e-6;
-/// Tolerance for numbers of draws: the exponential function in the page rounds differently, and chains part as they go on.
+/// Tolerance of numbers from draws: the exponential function in the page rounds differently, and chains part as they go on.
 const CLOSE_IN_DRAWS: f64 = 0.01;
 
-/// Compares numbers of both records: all in `paths` must exist and agree.
+/// Compares two records: all numbers in `paths` must exist and agree.
 pub(super) fn agree(page: &Value, program: &Value, paths: &[&str], close: f64, what: &str) {
     for path in paths {
         let [a, b] =
@@ -116,7 +115,7 @@ fn the_numbers_of_the_page_are_those_of_the_program() {
             }
         }
     }
-    // Weight, palate, jaw and hyoid, in built-in scenes.
+    // Weight, palate, jaw and hyoid of built-in scenes.
     open(&mut browser, &page, 5.5, false);
     for (name, tensions, effects) in [
         ("supine", vec![], json!({"gravity": {"posture": "supine"}})),
@@ -127,7 +126,7 @@ fn the_numbers_of_the_page_are_those_of_the_program() {
         let found = ask(&mut browser, &page, &request);
         agree(&found, &program(&["scene", "run", name]).0, &["/positions_m"], CLOSE, name);
     }
-    // A fit in which palate and teeth act is the equilibrium of its own tensions against them.
+    // A fit with palate and teeth is the equilibrium of its tensions against these walls.
     for (target, vowel) in [("stretch", "i"), ("stretch", "a"), ("ratio", "i")] {
         let fit = json!({"ask": "fit", "subject": "S2", "vowel": vowel, "target": target, "walls": true});
         let fit = ask(&mut browser, &page, &fit);
@@ -172,7 +171,7 @@ fn a_vowel_of_the_page_has_the_formants_of_the_command_sound() {
         said.as_str().unwrap().contains("known from /ɯ/ only")
             && !said.as_str().unwrap().contains("Shown as spoken")
     );
-    // Labels in upper case are those vowels.
+    // Labels in upper case are the same vowels.
     let lips = "[body.tract.posture.a.lip_opening_mm, body.tract.posture.a.lip_protrusion_mm]";
     let rows = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
                 X,U,46,56,46,56,25,40,36,31\nX,A,38,57,50,54,21,47,33,33\n";
@@ -190,7 +189,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     let drawn = "document.querySelector('#mouth .tissue').getAttribute('d')";
     assert_eq!(browser.run(&page, "state.vowel"), "a");
 
-    // A slider by keyboard: the tension grows by a step, and the tongue moves.
+    // A slider is moved by keyboard: the tension grows by a step, and the tongue moves.
     browser.wait(&page, "!asked && !checking && byId('found').textContent.startsWith('Equilibrium')");
     let (before, tension) =
         (browser.run(&page, drawn), browser.run(&page, "state.tensions[0]").as_f64().unwrap());
@@ -201,17 +200,17 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     browser.wait(&page, &format!("state.tensions[0] > {tension} + 0.4 && !asked && {drawn} !== {before}"));
     browser.press(&page, "Home", 36);
     browser.wait(&page, "state.tensions[0] === 0 && !asked");
-    // The fit's verdict says that it is of other tensions, and leads back.
+    // The page says that the verdict is of other tensions, and offers to restore them.
     let changed = browser.run(&page, "byId('changed').hidden ? '' : byId('changed').innerText");
     assert!(changed.as_str().unwrap().starts_with("Changed by hand since: GGa "), "{changed}");
     browser.run(&page, "byId('changed').querySelector('button').click()");
     browser.wait(&page, "!asked && byId('changed').hidden && state.tensions[0] === fitted().tensions[0]");
 
-    // A decimal comma is a point.
+    // A decimal comma is a decimal point.
     browser.set(&page, "n-0", "change", "12,5");
     browser.wait(&page, "state.tensions[0] === 12.5 && !asked");
 
-    // Along the valley the fitted ratios keep their measured values.
+    // Along the solution curve the fitted ratios keep their measured values.
     browser.run(&page, "state.target = 'ratio'; choose('a')");
     browser.wait(&page, "fit?.valley && !byId('valley').hidden && !asked");
     browser.run(&page, "byId('along').focus()");
@@ -230,7 +229,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     browser.run(&page, "pull(0, 20)");
     browser.wait(&page, "!asked");
 
-    // Jaw, weight, palate and the other body: each moves the tongue, and is undone.
+    // Jaw, weight, palate and the other body each move the tongue, and each can be undone.
     for (control, event, there, back) in [
         ("jaw", "input", "6", "0"),
         ("gravity", "change", "supine", ""),
@@ -242,7 +241,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
         browser.set(&page, control, event, back);
         browser.wait(&page, "!asked && shape && state.continuum === false && body.continuum === false");
     }
-    // The link opens the same posture elsewhere.
+    // The link opens the same posture on another page.
     browser.run(&page, "byId('palate').click(); state.bones = [3, 2, -1.5]; state.tensions[2] = 30");
     browser.run(&page, "showControls(); move()");
     browser.wait(&page, "!asked && !checking && location.hash.includes('bones=3,2,-1.5')");
@@ -255,7 +254,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     same(&again, &positions, CLOSE, "the link");
     assert_eq!(browser.run(&other, "link()"), link);
 
-    // Pictures to save, dark and light, and names for screen readers.
+    // Pictures can be saved, the page has a dark and a light mode, and controls have names for screen readers.
     let svg = browser.run(&other, "pictureText(byId('mouth'), made(), caption())");
     let text = svg.as_str().unwrap();
     let document = roxmltree::Document::parse(text).unwrap();
@@ -282,7 +281,7 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
 fn the_page_says_of_every_muscle_how_probably_it_pulls_harder_and_the_sliders_go_on() {
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "#s=S2&v=e&k=stretch");
-    // The words of the program, with its numbers.
+    // The sentences are the program's, with its numbers.
     let (told, _) = program(&["--vowel", "e", "--target", "stretch"]);
     browser.wait(&page, "rises !== null");
     let found = browser.run(&page, "rises");
@@ -299,11 +298,11 @@ fn the_page_says_of_every_muscle_how_probably_it_pulls_harder_and_the_sliders_go
             "{shown}"
         );
     }
-    // After a change by hand they are marked as of the fit.
+    // After a change by hand the probabilities are marked as those of the fit.
     assert_eq!(browser.run(&page, "byId('rises').classList.contains('old')"), false);
     browser.run(&page, "pull(0, 33)");
     browser.wait(&page, "settled() && byId('rises').classList.contains('old') && !byId('changed').hidden");
-    // While a verdict is made the sliders move the tongue; a verdict that nobody waits for any more is not shown.
+    // While a verdict is made the sliders move the tongue; a verdict that is no longer wanted is not shown.
     let frames = "(async () => { choose('a'); await new Promise((done) => setTimeout(done, 20)); const count = []; \
         while (rises === null && count.length < 40) { pull(1, 2 + count.length); await new Promise(requestAnimationFrame); \
         await new Promise(requestAnimationFrame); count.push(shape.lengths[1]); } return [new Set(count).size, count.length, rises === null]; })()";
@@ -312,14 +311,14 @@ fn the_page_says_of_every_muscle_how_probably_it_pulls_harder_and_the_sliders_go
     browser.run(&page, "(choose('o'), choose('i'))");
     browser.wait(&page, "rises !== null && fit?.vowel === 'i'");
     let told = program(&["--vowel", "i", "--target", "stretch"]).0;
-    // A probability of 240 draws is known to about 0.05; here chains have parted.
+    // A probability from 240 draws is known to about 0.05; here chains have parted.
     let probabilities = |verdict: &Value| -> Vec<f64> {
         verdict.as_array().unwrap().iter().map(|m| m["p_rises"].as_f64().unwrap()).collect()
     };
     let of_page = probabilities(&browser.run(&page, "rises.muscles"));
     let apart = of_page.iter().zip(probabilities(&told["verdict"])).map(|(a, b)| (a - b).abs());
     assert!(of_page.len() == 8 && apart.fold(0.0, f64::max) < 0.1, "{of_page:?}, {told}");
-    // The baseline has none, and a body for which it takes too long says so.
+    // The baseline has no verdict, and a body for which it takes too long has a note.
     browser.run(&page, "choose('ɯ')");
     let words = "byId('rises').textContent + rows.map((r) => r.rise.textContent).join('')";
     assert_eq!(browser.run(&page, words), "");
@@ -335,14 +334,14 @@ fn a_shape_beyond_palate_or_teeth_is_told() {
     for (palate, goes_through) in [(0, true), (1, false)] {
         let page = browser.open(&kept(), &format!("#s=S2&v=i&k=stretch&palate={palate}"));
         browser.wait(&page, "settled() && fit?.vowel === 'i'");
-        // The tensions of the shipped scene of /i/ against the palate.
+        // The tensions are those of the built-in scene of /i/ against the palate.
         browser.run(&page, "state.tensions = [0, 0, 45, 0, 0, 4, 0, 0]; showControls(); move()");
         browser.wait(&page, "settled() && state.tensions[2] === 45");
         let said = browser.run(&page, told);
         let words = " mm through palate or teeth, which are set not to stop it.";
         let expected = said.as_str().unwrap().ends_with(words);
         assert_eq!((expected, said == ""), (goes_through, !goes_through), "palate={palate}: {said}");
-        // Where the shape from rest replaces the one on the screen, what is said is of the new one.
+        // Where the shape from rest replaces the one on the screen, the text describes the new one.
         let other = "(shape = { ...shape, at: shape.at.map((x) => x + 1e-3), beyond: 2e-3 - shape.beyond }, check(), 0)";
         browser.run(&page, other);
         browser.wait(&page, "settled()");
@@ -376,7 +375,7 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     browser.wait(&page, "fit?.target_kind === 'stretch'");
     let said = browser.run(&page, "byId('verdict').textContent");
     assert!(said.as_str().unwrap().contains("as the file has it"), "{said}");
-    // The page's own fit is the one put into it.
+    // The fit that the page makes is the one that was put into it.
     let request = json!({"ask": "fit", "subject": label, "vowel": "a", "target": "stretch", "walls": true});
     let found = ask(&mut browser, &page, &request);
     let embedded = browser.run(&page, "fit");
@@ -388,7 +387,7 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     let page = browser.open(&out, "");
     assert_eq!(browser.run(&page, "body.what"), "a tongue at 6.5 mm");
     assert_eq!(browser.run(&page, "own.fits.length"), 30);
-    // It has the body's spacing, and for a continuum the program's default.
+    // The page has the body's spacing, and for a continuum the program's default.
     program(&["page", "--no-fits", "--body", "continuum", "--out", out_text]);
     let own = std::fs::read_to_string(&out).unwrap();
     for field in [r#""continuum":true"#, r#""continuum_h_mm":4.0"#, r#""springs_h_mm":null"#] {
@@ -416,7 +415,7 @@ fn the_page_refuses_with_the_messages_of_the_program() {
         let (_, told) = program(&["--lengths", path, "--subject", "X", "--vowel", "a"]);
         assert_eq!(format!("error: {}\n", said["error"].as_str().unwrap()), told);
     }
-    // The library survives numbers far out of range and invalid requests.
+    // The library in the page survives numbers far out of range and invalid requests.
     ask(&mut browser, &page, &json!({"ask": "table", "text": null, "file": ""}));
     let answers = browser.run(&page, include_str!("invalid_requests.js"));
     assert_eq!(answers.as_array().unwrap().len(), 17);
@@ -425,7 +424,7 @@ fn the_page_refuses_with_the_messages_of_the_program() {
         let is_answer = said.contains("error") || said.contains("status");
         assert!(is_answer && !said.contains("itself failed"), "{answer}");
     }
-    // A link with invalid parts gets an answer that stays until it is closed.
+    // A link with invalid parts gets a message that stays until it is closed.
     let page = browser.open(&kept(), "#t=GGa=-3&s=S9&v=q&k=width&bones=a,b&along=-7&gravity=up&body=jelly");
     browser.run(&page, "pull(1, 5)");
     browser.wait(&page, "!asked && !checking && byId('found').textContent.startsWith('Equilibrium')");
@@ -440,14 +439,14 @@ fn the_page_refuses_with_the_messages_of_the_program() {
     assert_eq!(browser.run(&page, "byId('trouble').hidden"), true);
 }
 
-/// A machine on which work beside the page begins late: a link must not be overwritten before it has been taken up.
+/// Delays what the page sends to its workers, as on a slow machine: a link must not be overwritten before it has been used.
 const SLOW_WORKERS: &str = "window.Worker = class extends Worker { postMessage(sent) { setTimeout(() => super.postMessage(sent), 600); } }";
 
 #[test]
 fn a_table_of_ones_own_goes_with_the_link_or_is_asked_for() {
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "");
-    // No /ɯ/: the baseline is chosen.
+    // Without /ɯ/ in the table another baseline is chosen.
     let table = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,e,46,25,36\nX,a,38,21,33\nX,o,40,23,34\n";
     browser.run(&page, &format!("readTable({{ text: {}, file: 'mine.csv' }})", json!(table)));
     assert_eq!(browser.run(&page, "state.subject + state.baseline"), "Xe");
@@ -459,7 +458,7 @@ fn a_table_of_ones_own_goes_with_the_link_or_is_asked_for() {
     let other = browser.open_after(SLOW_WORKERS, &kept(), link.as_str().unwrap());
     browser.wait(&other, "settled() && fit?.subject === 'X' && fit.baseline === 'o'");
     same(&browser.run(&other, "Array.from(shape.at)"), &positions, CLOSE, "the link's table");
-    // What a link cannot hold it names, and the page asks for it in place of fitting another table's row.
+    // A table that is too large for a link is named in it, and the page asks for it and does not fit another table's row.
     browser.run(&page, "table.text = table.text.padEnd(7000)");
     assert_eq!(browser.run(&page, "unheld()"), "mine.csv");
     let link = browser.run(&page, "link()");
@@ -469,10 +468,10 @@ fn a_table_of_ones_own_goes_with_the_link_or_is_asked_for() {
     same(&browser.run(&other, "Array.from(shape.at)"), &positions, CLOSE, "the link without its table");
 }
 
-/// Controls that are lower or narrower than 24 px, and those that something covers when they have the focus.
+/// Controls that are lower or narrower than 24 px, and those that something covers while they have the focus.
 const OUT_OF_REACH: &str = include_str!("out_of_reach.js");
 
-/// Every control of a page is within reach on a screen, a small one, and a phone, on which the page is left; there are more than `least`.
+/// Every control of a page is within reach on a large screen, a small one and a phone, which stays set; there are more than `least`.
 pub(super) fn all_are_within_reach(browser: &mut Browser, page: &Page, least: u64) {
     for (width, height, phone) in [(1280, 900, false), (640, 400, false), (390, 800, true)] {
         browser.size(page, width, height, phone);
@@ -489,14 +488,14 @@ pub(super) fn all_are_within_reach(browser: &mut Browser, page: &Page, least: u6
 fn every_control_is_within_reach_on_any_screen_and_a_scroll_pulls_no_muscle() {
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "");
-    // The sentences of the verdict move what stands below them when they come.
+    // The sentences of the verdict would move what stands below them.
     browser.wait(&page, "settled() && rises !== null");
     all_are_within_reach(&mut browser, &page, 40);
-    // The room that is kept for the sentences holds them, so that sliders do not move under a finger when they come.
+    // The room that is kept for the sentences is large enough, so that sliders do not move under a finger.
     let more = "byId('rises').offsetHeight - parseFloat(getComputedStyle(byId('rises')).minHeight)";
     let more = browser.run(&page, more);
     assert!(more.as_f64().unwrap() < 1.0, "{more} px");
-    // On the phone: swipes up and down that begin on sliders, and then one along a slider.
+    // On a phone: swipes up and down that begin on sliders, and then one along a slider.
     let place = "(() => { const b = byId('pull-3').getBoundingClientRect(); return [b.x, b.y + b.height / 2, b.width]; })()";
     let before =
         browser.run(&page, "byId('pull-3').scrollIntoView({ block: 'end' }); state.tensions.slice()");
@@ -510,7 +509,7 @@ fn every_control_is_within_reach_on_any_screen_and_a_scroll_pulls_no_muscle() {
         assert_eq!(browser.run(&page, "state.tensions.slice()"), before, "{part}");
         assert_eq!(browser.run(&page, "Number(byId('pull-3').value)"), before[3], "{part}");
     }
-    // A page goes on scrolling after a swipe; the slider is found once it stands still.
+    // A page goes on scrolling after a swipe; the slider is located once the page stands still.
     let still = "(() => { const still = window.stood === scrollY; window.stood = scrollY; return still; })()";
     browser.wait(&page, still);
     std::thread::sleep(std::time::Duration::from_millis(500));
@@ -521,8 +520,8 @@ fn every_control_is_within_reach_on_any_screen_and_a_scroll_pulls_no_muscle() {
     browser.wait(&page, "!asked && state.tensions[3] > 60 && state.tensions[3] < 95");
 }
 
-/// A voice of four seconds while jaw, lips and all tensions change 30 times a second, played from 0 to 3.5 s: the largest step from sample
-/// to sample within 4 ms of a change and elsewhere, and the peaks of the first 5 ms, of all, and after the end.
+/// A voice of four seconds while jaw, lips and all tensions change 30 times a second, played from 0 to 3.5 s: the largest step between
+/// samples within 4 ms of a change and elsewhere, and the peaks of the first 5 ms, of all, and after the end.
 const VOICE: &str = include_str!("voice.js");
 
 #[test]

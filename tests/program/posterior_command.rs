@@ -1,5 +1,5 @@
-//! `--posterior`: what is told, what is written, what is refused. Where the numbers do not matter the mesh is coarse (`--h`), with
-//! which a posterior takes at most a third of the time.
+//! `--posterior`: what is printed, written and refused. Where numbers do not matter the mesh is coarse (`--h`), with which a posterior
+//! takes at most a third of the time.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
 use super::run::{record, refused, run, sources};
 
-/// The README's command `tongue-fit --vowel a --posterior 1000`, run once for all tests that look at what it leaves.
+/// The files of the README's command `tongue-fit --vowel a --posterior 1000`, which runs once for all tests that need them.
 fn files_of_the_readme() -> &'static BTreeMap<String, String> {
     static LEFT: OnceLock<BTreeMap<String, String>> = OnceLock::new();
     LEFT.get_or_init(|| {
@@ -44,7 +44,7 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     let stretches = summary["stretches"].as_object().unwrap().values();
     assert_eq!(stretches.filter(|s| s["left_out"]["spread"]["interval_95"][1].is_number()).count(), 8);
 
-    // A row a draw, chain by chain, as many of each: what xarray and ArviZ make an array of.
+    // A row for each draw, one chain after another, with as many draws in each, as xarray and ArviZ need for an array.
     let mut reader = csv::Reader::from_reader(files["posterior.csv"].as_bytes());
     let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
     let column = |name: &str| header.iter().position(|h| h == name).expect(name);
@@ -56,7 +56,8 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     for (i, row) in rows.iter().enumerate() {
         assert_eq!((&row[chain], &row[draw]), (&*(i / length).to_string(), &*(i % length).to_string()));
     }
-    // Effective draws and R-hat are those of the draws in the file: the fewest, and the largest, of all quantities that are sampled or told.
+    // The reported effective draws are the fewest, and R-hat is the largest, over all sampled and reported quantities of the draws in the
+    // file.
     let of_column = |at: usize| {
         let chain =
             |of: &[csv::StringRecord]| of.iter().map(|r| r[at].parse().unwrap()).collect::<Vec<f64>>();
@@ -85,12 +86,12 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     let batch = record(folder.path(), "out/batch.json");
     let fits = batch["fits"].as_array().unwrap();
     let page = std::fs::read_to_string(folder.path().join("out/batch.html")).unwrap();
-    // Two fits, ratios and stretches, of one row: one posterior, with the second.
+    // Two fits of one row, of ratios and of stretches, share one posterior, which is reported with the second.
     let ridges = page.matches("change of every tension from the baseline</title>").count();
     assert_eq!((fits.len(), ridges), (2, 1));
     assert!(fits[0]["posterior"].is_null() && fits[0]["verdict"].is_null());
     assert!(page.contains("), 1 baseline, 0 not fitted"));
-    // The terminal has the tensions of the fit, and apart from them medians with intervals of the posterior.
+    // The terminal has the tensions of the fit, and in a column of their own the medians and intervals of the posterior.
     let row = output.out.split("| S2 /a/ stretch |").nth(1).unwrap().lines().next().unwrap();
     let cells: Vec<&str> = row.split('|').map(str::trim).collect();
     let drawn = fits[1]["active"].as_array().unwrap()[..2].iter().map(|m| {
@@ -103,7 +104,7 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     assert_eq!(cells[1], drawn.collect::<Vec<_>>().join(", "));
     let mut tables = output.out.lines().filter(|line| line.starts_with('|'));
     assert!(tables.all(|line| line.chars().count() <= 100), "{}", output.out);
-    // The sentences with which a fit of the row begins.
+    // The sentences are those with which a fit of the row begins.
     let said: Vec<MuscleVerdict> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
     let sentences = Verdict { from: VerdictFrom::Draws, hyoid_mm: None, muscles: said }.sentences("ɯ");
     let detail = page.split("<details id=\"fit-1\">").nth(1).unwrap().split("</details>").next().unwrap();
@@ -145,7 +146,7 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         let message = refused(folder.path(), "--vowel a --posterior 400 --priors priors.toml");
         assert!(message.contains(part), "{message}");
     }
-    // Numbers in kN and m. A contour that is not there ends it before the draws.
+    // Numbers in kN and in m are refused. A contour that does not exist ends the run before the draws.
     for (priors, part) in [
         ("tension.scale_n_per_m = 0.02", "tension.scale_n_per_m is 0.02, where 1 to 200 are usual"),
         ("muscle_ends.sd_mm = 0.003", "muscle_ends.sd_mm is 0.003, where 0.3 to 15 are usual"),
@@ -155,7 +156,7 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         let message = refused(folder.path(), line);
         assert!(message.contains(part), "{message}");
     }
-    // Beside slack muscles in the baseline all others are a rise.
+    // With slack muscles in the baseline every tension is a rise.
     std::fs::write(folder.path().join("priors.toml"), "baseline.fixed_n_per_m = { \"*\" = 0.008 }").unwrap();
     let output = run(folder.path(), "--vowel a --h 10 --posterior 600 --priors priors.toml");
     assert_eq!(output.status, Some(0), "{}", output.err);
@@ -198,7 +199,7 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
 #[test]
 fn lengths_that_contradict_the_model_end_with_3_and_the_reason() {
     let folder = tempfile::tempdir().unwrap();
-    // S2 /a/, in another scale than /ɯ/: all muscles are shorter, which no tongue can be.
+    // The row /a/ of S2 is in another scale than /ɯ/: all muscles are shorter, which no tongue can be.
     let rows = "a,35,53,45,50,20,37,28,30\nS2,ɯ,46,60,45,59,32,42,42,31\n";
     let header = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
     std::fs::write(folder.path().join("my.csv"), format!("{header}\nS2,{rows}")).unwrap();
@@ -254,7 +255,7 @@ fn the_priors_that_are_printed_are_read_back() {
     }
 }
 
-/// A limit counted in standard deviations (`MOST_SD`) is none.
+/// A limit counted in standard deviations (`MOST_SD`) is not a standard deviation.
 #[test]
 fn no_standard_deviation_stands_outside_the_table_that_is_printed() {
     let mut found = Vec::new();
@@ -279,7 +280,7 @@ fn a_fit_of_a_continuum_names_one_number_of_draws() {
     );
 }
 
-/// The posterior was asked for and is told, so the fit beside it, which ends on its bound, makes no status of 3.
+/// The posterior was asked for and is reported, so the fit, which ends on its bound, does not lead to status 3.
 #[test]
 fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
@@ -319,7 +320,7 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
         ("silent.csv", "GGa left out: no activity in any vowel"),
         ("small.csv", "the largest activity is 0.009, where that of each muscle is about 1"),
     ] {
-        // A contour that is refused ends it before the posterior.
+        // A contour that is refused ends the run before the posterior.
         let message =
             refused(folder.path(), &format!("--vowel a --posterior 600 --emg {emg} --contour two.csv"));
         assert!(message.contains(told), "{emg}: {message}");

@@ -1,10 +1,10 @@
-//! What no command can use is refused in one message with its reason; nothing is printed as a result and no file is left.
+//! What a command cannot use is refused in one message with its reason; no result is printed and no file is left.
 
 use std::fs;
 
 use super::run::{refused_with, run};
 
-/// What stands for files of the repository in the commands.
+/// Words in the commands that stand for files of the repository.
 const PATHS: [(&str, &str); 2] = [
     ("GMSH", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gmsh")),
     ("RECORDING", concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv")),
@@ -14,7 +14,7 @@ fn with_paths(line: &str) -> String {
     PATHS.iter().fold(line.to_owned(), |line, (word, path)| line.replace(word, path))
 }
 
-/// The two columns of a part of the table beside this file: commands and words of their messages, and files with their texts.
+/// The two columns of a part of refusals.txt: commands and parts of their messages, or files and their texts.
 fn cases(part: usize) -> impl Iterator<Item = (&'static str, &'static str)> {
     let part = include_str!("refusals.txt").split("\n\n").nth(part).unwrap();
     part.lines().filter(|line| !line.starts_with('#')).map(|line| {
@@ -35,7 +35,7 @@ fn what_cannot_be_used_is_refused_in_one_message_and_leaves_nothing() {
     for (line, told) in cases(0) {
         let message = refused_with(1, folder.path(), &with_paths(line));
         assert!(message.contains(told), "{line}: {message}");
-        // A number of hundreds of digits is told in few.
+        // A number of hundreds of digits is printed with an exponent.
         let is_long = ["1e308", "1e-30", "1e300"].iter().any(|n| line.contains(n));
         assert!(message.len() < 400 || !is_long, "{message}");
     }
@@ -48,13 +48,13 @@ fn wrong_usage_exits_with_2() {
         let message = refused_with(2, folder.path(), &with_paths(line));
         assert!(message.contains(told), "{line}: {message}");
     }
-    // No command at all prints the help, and options of every command may stand anywhere.
+    // Without a command the help is printed, and options of every command may be anywhere.
     let done = run(folder.path(), "");
     assert!(done.status == Some(2) && done.out.is_empty(), "{}", done.err);
     assert_eq!(run(folder.path(), "--threads 1 mesh").status, Some(0));
 }
 
-/// The text with every number with a decimal point divided by ten, as in a file of centimetres.
+/// The text with every number that has a decimal point divided by ten, as in a file in centimetres.
 fn tenfold_smaller(line: &str) -> String {
     let ends = &['[', ']', ',', ' ', '='][..];
     let smaller = |word: &str| {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Options without influence on a result, each with the number of its values.
+/// Options that do not influence a result, each with the number of its values.
 const WITHOUT_INFLUENCE: [(&str, usize); 6] =
     [("--out", 1), ("--threads", 1), ("-q", 0), ("--quiet", 0), ("-v", 0), ("--json", 0)];
 
@@ -20,8 +20,8 @@ fn words(command: &str) -> Vec<String> {
     kept
 }
 
-/// Folder and command of every row of the table that names one.
-fn told(readme: &str) -> Vec<(String, String)> {
+/// Folder and command of every row of the README's table that names a command.
+fn commands_in(readme: &str) -> Vec<(String, String)> {
     let rows = readme.lines().filter_map(|line| line.strip_prefix("| `"));
     let cells = rows.filter_map(|row| row.split_once("/` | `"));
     cells.map(|(folder, rest)| (folder.to_owned(), rest.split('`').next().unwrap().to_owned())).collect()
@@ -46,7 +46,7 @@ fn recorded(path: &Path) -> Vec<String> {
 #[test]
 fn every_file_of_the_results_records_the_command_that_the_readme_names() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
-    let read = |name: &str| told(&std::fs::read_to_string(results.join(name)).unwrap());
+    let read = |name: &str| commands_in(&std::fs::read_to_string(results.join(name)).unwrap());
     let in_space = read("space/README.md").into_iter().map(|(folder, by)| (format!("space/{folder}"), by));
     let table: Vec<(String, String)> = read("README.md").into_iter().chain(in_space).collect();
     assert!(table.len() >= 12, "{table:?}");
@@ -96,7 +96,7 @@ fn number(row: &BTreeMap<String, String>, key: &str) -> f64 {
     row[key].parse().unwrap()
 }
 
-/// A page in one line.
+/// The text of a page in one line.
 fn page(path: &str) -> String {
     let text = std::fs::read_to_string(root().join(path)).unwrap();
     text.split_whitespace().collect::<Vec<_>>().join(" ")

@@ -63,7 +63,7 @@ fn a_mesh_that_was_printed_is_a_body_again_and_no_result_takes_its_place() {
 fn a_body_that_lies_wrong_in_the_head_or_is_of_another_size_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let mut body: Value = serde_json::from_str(&run(folder.path(), "mesh --json").out).unwrap();
-    // What follows from the nodes is left out, and the bones too where nodes are let go.
+    // Keys that follow from the nodes are left out, and where nodes are no longer fixed, the bones too.
     for key in ["kappa_s_j", "node_mass_kg", "rest_lengths_mm"] {
         body.as_object_mut().unwrap().remove(key);
     }

@@ -1,8 +1,8 @@
-//! `tongue-fit simulate --trajectory` and `tongue-fit muscles` as their users meet them.
+//! `tongue-fit simulate --trajectory` and `tongue-fit muscles` as users run them.
 
 use super::run::{json, run};
 
-/// That other readers read the files too, `outputs_read_back` shows.
+/// `outputs_read_back` shows that other readers read the files.
 #[test]
 fn lengths_frames_and_an_animation_of_a_motion_are_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -26,7 +26,7 @@ fn lengths_frames_and_an_animation_of_a_motion_are_written() {
         pvd.split("file=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
     assert_eq!(frames.len(), 6);
     for frame in frames {
-        // 188 triangles and 59 lines of muscles.
+        // These are 188 triangles and 59 lines of muscles.
         assert!(read(frame).contains("NumberOfPoints=\"123\" NumberOfCells=\"247\""), "{frame}");
     }
     assert!(roxmltree::Document::parse(&read("trajectory.svg")).is_ok());
@@ -56,7 +56,7 @@ fn a_failed_motion_reports_it_and_keeps_its_frames() {
     assert!(json["status"] != "completed" && json["time_s"].as_f64().unwrap() < 0.1, "{json}");
 }
 
-/// SGp shortens to a fifth at 110 N/m, which is too much for the law.
+/// SGp shortens to a fifth at 110 N/m, which is beyond what the law is meant for.
 #[test]
 fn a_muscle_alone_has_the_shape_and_the_alarms_of_its_simulation() {
     let folder = tempfile::tempdir().unwrap();
@@ -76,7 +76,7 @@ fn a_muscle_alone_has_the_shape_and_the_alarms_of_its_simulation() {
     }
 }
 
-/// That pictures of one body have the same axes, `figures` in the library shows.
+/// `figures` in tests/library shows that pictures of one body have the same axes.
 #[test]
 fn every_muscle_shortens_where_it_pulls_and_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
@@ -85,7 +85,7 @@ fn every_muscle_shortens_where_it_pulls_and_is_drawn() {
     assert_eq!(rows.len(), 8 * 8);
     let own: Vec<_> = rows.iter().filter(|r| r["pulling"] == r["muscle"]).collect();
     assert!(own.iter().all(|r| r["status"] == "converged" && r["stretch"].as_f64() < Some(0.95)), "{json}");
-    // The posterior genioglossus pushes the tongue forward, the styloglossus pulls its tip back (Takano and Honda 2007).
+    // The posterior genioglossus pushes the tongue forward, and the styloglossus pulls its tip back (Takano and Honda 2007).
     let tip =
         |name: &str| own.iter().find(|r| r["pulling"] == name).unwrap()["tip_forward_mm"].as_f64().unwrap();
     assert!(tip("GGp") > 1.0 && tip("SGa") < -1.0);

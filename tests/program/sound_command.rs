@@ -1,4 +1,4 @@
-//! `tongue-fit sound`: its numbers, its files, its refusals, and its voice analysed by Praat.
+//! `tongue-fit sound`: its numbers, files and refusals, and its voice as Praat analyses it.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::run::{json, run};
 
-fn heard(folder: &Path, options: &str) -> Value {
+fn sound_record(folder: &Path, options: &str) -> Value {
     json(folder, &format!("sound {options} --json"))
 }
 
@@ -19,7 +19,7 @@ fn formants(record: &Value) -> Vec<f64> {
 #[test]
 fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
     let folder = tempfile::tempdir().unwrap();
-    let record = heard(folder.path(), "--vowel a --out out");
+    let record = sound_record(folder.path(), "--vowel a --out out");
     let f = formants(&record);
     assert!(f.windows(2).all(|w| w[0] < w[1]) && f.len() >= 4, "{f:?}");
     assert!(record["by_tension"].as_array().unwrap().iter().any(|b| b["muscle"] == "HGa"), "{record}");
@@ -35,14 +35,15 @@ fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
     assert!(String::from_utf8_lossy(&wav).contains("command: tongue-fit sound --vowel a"));
 }
 
-/// What jaw, lips and larynx do, `walls_are_traced` in the library and `drawn_tract` in crates/sound show.
+/// `walls_are_traced` in tests/library and `drawn_tract` in crates/sound show the effects of jaw, lips and larynx.
 #[test]
 fn half_the_step_of_a_tract_changes_the_first_four_formants_by_less_than_2_percent() {
     let folder = tempfile::tempdir().unwrap();
     let drawn = include_str!("../../targets/tract.toml").replace("step_mm = 4.0", "step_mm = 2.0");
     std::fs::write(folder.path().join("mine.toml"), drawn).unwrap();
-    let [plain, finer] = ["", "--tract mine.toml"]
-        .map(|more| formants(&heard(folder.path(), &format!("--tension GGp=10 --tension GGa=2 {more}"))));
+    let [plain, finer] = ["", "--tract mine.toml"].map(|more| {
+        formants(&sound_record(folder.path(), &format!("--tension GGp=10 --tension GGa=2 {more}")))
+    });
     for (a, b) in plain.iter().zip(&finer).take(4) {
         assert!((a / b - 1.0).abs() < 0.02 && a != b, "{plain:?} {finer:?}");
     }
@@ -62,7 +63,7 @@ fn praat_finds_the_computed_formants() {
     };
     let folder = tempfile::tempdir().unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/praat/formants.py");
-    // /ɯ/ is the baseline of the others: the tongue at rest.
+    // /ɯ/ is the baseline of the other vowels, with the tongue at rest.
     for (vowel, said, file) in [
         ("i", "--vowel i", "i"),
         ("e", "--vowel e", "e"),
@@ -70,7 +71,7 @@ fn praat_finds_the_computed_formants() {
         ("o", "--vowel o", "o"),
         ("ɯ", "--tension GGp=0", "sound"),
     ] {
-        let ours = formants(&heard(folder.path(), &format!("{said} --out out")));
+        let ours = formants(&sound_record(folder.path(), &format!("{said} --out out")));
         let wav = folder.path().join(format!("out/{file}.wav"));
         let done = Command::new(&python).arg(&script).arg(wav).output().unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
@@ -86,7 +87,7 @@ fn praat_finds_the_computed_formants() {
 #[test]
 fn a_vowel_in_upper_case_is_its_row_and_a_strained_tongue_is_not_trusted() {
     let folder = tempfile::tempdir().unwrap();
-    let [mut lower, mut upper] = ["a", "A"].map(|v| heard(folder.path(), &format!("--vowel {v}")));
+    let [mut lower, mut upper] = ["a", "A"].map(|v| sound_record(folder.path(), &format!("--vowel {v}")));
     for record in [&mut lower, &mut upper] {
         let keys = record.as_object_mut().unwrap();
         keys.retain(|key, _| key != "wall_s" && key != "command");
@@ -102,16 +103,16 @@ fn tensions_jaw_lips_and_another_tract_change_the_sound() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let pulled = "--tension GGp=10 --tension GGa=2";
-    let plain = formants(&heard(at, pulled));
+    let plain = formants(&sound_record(at, pulled));
     for more in ["--jaw 4", "--lip-opening 4", "--lip-protrusion 5", "--hyoid 0,-6"] {
-        let other = formants(&heard(at, &format!("{pulled} {more}")));
+        let other = formants(&sound_record(at, &format!("{pulled} {more}")));
         assert!(plain.iter().zip(&other).any(|(a, b)| (a - b).abs() > 2.0), "{more:?}: {plain:?} {other:?}");
     }
     let drawn =
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
     std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
-    let finer = formants(&heard(at, &format!("{pulled} --tract mine.toml")));
-    // Half the step changes the first four formants by less than 2 %, so the grid is fine enough.
+    let finer = formants(&sound_record(at, &format!("{pulled} --tract mine.toml")));
+    // Half the step changes the first four formants by less than 2 %, so that the step is small enough.
     for (a, b) in plain.iter().zip(&finer).take(4) {
         assert!((a / b - 1.0).abs() < 0.02 && a != b, "{plain:?} {finer:?}");
     }

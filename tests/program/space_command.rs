@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::run::{json, run};
 
-/// How far activations come back from contours, lengths and coils, `marks_in_space` in the library shows.
+/// `marks_in_space` in tests/library shows how well activations are recovered from contours, lengths and coils.
 #[test]
 fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn() {
     let folder = tempfile::tempdir().unwrap();
@@ -44,11 +44,11 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
             assert!((a.as_f64().unwrap() - truth).abs() < 0.01, "{muscle} {a}");
         }
     }
-    // A contour in metres says nothing of any muscle.
+    // A contour in metres says nothing about any muscle.
     write("metres.csv", "x_mm,z_mm\n0.01,0.03\n0.02,0.02\n");
     let done = run(folder.path(), "track metres.csv --body space --starts 1");
     assert!(done.status == Some(3) && done.out.contains("alarm   nothing is resolved"), "{}", done.out);
-    // A recording in the frame of the body: two frames of three coils, at rest and raised.
+    // A recording in the frame of the body has two frames of three coils, at rest and raised.
     let coils = "recording,time_s,point,x_mm,y_mm\nr,0,T1,-8,35\nr,0,T2,5,44\nr,0,T3,20,48.5\nr,0.1,T1,-9,36\nr,0.1,T2,4,46\nr,0.1,T3,19,50\n";
     write("coils.csv", coils);
     let places = "T1 = { surface_mm = 7.0 }\nT2 = { surface_mm = 22.0 }\nT3 = { surface_mm = 38.0 }\n";
@@ -68,7 +68,7 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
 fn a_vowel_is_fitted_in_space_from_its_lengths() {
     let folder = tempfile::tempdir().unwrap();
     let vowel = "--vowel a --body space --json --out a";
-    // At rest the stretches are missed by 5 mm. Activations of one strength meet them only in part.
+    // At rest the stretches are missed by 5 mm; the fit meets them only in part.
     for (target, lengths, limit) in [("stretch", 8, 3.2), ("ratio", 7, 1.0)] {
         let found = run(folder.path(), &format!("{vowel} --target {target}")).record();
         let frame = &found["frames"][0];
@@ -107,13 +107,14 @@ fn surgery_of_one_side_deviates() {
     let folder = tempfile::tempdir().unwrap();
     let line = "simulate --body space --activation GGP=0.15 --activation TRANS=0.1 --json \
                 --operate left:box:-20,20,-40,40,15,60";
-    // Of a flap: scenes_in_space in tests/library.
+    // `scenes_in_space` in tests/library shows the same for a flap.
     let operation = &json(folder.path(), &format!("{line} --filling scar --out cut"))["operation"];
     assert!(operation["elements"].as_u64().unwrap() > 20, "{operation}");
     assert!(operation["tip_before_mm"][1].as_f64().unwrap().abs() < 1e-6);
     let [back, right] = ["reach_lost_mm", "deviation_mm"].map(|key| operation[key].as_f64().unwrap());
     assert!(right.abs() > 0.2, "{operation}");
-    // The picture shows the way of the tip at one scale from the left and from the front, where the speaker's right is on the left.
+    // The picture shows the displacement of the tip at one scale from the left and from the front, where the speaker's right is on the
+    // left.
     let picture = std::fs::read_to_string(folder.path().join("cut/tongue.svg")).unwrap();
     let across = |circle: &str| circle.split('"').next().unwrap().parse::<f64>().unwrap();
     let x: Vec<f64> = picture.split("<circle cx=\"").skip(1).map(across).collect();
@@ -140,7 +141,7 @@ fn the_tongue_in_space_sounds_as_told() {
         assert!(page.contains(&told), "{told}");
     }
     let (rest, raised) = (heard("--body space"), heard("--body space --activation GGP=0.05"));
-    // The tongue comes to the front: the pharynx widens and the front cavity narrows.
+    // The tongue moves to the front: the pharynx widens and the front cavity narrows.
     assert!(raised[0] < rest[0] && raised[1] > rest[1], "{rest:?} {raised:?}");
 }
 
@@ -154,7 +155,7 @@ fn each_muscle_of_the_tongue_in_space_is_shown_alone() {
         row[key].as_f64().unwrap()
     };
     assert_eq!(rows.len(), 11);
-    // Transversus narrows the tongue and raises it; the posterior genioglossus brings its root forward.
+    // Transversus narrows the tongue and raises it; the posterior genioglossus moves its root forward.
     assert!(of("TRANS", "wider_mm") < -0.5 && of("TRANS", "top_up_mm") > 0.5, "{found}");
     assert!(of("GGP", "root_forward_mm") > 1.0 && of("GGP", "stretch") < 0.97, "{found}");
     assert!(std::fs::read_to_string(folder.path().join("m/muscles.svg")).unwrap().contains("TRANS"));

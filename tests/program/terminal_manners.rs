@@ -11,7 +11,7 @@ use assert_cmd::cargo::cargo_bin;
 
 use super::run::{Done, names, program, record};
 
-/// Every command in a quick form, with its exit status.
+/// Every command in a short form, with its exit status.
 const COMMANDS: [(&str, i32); 16] = [
     ("--vowel a", 0),
     ("--vowel a --json", 0),
@@ -75,8 +75,7 @@ fn a_result_that_cannot_be_printed_is_an_error() {
     }
 }
 
-/// Runs on a terminal of its own, by util-linux's `script`, and returns its content. `None` if there is no
-/// such tool.
+/// Runs on a terminal of its own, by util-linux's `script`, and returns the terminal's content; `None` without that tool.
 fn on_a_terminal(folder: &Path, arguments: &str, no_color: Option<&str>) -> Option<String> {
     if !cfg!(target_os = "linux") || Command::new("script").arg("--version").output().is_err() {
         eprintln!("skipped: util-linux's script is not there to make a terminal");
@@ -142,12 +141,12 @@ fn with_q_only_errors_are_printed_and_files_have_everything() {
         assert_eq!(run(folder.path(), arguments), (0, String::new(), String::new()), "{arguments}");
         assert!(folder.path().join(first).exists(), "{first}");
     }
-    // Results that are in no file, and output that was asked for by name, are printed all the same.
+    // Results that are in no file, and output that was asked for by name, are printed even with -q.
     for arguments in ["simulate --tension GGa=12 -q", "mesh -q", "scene list -q", "--vowel a --json -q"] {
         let (status, out, told) = run(folder.path(), arguments);
         assert_eq!((status, out.is_empty(), told.as_str()), (0, false, ""), "{arguments}");
     }
-    // Of many missing shards some are named.
+    // Only some of many missing shards are named.
     run(folder.path(), "batch --vowels a --subjects S2 --shard 1/1000 --out shards");
     let (status, _, told) = run(folder.path(), "merge shards");
     assert!(
@@ -174,7 +173,7 @@ fn with_v_each_step_is_on_stderr_and_results_are_the_same() {
     let lines = |text: &str| -> Vec<String> {
         text.lines().map(|l| l.split("; -v ").next().unwrap().to_owned()).collect()
     };
-    // -v adds tables; no line is lost but that which speaks of -v.
+    // -v adds tables; no line is lost but the one that mentions -v.
     for line in lines(&plain) {
         assert!(lines(&out).contains(&line), "{line}\nis not in\n{out}");
     }
@@ -203,7 +202,7 @@ fn the_recorded_command_has_only_options_that_change_results() {
     }
 }
 
-/// Starts with Ctrl-C at its default, whatever the state of the test.
+/// Starts a program with this handling of Ctrl-C, whatever that of the test is.
 fn start(folder: &Path, ctrl_c: &str, arguments: &str) -> Child {
     let mut command = Command::new("env");
     command.arg(format!("--{ctrl_c}-signal=INT")).arg(cargo_bin("tongue-fit"));
@@ -220,7 +219,7 @@ fn interrupted(mut child: Child, signal: &str, now: impl Fn() -> bool) -> Option
         }
         std::thread::sleep(Duration::from_micros(200));
     }
-    // The shell's own `kill`, which exists everywhere.
+    // The shell has a `kill` of its own on every system.
     Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status().unwrap();
     Some(child.wait().unwrap())
 }
@@ -238,13 +237,13 @@ fn an_interruption_while_files_are_written_leaves_all_of_them_or_none() {
             "simulate --tension GGa=12 --trajectory --t-end 0.01 --h 10mm --frames {FRAMES} --out out --threads 1"
         );
         let signal = ["INT", "TERM"][attempt % 2];
-        // The first files are being written, or some more.
+        // The signal comes while the first files are written, or some more.
         let files = 2 + 60 * (attempt % 5);
         let child = start(folder.path(), "default", &arguments);
         let Some(status) = interrupted(child, signal, || names(&out).len() > files) else { continue };
         let left = names(&out);
         assert!(left.iter().all(|n| !n.starts_with('.')), "{:?}", left.first());
-        // JSON, CSV, STO, SVG and PVD, and the frames.
+        // The files are JSON, CSV, STO, SVG and PVD, and one for each frame.
         assert!([0, FRAMES + 5].contains(&left.len()), "{} of {} files", left.len(), FRAMES + 5);
         if let Some(by) = status.signal() {
             assert_eq!(by, if signal == "INT" { 2 } else { 15 }, "as a shell expects");
@@ -272,7 +271,7 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
     assert!(told.contains("resuming after") && told.contains("of 12 fits"), "{told}");
     assert_eq!(names(&out), ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg"]);
 
-    // As a background job of a script.
+    // The same signal is ignored in a background job of a script.
     fs::remove_dir_all(&out).unwrap();
     let status = interrupted(start(folder.path(), "ignore", batch), "INT", fitted).unwrap();
     assert!(status.code().is_some(), "{status}");
@@ -289,6 +288,6 @@ fn the_short_help_is_short_and_the_long_one_complete() {
     assert!(short.lines().count() < 60, "{short}");
     let has = |arguments: &str| printed(arguments).contains("      --error-mm");
     assert!(has("batch --help") && !has("batch -h"));
-    // Options that the short help does not show work as before.
+    // Options that the short help does not show still work.
     assert_eq!(run(folder.path(), "mesh --poisson-ratio 0.4 -q").0, 0);
 }

@@ -1,5 +1,4 @@
-//! `tongue-fit track` and `tongue-fit adapt`: from a recording to tensions, and what is told of recordings
-//! that are none.
+//! `tongue-fit track` and `tongue-fit adapt`: from a recording to tensions, and messages about files that are not recordings.
 
 use std::fs;
 use std::path::Path;
@@ -10,12 +9,12 @@ use super::run::{names, program, record, run};
 
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
 
-/// The record of a run that ends with 0 or 3.
+/// The record of a run that ends with status 0 or 3.
 fn found(folder: &Path, line: &str) -> Value {
     run(folder, &format!("{} --frames 0 --json", line.replace("RECORDING", RECORDING))).record()
 }
 
-/// The built-in recording: titles, then a row for every frame.
+/// The built-in recording as a row of titles and a row for every frame.
 fn cells() -> Vec<Vec<String>> {
     let text = fs::read_to_string(RECORDING).unwrap();
     text.lines().map(|l| l.split('\t').map(str::to_owned).collect()).collect()
@@ -26,7 +25,7 @@ fn write(folder: &Path, file: &str, lines: &[Vec<String>]) {
     fs::write(folder.join(file), text).unwrap();
 }
 
-/// Several copies of the built-in recordings, each of them with its first frames only.
+/// Several copies of the built-in recordings, each with only its first frames.
 fn copies(count: usize, frames: impl Fn(usize) -> usize) -> Vec<Vec<String>> {
     let lines = cells();
     let mut out = vec![lines[0].clone()];
@@ -40,7 +39,7 @@ fn copies(count: usize, frames: impl Fn(usize) -> usize) -> Vec<Vec<String>> {
     out
 }
 
-/// That intervals hold the truth and draws are those of the frames, `tensions_are_tracked` in the library and the calibrations show.
+/// `tensions_are_tracked` in tests/library and the calibrations show that intervals hold the truth and that draws are those of the frames.
 #[test]
 fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,12 +56,12 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
             assert!(end("course_low") <= end("course") && end("course") <= end("course_high"));
         }
     }
-    // Most frames have formants, and of the others the reason is counted.
+    // Most frames have formants, and frames without formants are counted by reason.
     let told = frames.iter().filter(|f| f.get("formants").is_some()).count();
     let without = found["formants"]["without"].as_object().unwrap();
     assert_eq!(without.values().map(|n| n.as_u64().unwrap()).sum::<u64>(), 90 - told as u64);
     assert!(told > 45 && found["formants"]["frames"] == told, "{}", found["formants"]);
-    // Every file is there, and is what it says.
+    // Every file exists and has the content of its format.
     let out = folder.path().join("results/track");
     let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(read("track.csv").lines().count(), 1 + 90 * 8);
@@ -76,7 +75,7 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     for told in ["known courses:", "url(#hatch)", "course not known", "RMS", "N/m", "time (s)"] {
         assert!(drawn.contains(told), "{told}");
     }
-    // The body is written with the shape at rest that was found, and read back as it is.
+    // The body is written with the shape at rest that was found, and is read back unchanged.
     let body = record(&out, "body.json");
     let mesh = run(folder.path(), "mesh --mesh results/track/body.json --json").record();
     assert_eq!(mesh["nodes_m"], body["nodes_m"]);
@@ -88,7 +87,7 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
 /// Lower end, median and upper end of a level and of a course.
 type Intervals = [[f64; 3]; 2];
 
-/// Those of all frames and muscles.
+/// The intervals of all frames and muscles.
 fn intervals(found: &Value) -> Vec<Intervals> {
     let mut out = Vec::new();
     for frame in found["frames"].as_array().unwrap() {
@@ -101,7 +100,7 @@ fn intervals(found: &Value) -> Vec<Intervals> {
     out
 }
 
-/// That more points of a contour are no new data, `tests/slow/tracked_intervals_cover_the_truth.rs` shows.
+/// `tests/slow/tracked_intervals_cover_the_truth.rs` shows that more points of a contour are no new data.
 #[test]
 fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,14 +125,14 @@ fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
         (a[1] - b[1]).abs() <= 0.15 * 0.5 * (a[2] - a[0])
     });
     assert!(near >= 0.9, "{near} of medians lie within 0.15 of a half width");
-    // Intervals without points 2, 5 and 8 hold the medians with them.
+    // Intervals without points 2, 5 and 8 hold the medians of the fit with them.
     let found = track(&lines, "--hold-out 2,5,8");
     let hidden = intervals(&found);
     for which in 0..2 {
         let held = part(&hidden, &|a, b| b[which][0] <= a[which][1] && a[which][1] <= b[which][2]);
         assert!(held >= 0.95, "{held}");
     }
-    // The hidden points are told beside the opponents: the mechanics say more than an interpolation, and the intervals hold the points.
+    // The hidden points are predicted better by the mechanics than by interpolation, and their intervals hold them.
     let held = &found["held_out"];
     assert_eq!(held["points"], json!(["tongue_2", "tongue_5", "tongue_8"]));
     let opponents = held["opponents"].as_array().unwrap();
@@ -154,7 +153,7 @@ fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
     assert!(hidden.iter().all(|h| h["interval_mm"][1].as_f64().unwrap() < 6.0 * rms));
 }
 
-/// That threads change no bit, `tensions_are_tracked` in the library shows.
+/// `tensions_are_tracked` in tests/library shows that the number of threads changes no bit.
 #[test]
 fn an_adapted_body_goes_into_every_command() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,7 +164,7 @@ fn an_adapted_body_goes_into_every_command() {
     assert!(!at.join("speaker/anatomy.toml").exists(), "one body, whatever file is read back");
     let simulated = run(at, "simulate --mesh speaker/body.json --tension GGa=10 --json");
     assert_eq!(simulated.status, Some(0), "{}", simulated.err);
-    // A bone that was never seen can be an unknown.
+    // The displacement of a bone that was never seen can be an unknown.
     let mut lines = cells();
     lines.iter_mut().skip(1).for_each(|l| (26..28).for_each(|c| l[c] = "*".into()));
     write(at, "unseen.tsv", &lines);
@@ -182,7 +181,7 @@ fn an_adapted_body_goes_into_every_command() {
     assert!(sto.contains("hyoid_shift_x_mm\thyoid_shift_y_mm\tresolved"));
 }
 
-/// The built-in recording as three coils near the tip would show it, turned by 12 degrees.
+/// The built-in recording as three coils near the tip would record it, turned by 12 degrees.
 fn coils() -> String {
     let lines = cells();
     let mut out = "recording,time_s,point,x_mm,y_mm\n".to_owned();
@@ -199,7 +198,7 @@ fn coils() -> String {
     out
 }
 
-/// How well, tests/slow/coils_place_the_body.rs and tests/slow/hidden_coils_are_predicted.rs show.
+/// tests/slow/coils_place_the_body.rs and tests/slow/hidden_coils_are_predicted.rs show how well.
 #[test]
 fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
     let folder = tempfile::tempdir().unwrap();
@@ -248,7 +247,7 @@ fn labels_become_segments_what_repeats_is_that_of_the_results_and_what_is_harder
         rows += 1;
     }
     assert_eq!(rows, 8);
-    // What is harder in one label than in another.
+    // Differences between labels are listed.
     let compared = &found["comparisons"][0];
     assert_eq!((&compared["tier"], &compared["labels"][2]["label"]), (&"annotation".into(), &"u".into()));
     assert_eq!((&compared["labels"][2]["repetitions"], found["comparisons"].get(1)), (&2.into(), None));
@@ -276,13 +275,13 @@ fn labels_become_segments_what_repeats_is_that_of_the_results_and_what_is_harder
 fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    // Six recordings in place of two, the last without its hyoid.
+    // Six recordings in place of two; the last one has no hyoid.
     let mut many = copies(3, |copy| 45 - 6 * copy);
     for line in many.iter_mut().filter(|line| line.iter().any(|cell| cell.contains("two 2"))) {
         line[26..30].iter_mut().for_each(String::clear);
     }
     write(at, "many.tsv", &many);
-    // A copy of the file is told, and adds nothing.
+    // A copy of the file is noted, and adds nothing.
     write(at, "copy.tsv", &many);
     let done = run(at, "track many.tsv copy.tsv --draws 100 --out out");
     assert_eq!(done.status, Some(0), "{}", done.err);
@@ -294,14 +293,14 @@ fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what
     );
     let expected = ["body.json", "contrasts.csv", "segments.csv", "track.csv", "track.html", "track.json"];
     assert_eq!(names(&at.join("out")), expected);
-    // The page holds all shapes of all recordings in less than 800 bytes a frame.
+    // The page has all shapes of all recordings in less than 800 bytes for each frame.
     let page = fs::read_to_string(at.join("out/track.html")).unwrap();
     assert!(page.len() < 40_000 + 800 * 234, "{}", page.len());
     assert_eq!(page.matches("<details class=\"recording\"").count(), 6);
     assert!(!page.contains("Gestures") && !page.contains("-0.00<"));
     let found = record(at, "out/track.json");
     assert!(found.get("gestures").is_none() && found["frames"].as_array().unwrap().len() == 234);
-    // Recordings that show the same bones share a rest shape; that of the others is in the same file.
+    // Recordings that show the same bones share a shape at rest; that of the others is in the same file.
     let body = record(at, "out/body.json");
     let others = body["other_rest_shapes"].as_array().unwrap();
     assert_eq!(others.len(), 1);
@@ -314,7 +313,7 @@ fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what
 fn a_run_that_was_killed_goes_on_after_the_recordings_that_were_done() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    // Many short recordings, one after the other, so that there is time to be killed in.
+    // There are many short recordings, tracked one after another, so that the run can be killed between them.
     write(at, "many.tsv", &copies(6, |copy| 9 + copy));
     let line = "track many.tsv --rest similarity --frames 0 --threads 1 --draws 200";
     let mut child = program(at, line).stdout(std::process::Stdio::null()).spawn().unwrap();
@@ -346,7 +345,7 @@ fn one_posture_is_fitted_from_points_and_a_palate_is_met() {
     let frames = whole["frames"].as_array().unwrap();
     assert_eq!((frames.len(), frames[0]["status"].as_str()), (1, Some("converged")));
     assert!(frames[0]["rms_mm"].as_f64().unwrap() < 1.0, "{}", frames[0]["rms_mm"]);
-    // A palate through which two of the points would have to go.
+    // Two of the points would have to pass through this palate.
     fs::write(at.join("palate.csv"), "point,x_mm,y_mm\na,-20,46.5\nb,0,46.5\nc,23,46.5\nd,25,55\ne,60,55\n")
         .unwrap();
     let told = found(at, "--points my.csv --as-is --palate palate.csv");

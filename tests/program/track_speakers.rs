@@ -14,7 +14,7 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
     let own = fs::read_to_string(recording).unwrap();
     let (head, rows) = own.split_once('\n').unwrap();
-    // The third speaker has no decimal points in the places, and is left out.
+    // The third speaker's numbers have no decimal points, and that speaker is left out.
     let of = |name: &str| rows.replace("synthetic\t", &format!("{name}\t"));
     let without_points = |line: &str| {
         let (start, places) = line.split_at(line.match_indices('\t').nth(3).unwrap().0);
@@ -34,7 +34,7 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
     let table = |name: &str| -> Vec<Row> {
         csv::Reader::from_path(at.join("out").join(name)).unwrap().deserialize().map(Result::unwrap).collect()
     };
-    // Draws of two speakers who are seen alike are independent.
+    // Draws of two speakers with the same data are independent.
     let draws = folders.map(|folder| {
         let mut all: BTreeMap<(String, String), Vec<f64>> = BTreeMap::new();
         for row in table(&format!("{folder}/draws.csv"))
@@ -57,9 +57,9 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
         correlations +=
             sum(a, mean_a, b, mean_b) / (sum(a, mean_a, a, mean_a) * sum(b, mean_b, b, mean_b)).sqrt();
     }
-    // Each has a standard deviation of 0.1.
+    // Each correlation has a standard deviation of 0.1.
     assert!((correlations / draws[0].len() as f64).abs() < 0.15, "{correlations} of {}", draws[0].len());
-    // How they are counted over speakers, `over_speakers` in crates/infer shows.
+    // `over_speakers` in crates/infer shows how differences are counted over speakers.
     let all = table("over_speakers.csv");
     assert_eq!((all.len(), found["over_speakers"].as_array().unwrap().len()), (24, 24));
     assert!(all.iter().all(|row| row["speakers"] == "2" && row["low_n_per_m"].is_empty()), "{all:?}");

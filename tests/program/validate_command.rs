@@ -1,5 +1,5 @@
-//! Muscles that were not fitted are predicted for any table, the same on any number of threads, and the
-//! README and the committed results agree.
+//! Muscles that were not fitted are predicted for any table, with the same bits on any number of threads. The README agrees with the
+//! committed results.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use tongue_core::statistics::mean_and_variance;
 
 use super::run::{json, record};
 
-/// Two subjects, one of whom lacks a muscle, with a vowel that is not built in.
+/// Two subjects, one without one of the muscles, and a vowel that is not built in.
 const TABLE: &str = "speaker,phoneme,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
     A,ɯ,46,56,46,56,25,40,36,31\nA,ɔ,38,57,50,54,21,47,33,33\nA,i,50,52,42,57,25,38,37,30\n\
     B,ɯ,44,55,44,58,28,41,40,\nB,ɔ,40,60,50,57,22,44,35,\n";
@@ -53,7 +53,7 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
     }
 }
 
-/// Statements of README, model page and guide agree with the committed results.
+/// Statements of the README, docs/model.md and the guide agree with the committed results.
 #[test]
 fn predictions_on_the_pages_are_those_of_the_results() {
     let study = record(Path::new(env!("CARGO_MANIFEST_DIR")), "results/validate/validate.json");
@@ -85,7 +85,7 @@ fn predictions_on_the_pages_are_those_of_the_results() {
     let [joint, normal] = ["posterior_joint", "gaussian"].map(|name| of(own, name, "rms"));
     let together = format!("better: {joint:.3} against /ɯ/, where the normal distribution has {normal:.3}");
     assert!(pages[0].contains(&rows) && pages[0].contains(&together), "{rows} {together}");
-    // What 95 % intervals hold: of rows against /ɯ/ and other vowels, and of all vowels of a speaker.
+    // The parts that 95 % intervals hold, of rows against /ɯ/ and against other vowels, and of all vowels of a speaker.
     let [[own, other], [joint, joint_other]] = ["posterior", "posterior_joint_tilt"].map(|name| {
         let of_all =
             others.as_array().unwrap().iter().filter(|o| o["subjects"].as_array().unwrap().len() > 1);

@@ -1,11 +1,11 @@
 "use strict";
-// The library behind its C interface: requests and answers are JSON, a frame is numbers. Also the whole of the worker.
+// The library behind its C interface: requests and answers are JSON, a frame is numbers. A worker consists of this file alone.
 function makeEngine(module) {
   let instance;
   const view = () => new DataView(instance.exports.memory.buffer);
   const bytes = (at, length) => new Uint8Array(instance.exports.memory.buffer, at, length);
   let said = "";
-  // What the standard library asks of a system: no arguments, no files, a clock, and numbers that are the same every time.
+  // The functions of a system that the standard library needs: no arguments, no files, a clock, and numbers that are always the same.
   const system = {
     environ_get: () => 0,
     environ_sizes_get: (count, size) => { view().setUint32(count, 0, true); view().setUint32(size, 0, true); return 0; },
@@ -30,7 +30,7 @@ function makeEngine(module) {
   };
   start();
   let opened;
-  // The bytes of a file, if there are any, stand behind the request and a zero.
+  // The bytes of a file, if there are any, follow the request and a zero byte.
   const send = (request) => {
     const file = request?.file_bytes;
     const text = new TextEncoder().encode(JSON.stringify(file ? { ...request, file_bytes: undefined } : request));
@@ -41,7 +41,7 @@ function makeEngine(module) {
     const length = e.call();
     return JSON.parse(new TextDecoder().decode(bytes(e.output(), length)));
   };
-  // Whatever stops the library is a defect of it, and the page goes on with a new one.
+  // If the library stops, that is its defect, and the page goes on with a new one.
   const guarded = (work) => {
     try { return work(); } catch (error) {
       const why = said.trim() || String(error);
@@ -57,7 +57,7 @@ function makeEngine(module) {
       if (request?.ask === "open" && !answer.error) opened = request;
       return answer;
     },
-    // Jaw, hyoid back and up, lips opened and protruded, and the tensions go in; see Engine::frame for what comes out.
+    // Input: jaw, hyoid back and up, lips opened and protruded, and the tensions. Engine::frame describes the output.
     frame(bones, tensions, nodes) {
       const e = instance.exports;
       const heard = 5, many = 5 + 2 * tensions.length + 2 * nodes + 2 * heard + 1;

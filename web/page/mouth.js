@@ -1,4 +1,4 @@
-// The picture: the model's tissue and muscles in a mouth that is drawn for orientation. Millimetres, x to the back, y up.
+// The picture: tissue and muscles of the model in a mouth that is drawn for orientation. Millimetres, x to the back, y up.
 const SVG = "http://www.w3.org/2000/svg";
 const make = (name, attributes = {}, ...children) => {
   const node = document.createElementNS(SVG, name);
@@ -6,7 +6,7 @@ const make = (name, attributes = {}, ...children) => {
   node.append(...children);
   return node;
 };
-// Sets an attribute that may be the same as in the last frame: browsers lay out anew even for the same value.
+// Sets an attribute only if it has changed: browsers compute the layout again even for the same value.
 const set = (node, name, value) => {
   const kept = (node.kept ??= {}), text = String(value);
   if (kept[name] !== text) node.setAttribute(name, kept[name] = text);
@@ -45,7 +45,7 @@ const DRAWN = {
 };
 
 const PLACES = [["nose", [18, 77]], ["palate", [12, 63.2]], ["soft palate", [49.5, 57]], ["pharynx", [57.5, 4]], ["lips", [-31, 41]], ["jaw", [-12.5, -5.5], "jaw"], ["hyoid", [42.5, -13.6], "hyoid"], ["styloid process", [77, 85.5]]];
-// Where along its line a muscle of this name has its name, and how far beside it, mm.
+// Place of a muscle's name along its line, and its distance from the line, mm.
 const NAMES = { GGa: [0.4, -5], GGm: [0.72, -5], GGp: [0.6, 3.2], SGp: [0.5, 6.5], SGm: [0.5, -3.4], SGa: [0.45, 3.6], HGa: [0.55, -5], HGp: [0.8, -4.6] };
 
 function makeMouth(svg, body) {
@@ -80,7 +80,7 @@ function makeMouth(svg, body) {
     svg.setAttribute("viewBox", [left - room, -high - room, right - left + 2 * room, high - low + 2 * room].join(" "));
   } else svg.setAttribute("viewBox", "-47 -91 141 121");
 
-  // For which places of the bones the setting is drawn.
+  // The places of the bones for which the setting is drawn.
   let carried = null;
   return function draw(at, tensions, bones, shown) {
     const points = rest.map((_, n) => [1e3 * at[2 * n], 1e3 * at[2 * n + 1]]);
@@ -89,7 +89,7 @@ function makeMouth(svg, body) {
     const lift = ([x, y]) => [x + bones[1], y + bones[2]];
     if (!own && carried !== String([bones, shown.lips])) {
       carried = String([bones, shown.lips]);
-      // The lips are opened as told: what the jaw does not open, both do by half.
+      // The lips are opened as asked; each lip opens half of what the jaw does not open.
       const open = shown.lips[0] - (DRAWN.face.at(-1)[1] - jaw(DRAWN.chin[0])[1]), out = -shown.lips[1];
       const lip = (parts, by) => ([x, y], i, all) => { const part = parts(i, all.length); return [x + out * part, y + by * part]; };
       const lips = DRAWN.face.map(lip((i, n) => Math.max(0, 1 - (n - 1 - i) / 6), open / 2)), upper = DRAWN.upperLipInside.map(lip((i, n) => 1 - i / n, open / 2));
@@ -97,7 +97,7 @@ function makeMouth(svg, body) {
       const floor = [jaw([-12, 15]), jaw([-2, 1]), lift([38, -4])];
       set(soft, "d", smooth([...lips, ...upper, ...inside.slice().reverse(), ...chin], false)
         + "L" + [...DRAWN.throat.map((p, i) => i === 0 ? jaw(p) : i < 3 ? lift(p) : p)].map(put).join("L") + "L110 50L110 -110L-25 -110Z");
-      // The mouth's air: lips, palate, soft palate, pharynx, and the floor of the mouth.
+      // The air in the mouth: lips, palate, soft palate, pharynx, and the floor of the mouth.
       set(cavity, "d", line([lips.at(-1), ...upper, ...roof.toReversed(), ...velum.toReversed(), ...backWall, [38, -40], lift([46.4, -16.7]), lift([49, -12]), lift([47, -8]), floor[2], floor[1], floor[0], ...inside, chin[0]]) + "Z");
       set(wall, "d", smooth([...DRAWN.backAbove, ...backWall], false));
       set(ghost, "d", smooth(DRAWN.ramus.map(jaw)));
@@ -141,7 +141,7 @@ function makeMouth(svg, body) {
   };
 }
 
-// The picture as a file of its own: every style that the page gives it written into it, with its title, what acts and a scale.
+// The picture as a file of its own: it contains the page's styles, a title, the active muscles and loads, and a scale.
 function pictureText(svg, made, { title, lines }) {
   const copy = svg.cloneNode(true), [from, to] = [svg, copy].map((s) => s.querySelectorAll("path, circle, text"));
   const kept = ["fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin", "opacity", "paint-order", "font-size", "font-style", "font-weight", "font-family", "text-anchor", "dominant-baseline", "display"];

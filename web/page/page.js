@@ -5,7 +5,7 @@ const byId = (id) => document.getElementById(id);
 const own = JSON.parse(byId("own").textContent);
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 const way = (x, names) => `${round(Math.abs(x))} mm ${names[x < 0 ? 0 : 1]}`;
-// Rounded towards one half, as in reports, so that it does not seem to reach the limit of a word.
+// Rounded towards one half, as in reports, so that a probability does not seem to reach a limit that it stays below.
 const probability = (p) => ((p < 0.5 ? Math.ceil(100 * p - 1e-9) : Math.floor(100 * p + 1e-9)) / 100).toFixed(2);
 const round = (x, digits = 1) => Number(x).toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
 const element = (name, properties = {}, ...children) => {
@@ -14,10 +14,10 @@ const element = (name, properties = {}, ...children) => {
   return node;
 };
 
-// What is shown; the link holds all of it.
+// The state that is shown; the link contains all of it.
 const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: false, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, spoken: true, lips: [8, 0], space: false, activations: [], view: [40, 15], cut: false };
 let body, live, solid = null, worker, thinkers, draw, path, sound, fit = null, rises = null, shape = null, table = null;
-// The link as it was opened; what is shown becomes the link only after it has been taken up.
+// The link as it was opened; the link follows the state only after the opened one has been used.
 const opening = location.hash;
 let ready = false;
 
@@ -27,8 +27,8 @@ async function unpacked() {
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
-// Long work is done beside the page where the browser lets it; else in it, except for verdicts, which would stop the sliders for
-// seconds. A fit or a verdict that nobody waits for any more is ended.
+// Long work runs in a worker if the browser allows it, and otherwise in the page, except for verdicts, which would stop the sliders for
+// seconds. A fit or a verdict that is no longer wanted is ended.
 const LONG = ["fit", "draws", "verdict"];
 function makeWorker(module) {
   const source = `${makeEngine}\nlet engine; onmessage = ({ data }) => { if (data.module) engine = makeEngine(data.module); else postMessage(engine.ask(data)); };`;
@@ -71,8 +71,8 @@ function scene(bones = [0, 0, 0], walls = walled()) {
 }
 const words = (tensions = state.tensions) => body.muscles.map((m, i) => `${m.name}=${tensions[i]}`).filter((_, i) => tensions[i] !== 0);
 
-// -- What is said -------------------------------------------------------------------------------------------------------------------
-// Each kind of trouble stands until it is over; what is wrong with a link stands until it is closed or another link is opened.
+// -- Messages -----------------------------------------------------------------------------------------------------------------------
+// A message about each kind of trouble stays until the trouble is over; one about a link stays until it is closed or another link is opened.
 const troubles = new Map();
 function complain(kind, text) {
   if (text) troubles.set(kind, text); else if (!troubles.delete(kind)) return;
@@ -95,7 +95,7 @@ const times = [], frames = [];
 function move() {
   if (!asked) { asked = true; requestAnimationFrame(step); }
 }
-// The shape at the present tensions, solved from the one before.
+// The shape at the present tensions, solved from the last one.
 const solved = () => live.frame([...state.bones, ...state.lips], state.tensions, body.nodes_m.length);
 function step(now) {
   asked = false;
@@ -120,7 +120,7 @@ function step(now) {
   if (tween) move(); else idle = setTimeout(() => { idle = 0; tell(); check(); }, 180);
 }
 
-// When nothing moves: the same posture from rest, and whether it is on the branch that begins there.
+// When nothing moves, the same posture is solved from rest, and it is checked whether it is on the branch that begins there.
 let checking = false, again = false;
 const settled = () => !asked && !idle && !checking && !pulling && !resting;
 async function check() {
@@ -180,7 +180,7 @@ function show(inWords = true) {
   });
   if (inWords) tell();
 }
-// What is said of a shape in words: while it moves ten times a second, because a browser lays the page out anew for each word.
+// The text about a shape; while it moves, ten times a second, because a browser computes the layout again for each text.
 function tell() {
   told = performance.now();
   showChanged();
@@ -202,7 +202,7 @@ function tell() {
   byId("mouth-text").textContent = `Front of the mouth to the left. Pulling: ${body.muscles.filter((_, i) => state.tensions[i] > 0.05).map((m) => m.full_name).join("; ") || "nothing"}.`;
 }
 
-// What the letters stand for: the portions of a muscle share its name, and their own stands behind a comma.
+// The full names of the muscles: the portions of a muscle share its name, and the name of a portion follows a comma.
 function explain() {
   const bases = new Map(), portions = new Map();
   for (const m of body.muscles) {
@@ -242,14 +242,14 @@ function pull(i, newtons) {
   showControls();
   move();
 }
-// A number is read by the program, which says what is wrong with it; a decimal comma is a point.
+// A number is read by the program, which says what is wrong with it; a decimal comma is a decimal point.
 async function typed(i, text) {
   const number = text.trim().replace(/^([+-]?\d*),(\d+)$/, "$1.$2");
   const said = await worker({ ask: "tensions", tensions: [`${body.muscles[i].name}=${number}`] });
   complain("typed", said.error);
   if (said.error) showControls(); else pull(i, said.tensions_n[i]);
 }
-// Sets a value or a text; where it is the same already, nothing is laid out anew.
+// Sets a value or a text only if it has changed, so that the layout is not computed again.
 const renew = (node, key, value) => { if (node[key] !== value) node[key] = value; };
 function showControls() {
   body.muscles.forEach((_, i) => {
@@ -284,7 +284,7 @@ function glide(to, toBones) {
   move();
 }
 
-// -- Vowels and valleys -------------------------------------------------------------------------------------------------------------
+// -- Vowels and solution curves -----------------------------------------------------------------------------------------------------
 function makeVowels() {
   const subjects = [...new Set(table.rows.map((f) => f.subject))];
   byId("subject").replaceChildren(...subjects.map((s) => element("option", { value: s, textContent: s })));
@@ -306,7 +306,7 @@ function makeVowels() {
   byId("origin").textContent = `${table.origin}: ${subjects.length} speaker${subjects.length === 1 ? "" : "s"}, ${table.rows.length} vowels measured.`
     + (table.told.length ? ` ${table.told.join(" ")}` : "");
 }
-// Which muscles pull harder than in the baseline, from a short run of the posterior; it is made beside the page and the fit.
+// Which muscles pull harder than in the baseline, from a short run of the posterior, which is made in a worker.
 function showRises(why = "") {
   byId("rises").textContent = rises ? `${rises.sentences.join(" ")} ` : why;
   if (rises) byId("rises").append(element("small", { textContent: `From 240 draws of the posterior in ${round(rises.seconds)} s, ${body.palate_m === null ? "" : "without palate and teeth, "}probabilities to about 0.05.` }));
@@ -322,7 +322,7 @@ function showRises(why = "") {
 async function think(mine, subject, vowel) {
   const clock = performance.now();
   showRises("How sure it is which muscles pull harder is being computed …");
-  // The two groups of chains are run beside each other.
+  // The two groups of chains run side by side.
   const row = { subject, vowel, baseline: state.baseline };
   const parts = await Promise.all(thinkers.map((thinker, group) => thinker({ ask: "draws", ...row, group })));
   if (mine !== fitting || parts.some((p) => p.ended)) return;
@@ -332,7 +332,7 @@ async function think(mine, subject, vowel) {
   rises = said.error ? null : { ...said, baseline: state.baseline, seconds: (performance.now() - clock) / 1000 };
   showRises(said.error && `No verdict of which muscles pull harder: ${said.error}.`);
 }
-// No fit is shown any more, and one that is under way is not waited for.
+// Removes the fit that is shown, and drops one that is under way.
 function forget(said = "") {
   [fit, rises, spoken] = [null, null, null];
   fitting++;
@@ -377,14 +377,14 @@ async function choose(vowel, keep = false) {
   if (fit.valley) drawPath();
   if (keep) { showControls(); show(); } else { speak(posture(vowel)); back(); }
 }
-// Jaw, hyoid and lips of a vowel, whose label is compared as the library does: without case, and u is ɯ.
+// Jaw, hyoid and lips of a vowel. Labels are compared as in the library: upper and lower case are the same, and u is ɯ.
 const plainLabel = (vowel) => vowel.toLowerCase().replace(/^u$/, "ɯ");
 const posture = (vowel) => Object.entries(body.tract?.posture ?? {}).find(([label]) => plainLabel(label) === plainLabel(vowel))?.[1];
 // Lips of a vowel.
 function speak(posture) {
   if (state.spoken && posture) state.lips = [posture.lip_opening_mm, posture.lip_protrusion_mm];
 }
-// With jaw and hyoid of speech the measured lengths are met by other tensions than with both at rest.
+// With jaw and hyoid of speech other tensions meet the measured lengths than with both at rest.
 let spoken = null;
 const fitted = () => spoken ? { tensions: spoken.tensions_n, bones: [spoken.posture.jaw_deg, ...spoken.posture.hyoid_mm] }
   : { tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, 0, 0] };
@@ -402,7 +402,7 @@ function showChanged() {
   byId("changed").firstElementChild.textContent = `Changed by hand since: ${changed.join(", ")}.`;
   for (const id of ["verdict", "rises", "rows"]) byId(id).classList.toggle("old", changed.length > 0);
 }
-// What a fit is made with: no weight.
+// The scene of a fit: it has no weight.
 function plain(tensions, bones) {
   if (state.gravity) {
     state.gravity = "";
@@ -422,7 +422,7 @@ function drawPath() {
   const top = Math.max(...points.flatMap((p) => names.map((m) => p.tensions_n[m]))) || 1;
   const x = (i) => 34 + (right - 34) * i / (points.length - 1), y = (t) => 94 - 86 * t / top;
   const text = (at, anchor, said) => make("text", { x: at[0], y: at[1], "text-anchor": anchor }, said);
-  // Names at the ends of their curves, from the top down, none on another.
+  // Names at the ends of their curves, placed from the top down so that none overlaps another.
   const last = names.map((m) => ({ m, at: y(points.at(-1).tensions_n[m]) })).sort((a, b) => a.at - b.at);
   last.forEach((l, i) => { l.at = Math.max(l.at, i ? last[i - 1].at + 11 : 8); });
   last.reverse().forEach((l, i) => { l.at = Math.min(l.at, i ? last[i - 1].at - 11 : 94); });
@@ -479,7 +479,7 @@ function open() {
   for (const beside of [worker, ...thinkers]) beside(request);
   body = made;
   shape = null;
-  // What was asked of the body before is not taken for this one.
+  // Answers to requests about the body before are not used for this one.
   checked++;
   if (state.tensions.length !== body.muscles.length) state.tensions = body.muscles.map(() => 0);
   draw = makeMouth(byId("mouth"), body);
@@ -490,7 +490,7 @@ function open() {
   if (state.gravity || walled()) act();
   return true;
 }
-// Reads a table: its text, or the bytes of a file, which the program decodes; the page's own where none is given.
+// Reads a table: its text, or the bytes of a file, which the program decodes, or the page's own table.
 const LARGEST_TABLE = 64 << 20;
 async function readTable(given = null) {
   const { text = null, file_bytes, file } = given ?? { text: own.table?.text, file: own.table?.file ?? "" };
@@ -510,7 +510,7 @@ async function readTable(given = null) {
 }
 
 // -- The link -----------------------------------------------------------------------------------------------------------------------
-// A table of one's own is in the link where it is short; else the link names it, and the page asks for it.
+// The link contains the user's own table if that is short; otherwise the link names it, and the page asks for it.
 const LONGEST_IN_LINK = 6000;
 let missing = null;
 const unheld = () => missing?.file ?? (table && !table.own && (table.text?.length ?? Infinity) > LONGEST_IN_LINK ? table.file : null);
@@ -543,9 +543,9 @@ function link() {
   return "#" + q.toString().replaceAll("%2C", ",").replaceAll("%3D", "=");
 }
 function remember() {
-  if (ready && !testing) try { history.replaceState(null, "", link()); } catch { /* a page without an address has no link */ }
+  if (ready && !testing) try { history.replaceState(null, "", link()); } catch { /* A page without an address has no link. */ }
 }
-// Takes up what a link says, and says what of it cannot be taken up; what is wrong with a tension the program says.
+// Sets the state from a link, with a message about what cannot be used; the program says what is wrong with a tension.
 const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "spoken", "mesh", "along", "a", "view"];
 async function takeUp(fragment) {
   const q = new URLSearchParams(fragment.replace(/^#/, "")), wrong = [];
@@ -593,7 +593,7 @@ async function takeUp(fragment) {
   const vowel = missing ? null : one("v", table.rows.filter((r) => r.subject === state.subject).map((r) => r.vowel), null);
   if (missing) {
     [state.vowel, state.along] = ["", null];
-    forget(`This link is of the table ${file}, which is not in it: open that table below. Until then no vowel is fitted.`);
+    forget(`This link needs the table ${file}, which it does not contain: open that table below. Until then no vowel is fitted.`);
   } else if (vowel) {
     await choose(vowel, q.has("t"));
     const [along, most] = [q.get("along"), fit?.valley ? fit.valley.points.length - 1 : 0];
@@ -620,9 +620,9 @@ async function takeUpSpace(q, numbers, wrong) {
 
 // -- Files --------------------------------------------------------------------------------------------------------------------------
 const made = () => `tongue-fit ${body.version}, tongue.html${link()}`;
-// What stands above and below a picture that is kept.
+// The texts above and below a saved picture.
 function caption() {
-  if (state.space) return { title: "A tongue in space whose muscles pull as given", lines: [`Activations, both sides: ${activated().join(", ") || "none"}.`, `${solid.body.what}. ${byId("found").textContent}`] };
+  if (state.space) return { title: "A tongue in space at these activations", lines: [`Activations, both sides: ${activated().join(", ") || "none"}.`, `${solid.body.what}. ${byId("found").textContent}`] };
   const changed = byId("changed").hidden ? "" : ", changed by hand";
   const title = fit ? `${fit.subject} /${fit.vowel}/ against /${fit.baseline}/, fitted by ${fit.target_kind === "ratio" ? "length ratios" : "stretches"}${changed}` : "A tongue whose muscles pull as given";
   const pulled = body.muscles.flatMap((m, i) => state.tensions[i] > 0.05 ? [`${m.name} ${round(state.tensions[i])}`] : []);
@@ -634,7 +634,7 @@ function caption() {
     ...fit && rises && !changed ? [rises.sentences.join(" ")] : [],
   ] };
 }
-// The picture that is shown, as a text of SVG; styles are those that the page gives it.
+// The picture that is shown as SVG, with the page's styles in it.
 function picture() {
   if (!state.space) return pictureText(byId("mouth"), made(), caption());
   const svg = solid.picture(state);
@@ -659,7 +659,7 @@ async function png() {
   return new Promise((done) => canvas.toBlob(done, "image/png"));
 }
 
-// A swipe that begins on a slider scrolls the page: a slider that is touched acts once the finger goes along it or is lifted in place.
+// A swipe that begins on a slider scrolls the page: a touched slider acts once the finger moves along it or is lifted without moving.
 function guardSwipes() {
   let held = null;
   const act = (slider) => slider.dispatchEvent(new Event("input", { bubbles: true }));
@@ -681,7 +681,7 @@ function guardSwipes() {
   on("pointercancel", () => { if (held) let_go(false); });
 }
 
-// -- All together -------------------------------------------------------------------------------------------------------------------
+// -- Start --------------------------------------------------------------------------------------------------------------------------
 function listen() {
   guardSwipes();
   listenInSpace();

@@ -1,4 +1,4 @@
-// The vowel that is heard: a chart of its first two formants, and a voice through resonators in cascade (Klatt 1980).
+// The sound of the vowel: a chart of its first two formants, and a voice through resonators in cascade (Klatt 1980).
 function makeSound(means) {
   // The vowel whose mean is nearest, in Bark (Traunmüller 1990).
   const bark = (hz) => 26.81 * hz / (1960 + hz) - 0.53;
@@ -19,14 +19,14 @@ function makeSound(means) {
     ...means.map((m) => text([x(m.f2_hz), y(m.f1_hz)], m.vowel, { class: "mean" })), here);
 
   let audio = null, source, loud, filters = [], playing = false, last = null;
-  // A low-pass of second order is Klatt's resonator; its Q is told in decibels.
+  // A low-pass of second order is Klatt's resonator; its Q is in decibels.
   const quality = (f, b) => 20 * Math.log10(f / Math.max(b, 30));
   const tune = (soon) => filters.forEach((filter, i) => {
     const at = audio.currentTime, [f, b] = [last.formants[i], last.bandwidths[i]];
     if (soon) { filter.frequency.setTargetAtTime(f, at, 0.02); filter.Q.setTargetAtTime(quality(f, b), at, 0.02); }
     else { filter.frequency.value = f; filter.Q.value = quality(f, b); }
   });
-  // The voice's harmonics fall by 12 dB an octave at the glottis; the lips raise them by 6.
+  // The voice's harmonics fall by 12 dB an octave at the glottis, and the lips raise them by 6.
   const begin = () => {
     audio = new AudioContext();
     const count = 64, zeros = new Float32Array(count), falling = Float32Array.from({ length: count }, (_, n) => n ? 1 / n : 0);
@@ -56,7 +56,7 @@ function makeSound(means) {
     toggle, level,
     playing: () => playing,
     context: () => audio,
-    // What a frame says is heard; nothing where the airway is closed.
+    // The voice has the formants of the frame; it is silent where the airway is closed.
     hear(frame) {
       last = frame?.formants?.[0] > 0 ? frame : null;
       set(here, "display", last ? "inline" : "none");
@@ -66,7 +66,7 @@ function makeSound(means) {
       }
       level();
     },
-    // The same in words.
+    // The formants as text.
     tell() {
       const told = last ? `${means.length ? `Nearest to /${nearest(last.formants)}/: ` : ""}F1 ${Math.round(last.formants[0])}, F2 ${Math.round(last.formants[1])}, F3 ${Math.round(last.formants[2])} Hz` : "The airway is closed: nothing is heard.";
       byId("formants").textContent = told;

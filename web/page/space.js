@@ -1,5 +1,5 @@
-// The tongue in space, turned by hand: the faces of its surface are painted from the farthest to the nearest, then the fibres of the muscles
-// that are active, palate and jaw. Millimetres, x to the back, y to the right, z up.
+// The tongue in space, turned by hand: the faces of its surface are painted from the farthest to the nearest, then the fibres of the active
+// muscles, palate and jaw. Millimetres, x to the back, y to the right, z up.
 const SOLID_NAMES = { GGP: "genioglossus, posterior", GGM: "genioglossus, middle", GGA: "genioglossus, anterior", STY: "styloglossus", GH: "geniohyoid", MH: "mylohyoid", HG: "hyoglossus", VERT: "verticalis", TRANS: "transversus", IL: "inferior longitudinal", SL: "superior longitudinal" };
 // Colours of the muscles as in the program's pictures (Tol 2021), and of tissue without an active muscle.
 const SOLID_COLOURS = [[204, 102, 119], [51, 34, 136], [221, 204, 119], [17, 119, 51], [136, 204, 238], [136, 34, 85], [68, 170, 153], [153, 153, 51], [170, 68, 153], [119, 170, 221], [238, 136, 102]];
@@ -7,11 +7,11 @@ const SOLID_TISSUE = [214, 205, 205], SOLID_BONE = [226, 216, 180], SOLID_ACTIVE
 const rgb = (colour, light) => `rgb(${colour.map((c) => Math.round(c * (0.58 + 0.42 * Math.max(0, light)))).join(" ")})`;
 // Signs of the local coordinates of the corners of a hexahedron, over 8.
 const CORNERS = [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]].map((c) => c.map((x) => x / 8));
-// The mandible, drawn for orientation: its lower border from the chin to the joint, x, half of the width there, z; and its row of teeth.
+// The mandible, drawn for orientation: its lower border from the chin to the joint (x, half of its width, z), and its row of teeth.
 const MANDIBLE = [[-22, 0, -6], [-20, 9, -7], [-8, 20, -9], [14, 31, -8], [34, 39, -3], [50, 43, 7], [58, 46, 26], [63, 48, 48], [70, 50, 80]];
 const LOWER_TEETH = [[-17.1, 0, 28.5], [-14, 9, 28], [-4, 17, 26.5], [10, 23, 25], [24, 26, 24]];
 
-// `walls`: those of the tract, of which the palate and the upper teeth are drawn.
+// `walls` are those of the tract, of which the palate and the upper teeth are drawn.
 function makeSolid(canvas, body, walls) {
   const context = canvas.getContext("2d");
   const rest = body.rest_um;
@@ -22,7 +22,7 @@ function makeSolid(canvas, body, walls) {
   const bones = body.bones.map((b) => ({ name: b.name, nodes: new Set(b.nodes) }));
   const isRight = body.hexahedra.map((h) => h.reduce((sum, n) => sum + rest[3 * n + 1], 0) > 0);
   for (const face of body.faces.concat(body.cut_faces)) face.bone = bones.some((b) => face.nodes.every((n) => b.nodes.has(n)));
-  // Palate and upper teeth: across at each place a parabola, as high as the wall's arch.
+  // Palate and upper teeth: at each place a parabola across, as high as the wall's arch.
   const mix = ([a, b], t) => a + (b - a) * t;
   const arches = walls.filter((w) => /palate|teeth/.test(w.name)).flatMap((w) => w.points_mm.map(([x, z, ax, az], i, all) => {
     const t = i / Math.max(all.length - 1, 1), [half, arch] = [mix(w.half_width_mm, t), mix(w.arch_mm, t)], long = Math.hypot(ax - x, az - z);
@@ -32,16 +32,16 @@ function makeSolid(canvas, body, walls) {
   const under = (name) => { const places = body.bones.find((b) => b.name === name).nodes.map((n) => mm(rest, n)); return [0, 1, 2].map((i) => places.reduce((sum, p) => sum + p[i], 0) / places.length - (i === 2 ? 5 : 0)); };
   const along = (i) => arches.map((arch) => arch[i]);
   const bothSides = (points) => [...points.slice(1).toReversed().map(([x, y, z]) => [x, -y, z]), ...points];
-  // What is drawn beside the tongue: points, mm, and width.
+  // Points, mm, and width of what is drawn beside the tongue.
   const SETTING = [...arches.map((points) => [points, 0.25]), ...[0, 4, 8].map((i) => [along(i), i === 4 ? 0.9 : 0.45]), [bothSides(MANDIBLE), 0.7], [bothSides(LOWER_TEETH), 0.45]];
   const WORDS = [["palate", along(4)[3]], ["upper teeth", along(4).at(-1)], ["jaw", [-8, -20, -9]], ["hyoid", under("hyoid")]];
   const AXES = [["front", [-1, 0, 0]], ["right", [0, 1, 0]], ["up", [0, 0, 1]]];
-  // The shape, and the shape at rest as it is seen, and from where.
+  // The present shape, the shape at rest as it is seen, and the view.
   let at = rest, ghost = {};
-  // Light from above and from the viewer's left, in the axes of the picture.
+  // The light comes from above and from the viewer's left, in the axes of the picture.
   const [LEFT, ABOVE, NEAR] = [-0.45, -0.45, 0.77];
-  // From millimetres to the picture: x to the right, y downwards, and the depth towards the viewer. Turned by 0 the speaker's left side is
-  // seen, by 90 degrees the front.
+  // From millimetres to the picture: x to the right, y downwards, and the depth towards the viewer. At a turn of 0 degrees the speaker's
+  // left side is seen, at 90 degrees the front.
   function camera([turn, tilt]) {
     const [sa, ca, sb, cb] = [turn, tilt].flatMap((d) => [Math.sin(d * Math.PI / 180), Math.cos(d * Math.PI / 180)]);
     return ([x, y, z]) => { const away = sa * x + ca * y; return [ca * x - sa * y, -(sb * away + cb * z), sb * z - cb * away]; };
@@ -55,7 +55,7 @@ function makeSolid(canvas, body, walls) {
     for (const { nodes, muscles, bone } of cut ? body.cut_faces : body.faces) {
       const [a, b, c, d] = nodes.map((n) => seen[n]);
       const [ux, uy, uz, vx, vy, vz] = [c[0] - a[0], c[1] - a[1], c[2] - a[2], d[0] - b[0], d[1] - b[1], d[2] - b[2]];
-      // Counter-clockwise as seen from outside; y is downwards here.
+      // Counter-clockwise as seen from outside, where y points downwards.
       const normal = [vy * uz - uy * vz, vz * ux - uz * vx, vx * uy - ux * vy];
       if (normal[2] <= 0) continue;
       let most = -1;
@@ -66,7 +66,7 @@ function makeSolid(canvas, body, walls) {
     }
     return found.sort((a, b) => a.depth - b.depth);
   }
-  // The fibres of the active muscles through the elements, also through those within: points, colour and width.
+  // The fibres of the active muscles through all elements, also those inside: points, colour and width.
   function fibres(turned, cut, activations) {
     return body.muscles.flatMap((_, m) => {
       if (!(activations[m] > SOLID_ACTIVE)) return [];
@@ -84,7 +84,7 @@ function makeSolid(canvas, body, walls) {
       return [...within, ...outside].map((points) => ({ points, colour, width }));
     });
   }
-  // Lines and words beside the tongue, and the directions in the lower corner.
+  // Lines and names beside the tongue, and the directions in the lower corner.
   function setting(turned) {
     const corner = [-SOLID_ROOM[0] + 15, SOLID_ROOM[1] - 10];
     const tips = AXES.map(([name, axis]) => [name, turned(axis)]);
@@ -132,7 +132,7 @@ function makeSolid(canvas, body, walls) {
       Object.assign(context, { font: "3.4px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineWidth: 1, strokeStyle: backgroundColor, fillStyle: color });
       for (const [word, [x, y]] of words) { context.strokeText(word, x, y); context.fillText(word, x, y); }
     },
-    // The same as an element of SVG.
+    // The same picture as an element of SVG.
     picture({ view, cut, activations }) {
       const [wide, high] = SOLID_ROOM, turned = camera(view), { lines, words } = setting(turned);
       const d = (points) => `M${points.map((p) => `${p[0].toFixed(2)} ${p[1].toFixed(2)}`).join("L")}`;
@@ -145,13 +145,13 @@ function makeSolid(canvas, body, walls) {
   };
 }
 
-// -- Sliders, words and solves -------------------------------------------------------------------------------------------------------
-// Number of Newton iterations of a picture while activations change, and of pictures without an equilibrium after which the whole search
-// from rest is made.
+// -- Sliders, texts and solves ------------------------------------------------------------------------------------------------------
+// Newton iterations for each picture while activations change, and the number of pictures without an equilibrium after which the branch from
+// rest is followed.
 const FEW = 2, PATIENT = 40;
 let pulling = false, resting = false, pulled = 0, repaint = false;
 const solidRows = [], paints = [];
-// The user's own body has no form in space.
+// The user's own body has no shape in space.
 const hasOwnBody = () => Boolean(own.body?.anatomy ?? own.body?.mesh);
 async function enterSpace() {
   if (!solid) {
@@ -165,7 +165,7 @@ async function enterSpace() {
     makeSolidRows();
   }
   state.space = true;
-  // The voice is of the tongue in the plane, and so are its controls.
+  // The voice is that of the tongue in the plane, and so are its controls.
   if (sound.playing()) sound.toggle();
   for (const id of ["found", "speed"]) byId(id).textContent = "";
   showControls();
@@ -211,7 +211,7 @@ function turnTo(turn, tilt) {
   clearTimeout(idle);
   idle = setTimeout(() => { idle = 0; remember(); }, 180);
 }
-// Goes on towards the equilibrium of the present activations, a few iterations for each picture.
+// Continues towards the equilibrium of the present activations, with a few iterations for each picture.
 async function pullInSpace() {
   const mine = ++pulled;
   if (pulling) return;
@@ -228,7 +228,7 @@ async function pullInSpace() {
       told = performance.now();
       const rate = paints.length > 5 ? `, ${Math.round(1000 * (paints.length - 1) / (paints.at(-1) - paints[0]))} pictures/s` : "";
       byId("speed").textContent = `${FEW} iterations in ${round(told - clock, 0)} ms${rate}`;
-      byId("found").textContent = next.status === "converged" ? "" : `On the way: forces of up to ${next.residual_n.toPrecision(1)} N are left.`;
+      byId("found").textContent = next.status === "converged" ? "" : `Not yet at equilibrium: forces of up to ${next.residual_n.toPrecision(1)} N remain.`;
     }
     if (pulled !== of) [of, tries] = [pulled, 0];
     else if (next.status === "converged") break;
@@ -237,7 +237,7 @@ async function pullInSpace() {
   complain("space", next?.error);
   if (!next?.error && state.space) rest(pulled); else resting = false;
 }
-// When nothing moves: the same activations from rest, as the program has them.
+// When nothing moves, the same activations are solved from rest, as the program solves them.
 async function rest(of) {
   resting = true;
   await new Promise((done) => setTimeout(done, 180));
@@ -254,7 +254,7 @@ async function rest(of) {
   const doubts = found.alarms.map((a) => a.text);
   byId("found").textContent = found.status === "converged"
     ? `Equilibrium${found.connection === "traced" ? ", followed from rest" : ""}: the tip moved ${way(back, ["forward", "back"])} and ${way(up, ["down", "up"])}; elements keep ${round(100 * found.min_volume_ratio)} to ${round(100 * found.max_volume_ratio)} % of their volume.${doubts.length ? " But " + doubts.join("; ") : ""}`
-    : `No equilibrium was found (${found.status.replaceAll("_", " ")}): what is drawn is where the search ended.`;
+    : `No equilibrium was found (${found.status.replaceAll("_", " ")}): the picture shows where the search ended.`;
   byId("solid").setAttribute("aria-label", `Tongue in space, turned by ${Math.round(state.view[0])} degrees. Active: ${activated().join(", ") || "nothing"}. ${byId("found").textContent}`);
 }
 const activated = () => solid ? solid.body.muscles.flatMap((m, i) => state.activations[i] > 0 ? [`${m}=${Number(state.activations[i].toPrecision(12))}`] : []) : [];

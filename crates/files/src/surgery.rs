@@ -1,4 +1,4 @@
-//! Surgery of a body in space: what was asked for, in words, and what it changed.
+//! Surgery of a tongue in space: regions and their filling as text, and what the surgery changed.
 
 use std::collections::BTreeSet;
 
@@ -18,7 +18,7 @@ use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Nodes nearer to the foremost one than this belong to the tip, m.
 const TIP_M: f64 = 8e-3;
-/// Standard deviation of the places to which the tip is brought back, m.
+/// Standard deviation of the positions to which the tip's nodes are fitted when activations are searched for, m.
 const SD_M: f64 = 5e-4;
 
 /// Surgery of a tongue in space.
@@ -111,27 +111,26 @@ fn metres(text: &str) -> Result<Vec<f64>, String> {
     numbers.collect()
 }
 
-/// What surgery changed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OperationRecord {
-    /// Where, as it was asked for.
+    /// The regions as they were asked for.
     pub regions: Vec<String>,
     pub filling: FillingKind,
     pub elements: usize,
-    /// Their volume at rest, cm³.
+    /// Volume of the operated elements at rest.
     pub volume_cm3: f64,
-    /// Way of the tip before, mm: back, right, up.
+    /// Displacement of the tip from rest before surgery: back, right, up.
     pub tip_before_mm: [f64; 3],
     pub tip_after_mm: [f64; 3],
-    /// How far the tip reaches less to the front than before, mm.
+    /// How much less far to the front the tip reaches than before.
     pub reach_lost_mm: f64,
-    /// How far the tip deviates to the right, mm; to the left below zero.
+    /// How far the tip deviates to the right; negative to the left.
     pub deviation_mm: f64,
-    /// Activations that bring the tip back to where it was before, where they were searched for.
+    /// Activations that bring the tip back to where it was before; `None` if they were not searched for.
     pub made_up_by: Option<ByMuscle<f64>>,
-    /// For each the range of 95 % of the draws of activations that bring the tip there: a tip alone determines few of them.
+    /// The range of each activation in 95 % of the draws that bring the tip there; a tip alone determines few activations.
     pub made_up_interval_95: Option<ByMuscle<[f64; 2]>>,
-    /// How far its nodes stay from there, mm (RMS).
+    /// RMS distance of the tip's nodes from where they were before.
     pub made_up_to_mm: Option<f64>,
     #[serde(skip)]
     pub before: BeforeSurgery,
@@ -142,7 +141,6 @@ pub struct OperationRecord {
 pub struct BeforeSurgery {
     pub body: Body<3>,
     pub positions: Vec<Vector3<f64>>,
-    /// Numbers of its operated elements.
     pub elements: BTreeSet<usize>,
     /// Positions after surgery where the tip was brought back; empty where that was not asked for.
     pub made_up: Vec<Vector3<f64>>,
@@ -161,7 +159,6 @@ impl Operation {
         Ok(Self { operated: surgery.operate(&whole)?, surgery: surgery.clone(), whole })
     }
 
-    /// The body after it.
     pub fn body(&self) -> &Body<3> {
         &self.operated.body
     }
@@ -183,14 +180,14 @@ impl Operation {
         let after = Solved::in_space(self.body(), model, &self.of_remaining(&before.pulls), direct, tell)?;
         let mut record = self.record([&before.positions, &after.positions]);
         if self.surgery.make_up {
-            // Both sides are searched, also where one half was enough for the equilibrium.
+            // Left and right are searched apart, even if half of the body was enough for the equilibrium.
             let system = System::in_space(self.body(), model)?;
             self.make_up(&mut record, (self.body(), &system), &before.positions)?;
         }
         Ok((after, record))
     }
 
-    /// What has changed from the positions of all nodes before surgery to those after it, m.
+    /// What changed between the positions of all nodes before surgery and those after it, m.
     pub fn record(&self, [before, after]: [&[Vector3<f64>]; 2]) -> OperationRecord {
         let Self { surgery, whole, operated } = self;
         let [tip_before_mm, tip_after_mm] = [before, after].map(|x| foremost_moved_mm(whole, x));
@@ -216,7 +213,7 @@ impl Operation {
     }
 
     /// Adds the activations that bring the tip back to where it was before surgery, if these are asked for. The operated body, its system
-    /// and the positions before, m, are in any one frame.
+    /// and the positions before surgery, m, are given in one frame, which may be any.
     pub fn make_up(
         &self,
         record: &mut OperationRecord,
@@ -228,16 +225,16 @@ impl Operation {
         let near = (0..rest.len())
             .filter(|n| operated.mesh.fixed.binary_search(n).is_err())
             .filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
-        let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
-        // The tip itself is removed.
-        if seen.is_empty() {
+        let targets: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
+        // Nothing is left of the tip.
+        if targets.is_empty() {
             return Ok(());
         }
         let usual = SpaceSearch::default();
         // Further starts ended at the same answer in all operations that were tried.
         let settings = FitSettings { starts: 2, ..usual.settings };
         let search = SpaceSearch { sides_apart: true, settings, ..usual };
-        let fit = search.fit(operated, system, &seen, None)?;
+        let fit = search.fit(operated, system, &targets, None)?;
         record.made_up_by = Some(ByMuscle::new(&fit.names, fit.activations_found()));
         record.made_up_interval_95 = Some(ByMuscle::new(&fit.names, fit.intervals_95()));
         record.made_up_to_mm = Some(1e3 * fit.rms_m);

@@ -1,5 +1,3 @@
-//! `tongue-fit batch`: fits every subject and vowel of a table.
-
 mod prepared;
 
 use std::collections::BTreeMap;
@@ -30,7 +28,7 @@ pub const DEFAULT_OUT: &str = "results/batch";
     tongue-fit batch\n  \
     tongue-fit batch --target stretch\n  \
     tongue-fit batch --lengths mine.csv --baseline e --baseline P7=i\n\n\
-    A run that was stopped goes on where it was when it is started again with the same options and folder.")]
+    A run that was stopped resumes when the same command is given again.")]
 pub struct Arguments {
     /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
@@ -44,20 +42,17 @@ pub struct Arguments {
     /// Quantities to fit: ratio, stretch or both
     #[arg(long, value_name = "KIND", default_value = "both")]
     target: String,
-    /// Vowel taken as rest, for all subjects (e) or for one (S4=i); may be given several times [default: ɯ,
-    /// and e for subjects without ɯ]
+    /// Vowel taken as rest, for all subjects (e) or for one (S4=i); may be given several times [default: ɯ, and e for subjects without ɯ]
     #[arg(long, value_name = "V|SUBJECT=V", hide_short_help = true)]
     baseline: Vec<String>,
-    /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
-    /// same tensions more slowly (and is the default for the fit of one vowel, as in the thesis)
+    /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the same tensions more slowly
+    /// (and is the default for the fit of one vowel, as in the thesis)
     #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton", hide_short_help = true)]
     method: Method,
-    /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
-    /// millimetres]
+    /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole millimetres]
     #[arg(long, value_name = "MM", hide_short_help = true)]
     error_mm: Option<f64>,
-    /// Make only every Nth of the fits, as one task of a cluster: 3/16 is the third of sixteen;
-    /// `tongue-fit merge` merges them
+    /// Make only every Nth of the fits, as one task of a cluster: 3/16 is the third of sixteen; `tongue-fit merge` merges them
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     #[command(flatten)]
@@ -155,12 +150,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             outcome
         }
     };
-    interrupt::set_last_words(None);
+    interrupt::set_stop_message(None);
     Ok(outcome)
 }
 
-/// Opens the journal of this command at `path` for so many jobs, of which `mine` are to be done by it; if it is stopped from now on, it says
-/// that it can be resumed.
+/// Opens the journal of this command at `path` for a run of `jobs` jobs, of which `mine` are done here. If the program is stopped from now
+/// on, it prints that the command can be resumed.
 pub fn open_journal(
     path: PathBuf,
     key: &str,
@@ -172,14 +167,14 @@ pub fn open_journal(
     if !journal.is_empty() {
         output::note(&format!("resuming after {} of {mine} {what}", journal.len()));
     }
-    interrupt::set_last_words(Some(format!(
+    interrupt::set_stop_message(Some(format!(
         "stopped; the finished {what} are kept in \"{}\": the same command resumes after them",
         path.display()
     )));
     Ok(journal)
 }
 
-/// Makes the fits that the journal lacks of so many, one on each thread at a time, and stores each when it is done.
+/// Makes the fits in `todo`, one at a time on each thread, and adds each to the journal; `of` is the number of all fits of this run.
 fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let (nodes, fits) = (prepared.run.body.mesh.nodes.len(), todo.len() as f64);
@@ -204,9 +199,9 @@ fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal
 
 fn description(job: &Job, entry: &JournalEntry<Fitted>) -> String {
     let Target { subject, vowel, kind, .. } = &job.target;
-    let came = match &entry.result {
+    let end = match &entry.result {
         Ok(fit) => fit.digest.status.replace('_', " "),
         Err(why) => format!("not fitted: {why}"),
     };
-    format!("{subject} /{vowel}/ {kind}: {came} in {:.3} s", entry.wall_s)
+    format!("{subject} /{vowel}/ {kind}: {end} in {:.3} s", entry.wall_s)
 }

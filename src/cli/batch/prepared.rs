@@ -18,7 +18,7 @@ use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, table};
 
 const MOST_NOTES: usize = 10;
 
-/// Jobs and inputs of a batch, shared by threads. They depend on the arguments and files only.
+/// Jobs and inputs of a batch, which threads share. They depend only on the arguments and the files.
 pub struct PreparedBatch {
     data: Dataset,
     unreadable: Vec<String>,
@@ -29,8 +29,7 @@ pub struct PreparedBatch {
 }
 
 impl PreparedBatch {
-    /// Prepares the batch of these arguments; `words` are the arguments without those that do not change
-    /// results.
+    /// Prepares the batch of these arguments; `words` are the arguments without those that do not change results.
     pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
         let selection = arguments.selection()?;
         let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
@@ -70,7 +69,7 @@ impl PreparedBatch {
             joint: how.joint,
             with,
         });
-        // An error that concerns all fits is reported before anything is written.
+        // A body and a model that make no system are reported before anything is written.
         let run = BatchRun::new((&data, plan), settings, (&tongue, &model), posteriors).into_diagnostic()?;
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
@@ -127,7 +126,6 @@ impl PreparedBatch {
         Ok(Outcome::judged(why.is_empty(), || why.join("; ")))
     }
 
-    /// Reports rows that are left out on stderr, before the work begins.
     pub fn tell_what_is_left_out(&self) {
         for message in self.unreadable.iter().take(MOST_NOTES) {
             output::complain(message);
@@ -206,7 +204,6 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
     Ok(text)
 }
 
-/// The contrasts between vowels whose sign is sure, a line for each subject and pair of vowels.
 fn decided(all: &[SubjectContrast]) -> String {
     let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
     let mut text =
@@ -247,7 +244,6 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     Ok(format!("{verdicts}{gap}{t}\n\n"))
 }
 
-/// How many posteriors contradict, with its verb.
 fn contradict(posteriors: usize) -> String {
     format!(
         "{} {}",

@@ -25,8 +25,7 @@ use crate::space::Space;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyText {
-    /// For the user's own body its name in messages, and its text: an anatomy (TOML), or the JSON of
-    /// `tongue-fit mesh --json`.
+    /// The name of the user's own body in messages, and its text: an anatomy (TOML), or the JSON of `tongue-fit mesh --json`.
     #[serde(default)]
     pub file: String,
     #[serde(default)]
@@ -40,7 +39,6 @@ pub struct BodyText {
 }
 
 impl BodyText {
-    /// What the body is made from.
     fn plane(&self) -> PlaneBody {
         let origin = self.file.clone();
         let source = match (&self.mesh, &self.anatomy) {
@@ -53,11 +51,9 @@ impl BodyText {
     }
 }
 
-/// Number of values of a frame that are not tensions, lengths or positions: jaw, hyoid and lips as input, and
-/// other results as output.
+/// Values of a frame that are not tensions, lengths or positions: jaw, hyoid and lips as input, other results as output.
 const POSTURE: usize = 5;
 const FINDINGS: usize = 5;
-/// Number of formants.
 const FORMANTS: usize = 5;
 
 /// A body, the loads on it, and its shape.
@@ -69,22 +65,19 @@ pub struct Engine {
     scene: Scene,
     system: Arc<System<2>>,
     workspace: Workspace<2>,
-    /// Palate and teeth, if the body has them, and the nodes of its surface that are on no bone.
+    /// Palate and teeth, if the body has them; `surface` are the nodes of the surface that are on no bone.
     wall: Option<Contact>,
     surface: Vec<usize>,
-    /// The tract around it, if it has a tongue's outline.
+    /// The tract around the body, if the body has a tongue's outline.
     airway: Option<VocalTract>,
     /// Whether the next posture can start from this one.
     settled: bool,
-    /// The tongue in space, once it has been asked for.
+    /// The tongue in space, once a request has named it.
     space: Option<Space>,
 }
 
 impl Engine {
-    /// A body at rest, with the table of lengths for comparison.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// A body at rest, with the table of lengths for comparison. Errors are the program's.
     pub fn new(text: &BodyText, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
         let body = text.plane().make(&mut |_| ()).map_err(|e| e.to_string())?;
         let model = scene.model();
@@ -117,10 +110,7 @@ impl Engine {
         })
     }
 
-    /// The built-in tongue in space.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// The built-in tongue in space. Errors are the program's.
     pub fn space(&mut self) -> Result<&mut Space, String> {
         let space = match self.space.take() {
             Some(space) => space,
@@ -129,7 +119,7 @@ impl Engine {
         Ok(self.space.insert(space))
     }
 
-    /// Jaw, hyoid and lips of a vowel, if the body has a tract whose file has it, in upper or lower case.
+    /// Jaw, hyoid and lips of a vowel, in upper or lower case, if the body has a tract whose file has that vowel.
     pub fn posture(&self, vowel: &Vowel) -> Option<Articulation> {
         let mut postures = self.airway.as_ref()?.tract.posture.iter();
         let found = postures.find(|(name, _)| name.parse::<Vowel>().is_ok_and(|v| v.is_like(vowel)))?;
@@ -141,7 +131,7 @@ impl Engine {
         &self.scene
     }
 
-    /// Data for a picture: positions in m, and node numbers.
+    /// Data for a picture: positions, m, and indices of nodes.
     pub fn describe(&self) -> Value {
         let mesh = &self.body.mesh;
         let names = mesh.muscle_names();
@@ -174,10 +164,7 @@ impl Engine {
         })
     }
 
-    /// Sets the loads beside muscles and bones.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// Sets loads, such as weight and walls. Errors are the program's.
     pub fn act(&mut self, mut scene: Scene) -> Result<(), String> {
         // Bones are moved with every frame.
         (scene.effects.jaw, scene.effects.hyoid) = (None, None);
@@ -188,20 +175,17 @@ impl Engine {
         Ok(())
     }
 
-    /// Number of values of a frame.
     pub fn numbers(&self) -> usize {
         let positions = 2 * self.body.mesh.nodes.len();
         POSTURE.max(FINDINGS) + self.system.muscle_count() * 2 + positions + 2 * FORMANTS + 1
     }
 
-    /// Solves one posture from the last one. On input `numbers` contains the opening of the jaw (degrees),
-    /// the displacement of the hyoid (mm), opening and protrusion of the lips (mm; without an opening there
-    /// is no sound), and from index 5 the tension of every muscle (N per metre of thickness). On output the
-    /// first five are the smallest and the largest ratio of a triangle's area to that at rest, the number of
-    /// elements in which the barrier acts, the iterations, and the largest residual force (N/m). Behind the
-    /// tensions follow the length of every muscle (m), the positions (m), the frequencies and then the
-    /// bandwidths of the formants (Hz; zero without sound), and how far the tongue is beyond palate or teeth
-    /// (m). NaN on input counts as zero.
+    /// Solves one posture from the last one. On input `numbers` has the opening of the jaw (degrees), the displacement of the hyoid (mm),
+    /// opening and protrusion of the lips (mm; without an opening there is no sound), and from index 5 the tension of every muscle (N per
+    /// metre of thickness). On output the first five are the smallest and the largest ratio of a triangle's area to that at rest, the
+    /// number of elements in which the barrier acts, the iterations, and the largest residual force (N/m). After the tensions come the
+    /// length of every muscle (m), the positions (m), the frequencies and then the bandwidths of the formants (Hz; zero without sound), and
+    /// how far the tongue is beyond palate or teeth (m). NaN on input counts as zero.
     pub fn frame(&mut self, numbers: &mut [f64]) -> bool {
         let muscles = self.system.muscle_count();
         if numbers.len() != self.numbers() {
@@ -243,8 +227,8 @@ impl Engine {
         self.settled
     }
 
-    /// How far the surface is beyond palate or teeth, m: the largest distance from them of a node whose
-    /// straight way from rest crosses them, 0 if there is none.
+    /// How far the surface is beyond palate or teeth, m: the largest distance from them of a node whose straight way from rest crosses
+    /// them, or 0.
     fn beyond(&self, positions: &[SVector<f64, 2>]) -> f64 {
         let Some(wall) = &self.wall else { return 0.0 };
         let passed = |&&n: &&usize| {
@@ -254,11 +238,8 @@ impl Engine {
         self.surface.iter().filter(passed).map(|&n| wall.distance(&positions[n])).fold(0.0, f64::max)
     }
 
-    /// The tension of every muscle, N per metre of thickness, from words such as `GGa=12`; 0 for muscles
-    /// without one.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// The tension of every muscle, N per metre of thickness, from texts such as `GGa=12`; 0 for muscles without one. Errors are the
+    /// program's.
     pub fn tensions(&self, words: &[String]) -> Result<Vec<f64>, String> {
         let mut all = vec![0.0; self.body.mesh.muscles.len()];
         let given = read_tensions(words, &self.body).map_err(|e| e.to_string())?;
@@ -266,10 +247,7 @@ impl Engine {
         Ok(all)
     }
 
-    /// Sets the positions to a shape that was solved elsewhere; the next posture starts from it.
-    ///
-    /// # Errors
-    /// For another number of nodes.
+    /// Sets the positions to a shape that was solved elsewhere, from which the next posture starts; refuses another number of nodes.
     pub fn place(&mut self, positions_m: &[[f64; 2]]) -> Result<(), String> {
         let finite = positions_m.iter().flatten().all(|x| x.is_finite());
         if !finite || positions_m.len() != self.body.mesh.nodes.len() {
@@ -279,7 +257,6 @@ impl Engine {
         Ok(())
     }
 
-    /// Moves jaw and hyoid to their places.
     fn carry(&mut self, opening_deg: f64, hyoid_mm: [f64; 2]) {
         let turned = PrescribedDisplacement::Turned {
             joint: SVector::from(JOINT_MM) * 1e-3,
@@ -294,10 +271,7 @@ impl Engine {
         }
     }
 
-    /// The result of `tongue-fit simulate` in a scene, with tensions from words such as `GGa=12`.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// The result of `tongue-fit simulate` in a scene, with tensions from texts such as `GGa=12`. Errors are the program's.
     pub fn simulate(&mut self, words: &[String], scene: Scene) -> Result<SimulationRecord, String> {
         let given = read_tensions(words, &self.body).map_err(|e| e.to_string())?;
         let scene = checked(scene)?;

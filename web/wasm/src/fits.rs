@@ -12,10 +12,7 @@ use tongue_fit::system::TissueModel;
 
 use crate::engine::Engine;
 
-/// Reads a table and returns its fits.
-///
-/// # Errors
-/// As the program's, with line and column.
+/// Reads a table and returns its fits. Errors are the program's, with line and column.
 pub fn table(engine: &mut Engine, text: Option<&[u8]>, file: &str) -> Result<Value, String> {
     let data = match text {
         Some(text) => Dataset::from_reader(text, file),
@@ -45,7 +42,7 @@ pub fn table(engine: &mut Engine, text: Option<&[u8]>, file: &str) -> Result<Val
     Ok(json!({"origin": origin, "rows": rows, "fits": fits, "baselines": baselines, "told": told}))
 }
 
-/// The target of a row; against its speaker's usual baseline where none is given.
+/// The target of a row, against the speaker's usual baseline if none is given.
 fn target(
     engine: &Engine,
     subject: &str,
@@ -59,10 +56,7 @@ fn target(
     Target::new(&engine.data, subject, &vowel, kind, &options).map_err(|e| e.to_string())
 }
 
-/// The result of `tongue-fit --vowel .. --method gauss-newton`; with `walls`, palate and teeth stop the tongue.
-///
-/// # Errors
-/// As the program's.
+/// The result of `tongue-fit --vowel .. --method gauss-newton`; with `walls`, palate and teeth stop the tongue. Errors are the program's.
 pub fn fit(
     engine: &Engine,
     subject: &str,
@@ -78,11 +72,9 @@ pub fn fit(
         .map_err(|e| e.to_string())
 }
 
-/// The vowel as `tongue-fit sound` speaks it: jaw, hyoid and lips of the tract's file, and the tensions with which the tongue has its
-/// measured lengths there; null where the tract's file has no such vowel, or the baseline is not /ɯ/, from which that file counts.
-///
-/// # Errors
-/// As the program's.
+/// The vowel as `tongue-fit sound` computes it: jaw, hyoid and lips of the tract's file, and the tensions with which the tongue has its
+/// measured lengths there; null if the tract's file does not have the vowel, or if the baseline is not /ɯ/, to which that file refers.
+/// Errors are the program's.
 pub fn spoken(
     engine: &Engine,
     subject: &str,
@@ -101,10 +93,7 @@ pub fn spoken(
     Ok(json!({"tensions_n": prepared.tensions, "posture": posture}))
 }
 
-/// The draws of one group of chains for a verdict.
-///
-/// # Errors
-/// As the program's, or why there is no verdict.
+/// The draws of one group of chains for a verdict. An error is the program's, or the reason why there is no verdict.
 pub fn draws(
     engine: &Engine,
     subject: &str,
@@ -116,10 +105,7 @@ pub fn draws(
     ShortRun::new(&engine.body, &engine.model, &target)?.draws(Some(group)).map_err(|e| e.to_string())
 }
 
-/// The verdict of `tongue-fit --vowel ..` from the draws of both groups, with its sentences.
-///
-/// # Errors
-/// As the program's, or why there is no verdict.
+/// The verdict of `tongue-fit --vowel ..` from the draws of both groups, with its sentences. Errors are those of [`draws`].
 pub fn verdict(
     engine: &Engine,
     subject: &str,

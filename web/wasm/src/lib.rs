@@ -1,8 +1,8 @@
 //! tongue-fit behind a C interface, for a page without a server.
 //!
-//! A page writes a request (JSON) to the address of [`input`], calls [`call`], and reads the answer (JSON) at
-//! the address of [`output`]; an answer that begins with `{"error":` contains the program's message. Frames
-//! of a moving slider do not use text: they are numbers at the address of [`numbers`], solved by [`frame`].
+//! A page writes a request (JSON) to the address of [`input`], calls [`call`], and reads the answer (JSON) at the address of [`output`]; an
+//! answer that begins with `{"error":` contains the program's message. Frames of a moving slider need no text: they are numbers at the
+//! address of [`numbers`], solved by [`frame`].
 
 #![deny(unsafe_code)]
 
@@ -68,7 +68,7 @@ pub extern "C" fn numbers() -> *mut f64 {
     STATE.with_borrow_mut(|state| state.numbers.as_mut_ptr())
 }
 
-/// Solves the next posture from the last one: 1 if it is an equilibrium, else 0.
+/// Solves the next posture from the last one; 1 if it is an equilibrium, otherwise 0.
 #[allow(unsafe_code, reason = "the name under which a page finds it")]
 #[unsafe(no_mangle)]
 pub extern "C" fn frame() -> u32 {

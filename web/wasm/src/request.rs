@@ -1,5 +1,3 @@
-//! Requests of a page.
-
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tongue_fit::measured::TargetKind;
@@ -16,13 +14,13 @@ enum Request {
     Open { body: BodyText, scene: Scene },
     /// Sets weight and palate.
     Act { scene: Scene },
-    /// One equilibrium from rest, and whether it is on the branch from there.
+    /// One equilibrium from rest, and whether it is on the branch that begins there.
     Simulate { tensions: Vec<String>, scene: Scene },
-    /// Parses words such as `GGa=12`.
+    /// Parses texts such as `GGa=12`.
     Tensions { tensions: Vec<String> },
     /// Sets the positions to a shape that was solved elsewhere.
     Place { positions_m: Vec<[f64; 2]> },
-    /// Reads a table of lengths: the bytes behind the request, or this text, or the built-in one.
+    /// Reads a table of lengths: the bytes after the request, this text, or the built-in table.
     Table { text: Option<String>, file: String },
     /// One fit.
     Fit {
@@ -44,14 +42,11 @@ enum Request {
     SettleInSpace { activations: Vec<f64> },
     /// Draws of the posterior of a row by one of two groups of chains.
     Draws { subject: String, vowel: String, baseline: Option<String>, group: usize },
-    /// Which muscles pull harder than in the baseline, and how sure that is, from the draws of both groups.
+    /// Which muscles pull harder than in the baseline, with probabilities, from the draws of both groups.
     Verdict { subject: String, vowel: String, baseline: Option<String>, draws: Vec<Draw> },
 }
 
-/// The answer to a request, as JSON. Behind the request and a zero byte, the bytes of a file may stand.
-///
-/// # Errors
-/// The program's message.
+/// The answer to a request, as JSON; the error is the program's message. A zero byte and the bytes of a file may follow the request.
 pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, String> {
     let (request, file_bytes) = match request.iter().position(|&byte| byte == 0) {
         Some(end) => (&request[..end], Some(&request[end + 1..])),

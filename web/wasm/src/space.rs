@@ -1,4 +1,4 @@
-//! The built-in tongue in space, activated on both sides alike: one half is solved, from the last shape.
+//! The built-in tongue in space, with both sides activated alike: one half is solved, from the last shape.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use tongue_fit::run::Solved;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 
-/// Largest number of Newton iterations of a frame.
+/// Most Newton iterations of a frame.
 const MOST_ITERATIONS: usize = 60;
 
 /// A body in space, its left half, and its shape.
@@ -22,10 +22,7 @@ pub struct Space {
 }
 
 impl Space {
-    /// The built-in body at rest.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// The built-in body at rest. Errors are the program's.
     pub fn new() -> Result<Self, String> {
         let body = Body::tongue_in_space(1).map_err(|e| e.to_string())?;
         let half = body.half().ok_or("the two sides of the body differ")?;
@@ -34,9 +31,9 @@ impl Space {
         Ok(Self { body, half, system, workspace })
     }
 
-    /// Data for a picture: positions in micrometres, one coordinate after the other; muscles of both sides; the faces of the surface,
-    /// and of that of the right half, each with its nodes and the muscles that run through its element; for each muscle its fibres
-    /// in elements (number, then half of it in local coordinates) and its lines outside the tissue (two nodes); bones with their nodes.
+    /// Data for a picture: positions in micrometres, one coordinate after another; muscles of both sides; the faces of the whole surface
+    /// and of that of the right half, each with its nodes and the muscles that run through its element; for each muscle its fibres in
+    /// elements (index, then half of the fibre in local coordinates) and its lines outside the tissue (two nodes); bones with their nodes.
     pub fn describe(&self) -> Value {
         let groups = self.body.groups();
         let mesh = &self.body.mesh;
@@ -78,10 +75,7 @@ impl Space {
         })
     }
 
-    /// At most so many Newton iterations from the last shape towards the equilibrium of these activations of the muscles, both sides.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// At most `iterations` Newton iterations from the last shape towards the equilibrium of these activations of both sides.
     pub fn frame(&mut self, activations: &[f64], iterations: usize) -> Result<Value, String> {
         let (_, own) = self.activations(activations)?;
         let settings = SolveSettings {
@@ -99,10 +93,7 @@ impl Space {
         )
     }
 
-    /// The result of `tongue-fit simulate --body space` for these activations of the muscles, both sides; further frames begin there.
-    ///
-    /// # Errors
-    /// As the program's.
+    /// The result of `tongue-fit simulate --body space` for these activations of both sides, from which further frames start.
     pub fn settle(&mut self, activations: &[f64]) -> Result<SimulationRecord, String> {
         let (whole, own) = self.activations(activations)?;
         let solved = Solved::of(Arc::clone(&self.system), &own, false);
@@ -112,7 +103,7 @@ impl Space {
         Ok(Solved { positions, pulls: whole, ..solved }.record(&self.body, None))
     }
 
-    /// Activations of all muscles of the body and of its half, from those of the muscles of both sides.
+    /// Activations of all muscles of the body, and of its half, from those of the muscles of both sides.
     fn activations(&self, of_groups: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
         let groups = self.body.groups();
         if of_groups.len() != groups.len() {
@@ -129,7 +120,7 @@ impl Space {
     }
 }
 
-/// Coordinates of all points, one after the other, rounded to micrometres.
+/// Coordinates of all points, one after another, rounded to micrometres.
 fn micrometres(points: &[nalgebra::Vector3<f64>]) -> Vec<i32> {
     points.iter().flat_map(|p| p.iter().map(|x| (1e6 * x).round() as i32)).collect()
 }

@@ -13,20 +13,20 @@ type CellValue<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 pub struct Column<'a, R> {
     /// Its name in CSV and JSON.
     pub name: Cow<'static, str>,
-    /// Unit of its values; empty where they have none.
+    /// Unit of its values; empty if they have none.
     pub unit: &'static str,
     pub meaning: &'static str,
     value: CellValue<'a, R, Value>,
-    /// Its heading on pages and on the terminal; `None` where only CSV has it.
+    /// Its heading on pages and on the terminal; `None` if only CSV has it.
     heading: Option<Cow<'static, str>>,
-    /// The text of a row there; `None` where that is its value.
+    /// The text of a row on pages and on the terminal; `None` if that is the value.
     text: Option<CellValue<'a, R, String>>,
-    /// Whether it is aligned to the left there although its values are numbers.
+    /// Whether numbers are aligned to the left there.
     is_text: bool,
 }
 
 impl<'a, R: 'a> Column<'a, R> {
-    /// A column with this name, unit, meaning and value; its heading on pages is the name in words.
+    /// A column whose heading is its name in words.
     pub fn new(
         name: impl Into<Cow<'static, str>>,
         unit: &'static str,
@@ -38,6 +38,7 @@ impl<'a, R: 'a> Column<'a, R> {
         Self { name, unit, meaning, value, heading, text: None, is_text: false }
     }
 
+    /// A column that only pages and the terminal have.
     pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let heading = heading.into();
         Self::new(heading.clone(), "", "", value).headed(heading)
@@ -55,7 +56,7 @@ impl<'a, R: 'a> Column<'a, R> {
         self.numbers(move |v| format!("{v:.count$}"))
     }
 
-    /// The column with its parts as percentages with this many decimals on pages.
+    /// The column with parts of one shown as percentages.
     pub fn per_cent(self, decimals: usize) -> Self {
         self.numbers(move |v| format!("{:.decimals$} %", 100.0 * v))
     }
@@ -77,7 +78,7 @@ impl<'a, R: 'a> Column<'a, R> {
         Self { heading: None, ..self }
     }
 
-    /// The column of rows that contain such a row.
+    /// The column for rows that contain a row of this one.
     pub fn within<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
         let Self { name, unit, meaning, value, heading, text, is_text } = self;
         let value = Rc::new(move |row: &Q| value(part(row)));
@@ -85,12 +86,12 @@ impl<'a, R: 'a> Column<'a, R> {
         Column { name, unit, meaning, value, heading, text, is_text }
     }
 
-    /// The value of a row as a cell of CSV: empty where there is none.
+    /// The value of a row in CSV; empty if there is none.
     pub fn cell(&self, row: &R) -> String {
         text((self.value)(row))
     }
 
-    /// The value of a row as it stands on pages and on the terminal: a dash where there is none.
+    /// The value of a row on pages and on the terminal; a dash if there is none.
     pub fn shown(&self, row: &R) -> String {
         match &self.text {
             Some(text) => text(row),
@@ -98,12 +99,11 @@ impl<'a, R: 'a> Column<'a, R> {
         }
     }
 
-    /// The value of a row if it is a number.
     pub fn number(&self, row: &R) -> Option<f64> {
         (self.value)(row).as_f64()
     }
 
-    /// Whether it is aligned to the right there: all of its values are numbers.
+    /// Whether it is aligned to the right on pages and on the terminal, because all values are numbers.
     pub fn is_to_the_right(&self, rows: &[R]) -> bool {
         !self.is_text
             && !rows.is_empty()
@@ -124,7 +124,6 @@ pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
     }
 }
 
-/// The rows as JSON: of each an object with the values by the names of the columns.
 pub fn objects<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Vec<Value> {
     let objects = rows
         .iter()
@@ -132,12 +131,11 @@ pub fn objects<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Vec<Value> {
     objects.collect()
 }
 
-/// The columns that stand on pages and on the terminal, with their headings.
+/// The headings of the columns that pages and the terminal show, and these columns.
 pub fn headed<'c, 'a, R: 'a>(columns: &'c [Column<'a, R>]) -> (Vec<&'c str>, Vec<&'c Column<'a, R>>) {
     columns.iter().filter_map(|c| Some((c.heading.as_deref()?, c))).unzip()
 }
 
-/// A table of Markdown of those of the columns that stand on pages.
 pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
     let (headings, shown) = headed(columns);
     let head =

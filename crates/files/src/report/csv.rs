@@ -28,7 +28,7 @@ impl<T: Serialize> Export for Rows<'_, T> {
     }
 }
 
-/// A value as a cell: empty where there is none.
+/// A value as a cell; empty if there is none.
 pub(super) fn text(value: Value) -> String {
     match value {
         Value::Null => String::new(),
@@ -37,7 +37,7 @@ pub(super) fn text(value: Value) -> String {
     }
 }
 
-/// A CSV table whose columns are not known at compile time, such as those of muscles; then the columns of the [`Provenance`].
+/// A CSV table whose columns are known at run time only, such as those of muscles; its file has the columns of the [`Provenance`] too.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Table {
     pub columns: Vec<String>,
@@ -59,8 +59,7 @@ impl Export for Table {
     }
 }
 
-/// Writes a table row by row. The last columns are the provenance, which every row repeats; where the table `is_long` only the first row
-/// has it.
+/// Writes a table row by row. The last columns are the provenance, in every row or, if the table `is_long`, only in the first one.
 pub(super) fn write<'a>(
     out: &mut dyn Write,
     by: &Provenance,
@@ -81,7 +80,6 @@ pub(super) fn write<'a>(
     writer.flush()
 }
 
-/// Lines of CSV; the header is a line too.
 #[cfg(feature = "files")]
 pub(super) fn lines(out: &mut dyn Write, lines: impl Iterator<Item = Vec<String>>) -> io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
@@ -92,7 +90,7 @@ pub(super) fn lines(out: &mut dyn Write, lines: impl Iterator<Item = Vec<String>
 }
 
 /// A cell with an apostrophe in front of it if a spreadsheet would run it as a formula: it begins like one and is not a number. Names in
-/// tables and recordings are other people's, and `=cmd|...` starts a program. A vowel may be called `@`, as in SAMPA.
+/// tables and recordings are written by others, and `=cmd|...` starts a program. A vowel may be called `@`, as in SAMPA.
 fn harmless(cell: &str) -> Cow<'_, str> {
     let is_formula = match cell.as_bytes() {
         [] | [_] => false,
@@ -103,21 +101,20 @@ fn harmless(cell: &str) -> Cow<'_, str> {
     if is_formula { format!("'{cell}").into() } else { cell.into() }
 }
 
-/// Draws as CSV: `chain`, `draw`, a column for each number, then version and command. All chains have one length, so they
-/// fill an array. The columns are those of the posture whose number is given; the tensions of other postures follow.
+/// Draws as CSV: `chain`, `draw`, a column for each number, then version and command. All chains have the same length, so that they fill an
+/// array. The columns are those of the posture with the given index; the tensions of other postures follow.
 #[derive(Debug, Clone, Copy)]
 pub struct Draws<'a>(pub &'a Posterior<'a>, pub usize);
 
 impl Draws<'_> {
-    /// Numbers of the measured stretches of the posture among all measured ones.
     fn measured(&self) -> Vec<usize> {
         let postures = &self.0.density.seen.postures;
         (0..postures.len()).filter(|i| postures[*i] == self.1).collect()
     }
 
-    /// At a draw, of each of these stretches the logarithm of its probability density given all other measured stretches, whose errors are
-    /// correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)` with residuals `r` and the inverse `Q` of their covariance (Bürkner, Gabry and
-    /// Vehtari 2021, Computational Statistics 36, section 2). Leaving-one-out by importance sampling takes it.
+    /// At a draw, for each of these stretches the logarithm of its probability density given all other measured stretches, with which its
+    /// errors are correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)`, with residuals `r` and the inverse `Q` of their covariance (Bürkner,
+    /// Gabry and Vehtari 2021, Computational Statistics 36, section 2). Leave-one-out by importance sampling needs it.
     fn log_likelihoods(&self, inverse: &DMatrix<f64>, stretches: &[usize], draw: &Draw) -> Vec<f64> {
         let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.auxiliary);
         let each = stretches.iter().map(|&i| {

@@ -1,9 +1,8 @@
-//! Removes terminal commands from text on the terminal and in files, since names in tables and recordings are other people's.
+//! Escapes control characters in text on the terminal and in files, since names in tables and recordings are written by others.
 
 use std::io::{self, Write};
 
-/// Writes UTF-8 with control characters escaped, such as `\u001b`. Line ends and tabs are kept. The escapes
-/// are those of JSON, so that JSON keeps its meaning.
+/// Writes UTF-8 with control characters, except line ends and tabs, escaped as in JSON, such as `\u001b`. JSON keeps its meaning.
 #[derive(Debug)]
 pub struct EscapeControl<W: Write> {
     out: W,
@@ -49,14 +48,14 @@ impl<W: Write> Write for EscapeControl<W> {
     }
 }
 
-/// Whether a terminal acts on the character: control characters (ESC, and those of C1, which some terminals
-/// take for ESC and a letter), and those that reverse the direction of text.
+/// Whether a terminal acts on the character: control characters (ESC, and those of C1, which some terminals take for ESC and a letter), and
+/// those that reverse the direction of text.
 fn is_command(character: char) -> bool {
     (character.is_control() && !matches!(character, '\n' | '\t'))
         || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Whether further bytes could make a character of these.
+/// Whether further bytes could complete a character.
 fn is_incomplete(bytes: &[u8]) -> bool {
     std::str::from_utf8(bytes).is_err_and(|e| e.error_len().is_none())
 }

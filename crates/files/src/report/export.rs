@@ -1,4 +1,4 @@
-//! Files that say by which version and command they were made (JSON, Markdown, WAV), and the errors of making and writing outputs.
+//! Provenance of files, files as JSON, Markdown and WAV, and the errors of making and writing outputs.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -9,21 +9,20 @@ use tongue_core::body::ContinuumSettings;
 use tongue_core::system::TissueModel;
 use tongue_sound::voice;
 
-/// Version and command that made a file. Every exporter writes them in the way of its format: fields of
-/// JSON, columns of CSV, metadata of SVG, an instruction of VTK's XML, comments of Gmsh, header lines of
-/// OpenSim.
+/// Version and command that made a file. Every format has them in its own way: fields of JSON, columns of CSV, metadata of SVG, an
+/// instruction in VTK's XML, comments of Gmsh, header lines of OpenSim.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Provenance {
     pub version: &'static str,
     /// The command line, or a description by a program that uses the library.
     pub command: String,
-    /// Model of the tissue, if there is any: `springs`, `continuum` or `hexahedra`.
+    /// Model of the tissue: `springs`, `continuum` or `hexahedra`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<&'static str>,
-    /// The kind of body, if there is any: `springs`, `continuum` or `space`.
+    /// Kind of body: `springs`, `continuum` or `space`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<&'static str>,
-    /// For a continuum, the widths and patches that were chosen and not measured.
+    /// For a continuum, the widths and patches that are chosen and not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chosen: Option<String>,
     /// Hash of all inputs (SHA-256, hexadecimal), for results of many inputs.
@@ -81,11 +80,10 @@ fn one_line(text: &str) -> String {
     text.replace(char::is_control, " ")
 }
 
-/// Files of a study by name.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 pub trait Export {
-    /// Writes the content, with the version and command that it is made `by`.
+    /// Writes the content with its provenance.
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()>;
 
     fn text(&self, by: &Provenance) -> io::Result<String> {
@@ -95,21 +93,20 @@ pub trait Export {
     }
 }
 
-/// A file that is made when it is written.
 impl<F: Fn(&mut dyn Write, &Provenance) -> io::Result<()>> Export for F {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         self(out, by)
     }
 }
 
-/// Text that contains its provenance already.
+/// A text that already contains its provenance.
 impl Export for String {
     fn write(&self, out: &mut dyn Write, _: &Provenance) -> io::Result<()> {
         out.write_all(self.as_bytes())
     }
 }
 
-/// A record as one indented JSON object: the fields of its [`Provenance`] come before its own fields, which must not have their names.
+/// A record as one indented JSON object. The fields of its [`Provenance`] come first; its own fields must have other names.
 #[derive(Debug, Clone, Copy)]
 pub struct Json<'a, T>(pub &'a T);
 
@@ -136,7 +133,7 @@ impl Export for Markdown {
     }
 }
 
-/// A voice as a WAV file, samples between -1 and 1, with its provenance in the list of information.
+/// A voice as a WAV file, with samples between -1 and 1, and with the provenance in its list of information.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wav {
     pub samples: Vec<f64>,
@@ -193,7 +190,7 @@ pub enum ReportError {
     Curves { curves: usize, most: usize },
 }
 
-/// Advice for a journal that cannot grow; other errors contain theirs.
+/// Advice for a journal that cannot grow; other errors contain their advice.
 fn remedy_of_journal(refusal: &io::Error) -> String {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     match refusal.kind() {

@@ -1,5 +1,4 @@
-//! Output files that are complete or absent: each is written under a temporary name and then renamed, and no temporary file is left behind,
-//! also when the program is interrupted.
+//! Output files that are complete or absent, even after an interruption: each is written under a temporary name and then renamed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,14 +12,14 @@ use super::ReportError;
 use super::escape_control::EscapeControl;
 use super::export::{Export, Provenance};
 
-/// Endings of files of text, in which control characters are escaped.
+/// Endings of text files, in which control characters are escaped.
 const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"];
 
-/// A folder that can be written to. One that was created for it and is empty at its end is removed.
+/// A folder that can be written to. If it was created here and is empty at the end, it is removed.
 #[derive(Debug)]
 pub struct OutputDir {
     path: PathBuf,
-    /// The outermost folder that was created.
+    /// The outermost folder that was created here.
     created: Option<PathBuf>,
 }
 
@@ -33,8 +32,8 @@ impl Drop for OutputDir {
 }
 
 impl OutputDir {
-    /// Creates the folder (and its parents) if it is missing, and writes a trial file, so that a long run
-    /// does not fail at its end. The empty path is the current folder.
+    /// Creates the folder and its parents if they are missing, and writes a trial file, so that a long run does not fail at its end. The
+    /// empty path is the current folder.
     pub fn prepare(path: impl AsRef<Path>) -> Result<Self, ReportError> {
         let path = match path.as_ref() {
             empty if empty.as_os_str().is_empty() => Path::new("."),
@@ -60,11 +59,8 @@ impl OutputDir {
         &self.path
     }
 
-    /// Writes a set of files, each given by its name and a function that writes it, and returns their paths in the same order.
-    ///
-    /// All are written in full under temporary names before the first takes its place, so that a full disk
-    /// or a bad name leaves every earlier file as it was. The data is not forced to the disk: a power cut is
-    /// not guarded against.
+    /// Writes a set of files, each with its name and a function that writes it, and returns their paths. All are written in full under
+    /// temporary names before the first is renamed. The data is not forced to the disk, so that a power cut may lose it.
     pub(crate) fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
         &self,
         files: impl Iterator<Item = (&'a str, W)>,
@@ -73,7 +69,7 @@ impl OutputDir {
         for (name, write) in files {
             let path = self.place(name)?;
             let fail = |source| ReportError::File { path: path.clone(), source };
-            // A rename onto a folder fails, and other files of the set would be renamed already.
+            // Renaming onto a folder would fail after other files of the set were renamed.
             if path.is_dir() {
                 return Err(fail(io::ErrorKind::IsADirectory.into()));
             }
@@ -92,7 +88,7 @@ impl OutputDir {
         persist(ready)
     }
 
-    /// Writes a set of files, all of them or none, with the provenance `by`, and returns their paths in the same order.
+    /// Writes a set of files, all or none, with the provenance `by`, and returns their paths in the same order.
     pub fn export<'f>(
         &self,
         files: &[(&'f str, &'f dyn Export)],
@@ -112,8 +108,8 @@ impl OutputDir {
     }
 }
 
-/// Writes a set of files into a folder, which is created if it is missing: all of them or none. They name
-/// `command` as their origin: a command line, or a description by a program that uses the library.
+/// Writes a set of files, all or none, into a folder, which is created if it is missing. `command` is their origin: a command line, or a
+/// description by a program that uses the library.
 pub fn write(
     folder: impl AsRef<Path>,
     command: &str,
@@ -124,22 +120,21 @@ pub fn write(
 
 pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
-/// The temporary names in use by this process. A static, because a signal concerns the process.
+/// The temporary names in use by this process; static, because a signal concerns the whole process.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Guard: while it exists, no file is begun or renamed.
+/// While it exists, no file is begun or renamed.
 #[derive(Debug)]
 pub struct InterruptGuard {
     _lock: MutexGuard<'static, BTreeSet<PathBuf>>,
 }
 
-/// Removes all unfinished files in all folders, and prevents that files are begun or renamed while the result
-/// exists: for a program that is about to stop. A set of files ([`OutputDir::export`](super::OutputDir::export))
-/// is then complete or absent.
+/// Removes all unfinished files in all folders; no file is begun or renamed while the result exists. For a program that is about to stop: a
+/// set of files ([`OutputDir::export`](super::OutputDir::export)) is then complete or absent.
 ///
 /// A thread that is writing a file fails, or waits for the end of the program.
 #[must_use = "files are begun again once it is dropped"]
@@ -156,14 +151,12 @@ pub fn discard_unfinished() -> InterruptGuard {
 #[derive(Debug)]
 pub(super) struct Staged {
     file: Option<NamedTempFile>,
-    /// The closed file before it is renamed. Closing keeps the number of open files below the limit of a
-    /// process.
+    /// The closed file before it is renamed. It is closed to keep the number of open files below the limit of a process.
     closed: Option<TempPath>,
 }
 
 impl Staged {
-    /// Begins a file in the folder with the permissions of an ordinary file (by the umask), not with a
-    /// temporary file's 0600.
+    /// Begins a file with the permissions of an ordinary file (by the umask), not with a temporary file's 0600.
     pub(super) fn begin(folder: &Path) -> io::Result<Self> {
         let mut builder = Builder::new();
         builder.prefix(".tongue-fit-");
@@ -202,7 +195,7 @@ impl Drop for Staged {
 }
 
 pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
-    // Held until the end, so that an interruption cannot separate the files of a set.
+    // Locked until the end, so that an interruption cannot separate the files of a set.
     let mut unfinished = unfinished();
     let mut written = Vec::with_capacity(ready.len());
     for (staged, path) in &mut ready {

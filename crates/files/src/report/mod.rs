@@ -1,7 +1,4 @@
-//! Outputs of a run: figures, tables and files for other programs. Each is written completely or not at all.
-//!
-//! Everything that can be a file is an [`Export`]: it writes itself in its format, with its provenance.
-//! [`OutputDir`] gives files their names, whatever they contain.
+//! Outputs of a run. Each is an [`Export`], which writes itself in its format with its provenance; [`OutputDir`] makes files of them.
 
 #[cfg(feature = "files")]
 pub mod batch;

@@ -1,4 +1,4 @@
-//! What is told of a muscle of a fit: the columns that `fit.csv` and `muscles.csv` have in common.
+//! The columns of a muscle of a fit that `fit.csv` and `muscles.csv` have in common.
 
 use serde_json::{Value, json};
 
@@ -8,12 +8,10 @@ use super::record::FitRecord;
 use tongue_input::measured::TargetKind::{Ratio, Stretch};
 use tongue_input::measured::{Target, TargetKind};
 
-/// A muscle of a fit; what only a batch tells of it is empty elsewhere.
 #[derive(Clone, Copy)]
 pub(super) struct OfMuscle<'a> {
     pub record: &'a FitRecord,
     pub substitute_baseline: bool,
-    /// Its number among those of the fit.
     pub muscle: usize,
 }
 
@@ -46,7 +44,7 @@ impl OfMuscle<'_> {
         self.record.fit.length(self.muscle) * 1e3
     }
 
-    /// The measured length in the size of the model, mm, for the quantity that was fitted.
+    /// The measured length of the quantity that was fitted, scaled to the size of the model, mm.
     fn target_mm(&self) -> Option<f64> {
         let (fit, target) = (&self.record.fit, self.target());
         let unit = match target.kind {
@@ -57,14 +55,13 @@ impl OfMuscle<'_> {
     }
 }
 
-/// The names of the columns of `fit.csv`, as [`picked`] takes them.
+/// The columns of `fit.csv`, as [`picked`] takes them.
 pub(super) const OF_ONE_FIT: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,\
     tension_n_per_m,rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
     target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
     target_stretch measured_stretch,residual_stretch stretch_residual";
 
 impl FitRecord {
-    /// `fit.csv`.
     pub fn to_csv(&self) -> std::io::Result<String> {
         let rows: Vec<_> = (0..self.fit.matched.muscles.len())
             .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
@@ -73,13 +70,11 @@ impl FitRecord {
     }
 }
 
-/// Simulated less measured.
-fn less(simulated: Option<f64>, measured: Option<f64>) -> Value {
+fn residual(simulated: Option<f64>, measured: Option<f64>) -> Value {
     json!(simulated.zip(measured).map(|(s, m)| s - m))
 }
 
-/// What is told of a muscle of a fit. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
-/// is another. What was not measured is empty.
+/// Lengths in mm: measured ones are the subject's; others are in the size of the model. What was not measured is empty.
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     column::columns::<OfMuscle<'a>, _>([
         ("subject", "", "subject", |r| json!(r.target().subject)),
@@ -103,7 +98,7 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("target_length_mm", "mm", "measured, in the size of the model", |r| json!(r.target_mm())),
         ("simulated_length_mm", "mm", "length of the model", |r| json!(r.simulated_mm())),
         ("residual_mm", "mm", "simulated less target length", |r| {
-            less(Some(r.simulated_mm()), r.target_mm())
+            residual(Some(r.simulated_mm()), r.target_mm())
         }),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
             json!(r.measured(Ratio))
@@ -112,17 +107,17 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
             json!(r.simulated(Ratio))
         }),
         ("residual_ratio", "", "simulated less measured ratio", |r| {
-            less(r.simulated(Ratio), r.measured(Ratio))
+            residual(r.simulated(Ratio), r.measured(Ratio))
         }),
         ("target_stretch", "", "measured length over that in the baseline", |r| json!(r.measured(Stretch))),
         ("simulated_stretch", "", "simulated length over that at rest", |r| json!(r.simulated(Stretch))),
         ("residual_stretch", "", "simulated less measured stretch", |r| {
-            less(r.simulated(Stretch), r.measured(Stretch))
+            residual(r.simulated(Stretch), r.measured(Stretch))
         }),
     ])
 }
 
-/// Those of the columns with these names, in this order; `a b` shows the column `a` under the name `b`.
+/// The columns with these names, in this order; `a b` gives the column `a` the name `b`.
 pub(super) fn picked<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle<'a>>> {
     let all = columns();
     let picked = Vec::from_iter(names.split(',').filter_map(|name| {

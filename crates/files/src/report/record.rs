@@ -1,4 +1,4 @@
-//! Results as records for JSON and CSV (fits, trajectories, conclusions), with units in the names of fields and muscles by name.
+//! Results as records for JSON and CSV (fits, trajectories, conclusions); names of fields have units, and muscles have names.
 
 use serde::{Serialize, Serializer};
 use serde_json::json;
@@ -24,12 +24,11 @@ pub(super) fn by_muscle(names: &[String], values: &[f64]) -> ByMuscle<f64> {
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRecord {
-    /// Provenance: `version`, `command` and, if it is known, `tissue`.
     #[serde(flatten)]
     pub made_by: Provenance,
-    /// `verdict`: for every muscle whether it pulls harder than in the baseline (`muscle`, `p_rises`, `word`, `tension_n_per_m`,
-    /// `mostly_prior`); `verdict_hyoid_mm`, the 95 % intervals of the hyoid's displacement (back, up); and `verdict_from`: `draws` or
-    /// `short_run`. Left out where there is none.
+    /// Has the keys `verdict`: for every muscle whether it pulls harder than in the baseline (`muscle`, `p_rises`, `word`,
+    /// `tension_n_per_m`, `mostly_prior`); `verdict_hyoid_mm`: the 95 % intervals of the hyoid's displacement (back, up); and
+    /// `verdict_from`: `draws` or `short_run`. They are left out if there is no verdict.
     #[serde(flatten)]
     pub verdict: Option<Verdict>,
     /// Why a verdict that was asked for could not be made.
@@ -44,15 +43,15 @@ pub struct FitRecord {
     pub posterior: Option<Report>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
-    /// Duration of the whole fit, s; left out of files that must be the same after every run.
+    /// Duration of the whole fit; left out of files that must be the same after every run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_s: Option<f64>,
 }
 
-/// What records tell of a fit. Simulated lengths are the model's, whose size is not the subject's; ratios are lengths over that of the
-/// reference muscle, stretches over that at rest (simulated) or in the baseline (measured). Singular values, 1/N, are those of
-/// d(fitted value)/d(tension), largest first; null directions are unit vectors over `active`, and `segments` the ends of the curves along
-/// them. Tensions (`tensions_n`, `from_n`, `to_n`) are per metre of thickness, N/m. `replay_difference_m` is the largest distance of a node
+/// A fit as JSON. Simulated lengths are the model's, whose size is not the subject's. Ratios are lengths over that of the reference muscle;
+/// stretches are lengths over that at rest (simulated) or in the baseline (measured). Singular values, 1/N, are those of d(fitted
+/// value)/d(tension), largest first. Null directions are unit vectors over `active`, and `segments` the ends of the curves along them.
+/// Tensions (`tensions_n`, `from_n`, `to_n`) are in N/m, per metre of thickness. `replay_difference_m` is the largest distance of a node
 /// between the search's answer and the shape to which its tensions lead from rest.
 fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
     let (target, all, replay) = (&fit.matched.target, &fit.matched.muscles, &fit.answer.replay);
@@ -106,8 +105,15 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl FitRecord {
-    /// Adds what is concluded from it: its last words and the exit status.
+    /// The alarm if its posterior contradicts the measured lengths.
+    pub fn contradiction(&self) -> Option<Alarm> {
+        let (outside, predicted) = self.posterior.as_ref()?.summary.as_ref()?.contradiction()?;
+        Some(Alarm::Contradicted { outside, predicted })
+    }
+
+    /// Draws the conclusion: the text that is printed last, and what the exit status follows from.
     pub fn conclude(&mut self) -> &Conclusion {
+        let contradiction = self.contradiction();
         let Self { fit, alarms, posterior, verdict, .. } = &*self;
         let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
         let cause = cause.map_or_else(|| status_name(&fit.answer.status).replace('_', " "), Alarm::to_string);
@@ -119,23 +125,20 @@ impl FitRecord {
                 format!("Trust the {what}, not these tensions: {cause}")
             }
         };
-        let contradiction = alarms.iter().find(|alarm| matches!(alarm, Alarm::Contradicted { .. }));
-        let (decided_by, trusted, text) = match (verdict, posterior) {
-            (_, Some(_)) if contradiction.is_some() => {
-                (DecidedBy::Posterior, false, contradiction.map(Alarm::to_string).unwrap_or_default())
-            }
-            (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
-            (None, Some(report)) if report.summary.is_none() => (
+        let (decided_by, trusted, text) = match (contradiction, verdict, posterior) {
+            (Some(alarm), ..) => (DecidedBy::Posterior, false, alarm.to_string()),
+            (_, Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
+            (_, None, Some(report)) if report.summary.is_none() => (
                 DecidedBy::Posterior,
                 false,
                 format!("the chains of the posterior have not mixed: {}", report.diagnostics.why),
             ),
-            (None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
-            (None, None) if tensions_trusted => {
+            (_, None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
+            (_, None, None) if tensions_trusted => {
                 let text = "Without a verdict these tensions ignore errors of anatomy and model".to_owned();
                 (DecidedBy::Fit, true, text)
             }
-            (None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
+            (_, None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
         };
         self.conclusion.insert(Conclusion { decided_by, trusted, tensions_trusted, text })
     }
@@ -153,7 +156,7 @@ impl FitRecord {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }
 
-    /// Figure 4.9 of the thesis: the change of every measured muscle, with that of other tensions if there are any.
+    /// Figure 4.9 of the thesis: the measured and simulated change of every measured muscle, and the changes of `others` if there are any.
     pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
         let TargetOnBody { target, muscles, .. } = &self.fit.matched;
         let labels: Vec<String> = (0..target.muscles.len())
@@ -176,7 +179,7 @@ impl FitRecord {
 pub struct SolutionCurveRecord<'a> {
     pub curve: &'a SolutionCurve,
     pub unknowns: Vec<String>,
-    /// Muscles, each with its number in the body.
+    /// Names of muscles, and the indices of their chains in the body.
     pub muscles: Vec<(String, usize)>,
 }
 
@@ -188,7 +191,7 @@ impl<'a> SolutionCurveRecord<'a> {
         Some(Self { curve: fit.solution_curve()?, unknowns: fit.active_names(), muscles })
     }
 
-    /// Why the curve ends before the first point and after the last.
+    /// Why the curve ends before the first and after the last point.
     pub fn ends(&self) -> [String; 2] {
         self.curve.ends.map(|end| end.text(&self.unknowns))
     }
@@ -197,7 +200,7 @@ impl<'a> SolutionCurveRecord<'a> {
         self.muscles.iter().map(|(_, number)| point.lengths[*number] * 1e3).collect()
     }
 
-    /// A row for each point: its number, tension and length of every muscle, misfit and passive residual.
+    /// A row for each point: its index, tension and length of every muscle, misfit and passive residual.
     pub fn table(&self) -> Table {
         let tensions = self.unknowns.iter().map(|m| format!("tension_{m}_n_per_m"));
         let lengths = self.muscles.iter().map(|(m, _)| format!("{m}_mm"));
@@ -236,39 +239,38 @@ pub struct TrajectoryRecord {
     #[serde(flatten)]
     pub outcome: MotionOutcome,
     pub method: IntegrationMethod,
-    /// Fixed step, s; null with error control.
+    /// Fixed step; null with error control.
     pub dt_s: Option<f64>,
-    /// Error allowed in a step, mm; null with a fixed step.
+    /// Error allowed in a step; null with a fixed step.
     pub tolerance_mm: Option<f64>,
     pub t_end_s: f64,
-    /// Part of the way to its equilibrium, under the tensions at the time reached, that the body has moved;
-    /// null if there is no such way.
+    /// Part of the way to the equilibrium under the present tensions that the body has moved; null if it has no equilibrium to go to.
     pub part_of_way_to_equilibrium: Option<f64>,
     /// Elements in which the barrier against inversion acts at the end.
     pub guarded: usize,
     pub lengths_mm: ByMuscle<f64>,
-    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.
+    /// Smallest ratio at the end of the tissue's area to that at rest, over triangles or, in a continuum, within elements.
     pub min_area_ratio: f64,
     pub max_area_ratio: f64,
     pub wall_s: f64,
 }
 
-/// The part of a report that decides whether the report can be trusted.
+/// The part of a record that decides whether the record can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DecidedBy {
     Verdict,
-    /// A posterior that was asked for and gives no verdict.
+    /// A posterior that was asked for and gives no verdict, or contradicts the lengths.
     Posterior,
-    /// The fit, where there is neither.
+    /// The fit, if there is neither.
     Fit,
 }
 
-/// What is concluded of the fit of a vowel: its last words and its exit status are this one statement.
+/// What is concluded of the fit of a vowel: the text that is printed last, and the exit status.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Conclusion {
     pub decided_by: DecidedBy,
-    /// Whether that part can be trusted: the exit status is 0, otherwise 3.
+    /// Whether the part that decides can be trusted: if so, the exit status is 0, otherwise 3.
     pub trusted: bool,
     /// Whether the fit's tensions can be trusted too ([`Answer::is_trustworthy`](tongue_infer::inverse::Answer::is_trustworthy)).
     pub tensions_trusted: bool,

@@ -1,5 +1,3 @@
-//! The sound of a tongue as a record.
-
 use serde::Serialize;
 
 use tongue_infer::acoustics::{Articulation, Sound, Tract};
@@ -7,7 +5,7 @@ use tongue_sound::{Acoustics, chain};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AreaRow {
-    /// Distance of its middle from the glottis along the midline, mm.
+    /// Distance of the section's middle from the glottis along the midline.
     pub from_glottis_mm: f64,
     pub length_mm: f64,
     pub area_cm2: f64,
@@ -27,18 +25,18 @@ pub struct SoundRecord {
     pub by_tension: Vec<FormantsByTension>,
     pub tract: String,
     pub posture: Articulation,
-    /// How the areas were found, where not from the distances across in the midsagittal plane.
+    /// How the areas were found, if not from the distances across the tract in the midsagittal plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub areas_from: Option<&'static str>,
     pub tract_length_mm: f64,
     pub area_function: Vec<AreaRow>,
-    /// Lines across the airway, mm: `[x, y]` at the outer and at the inner wall.
+    /// Lines across the airway: `[x, y]` at the outer and at the inner wall.
     pub across_mm: Vec<[[f64; 2]; 2]>,
     /// The transfer function from glottis to lips: frequency, Hz, and level, dB.
     pub transfer_db: Vec<[f64; 2]>,
 }
 
-/// Step of the reported transfer function, and its largest frequency, Hz.
+/// Step and largest frequency of the reported transfer function.
 const STEP_HZ: f64 = 20.0;
 const HIGHEST_HZ: f64 = 5000.0;
 

@@ -1,5 +1,3 @@
-//! The record of an equilibrium.
-
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_core::body::Body;
@@ -12,13 +10,12 @@ use crate::surgery::{OperationRecord, foremost_moved_mm};
 use tongue_infer::inverse::alarms;
 use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
 
-/// How hard every muscle of the mesh pulls.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pulls<T = Vec<f64>> {
-    /// Tensions, N (2D: per metre of thickness).
+    /// N (2D: per metre of thickness).
     TensionsN(T),
-    /// Activations, 0 to 1, in a tongue in space.
+    /// 0 to 1, in a tongue in space.
     Activations(T),
 }
 
@@ -41,7 +38,7 @@ pub struct SimulationRecord {
     pub found: Equilibrium,
     #[serde(flatten)]
     pub pulls: Pulls<ByMuscle<f64>>,
-    /// Of a body of hexahedra those of one fibre of each muscle.
+    /// In a body of hexahedra those of one fibre of each muscle.
     pub lengths_mm: ByMuscle<f64>,
     pub stretches: ByMuscle<f64>,
     pub positions_m: Vec<Vec<f64>>,
@@ -50,17 +47,17 @@ pub struct SimulationRecord {
     pub wall_s: f64,
 }
 
-/// What records tell of bodies with tensions or of those of hexahedra alone.
+/// What only bodies with tensions, or only those of hexahedra, have in their records.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum OfBody {
     Pulled {
-        /// Lengths over that of the reference muscle (GGa if there is one).
+        /// Lengths over that of the reference muscle, which is GGa if there is one.
         ratios: ByMuscle<f64>,
-        /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
+        /// Smallest ratio of the tissue's area to that at rest, over triangles or, in a continuum, within elements.
         min_area_ratio: f64,
         max_area_ratio: f64,
-        /// Potential energy, J (2D: per metre of thickness).
+        /// Potential energy (2D: per metre of thickness).
         energy_j: f64,
     },
     Hexahedra(Box<HexahedraRecord>),
@@ -77,18 +74,17 @@ pub struct HexahedraRecord {
     pub half: bool,
     /// The node at the tip, counted from 1.
     pub tip_node: Option<usize>,
-    /// Displacement of the tip, mm: back, right, up.
+    /// Displacement of the tip: back, right, up.
     pub foremost_moved_mm: [f64; 3],
     pub rms_displacement_mm: f64,
     pub min_volume_ratio: f64,
     pub max_volume_ratio: f64,
-    /// Changes by surgery, if there was any; everything else describes the body after it.
+    /// What surgery changed, if there was any; everything else describes the body after it.
     pub operation: Option<OperationRecord>,
 }
 
 impl SimulationRecord {
-    /// The record of an equilibrium of the `system` of a body, or of its half, with alarms where it is strained too far: `positions` of
-    /// all nodes, m, and `pulls` of all muscles: tensions, N (2D: N per metre of thickness), or activations.
+    /// `system` is that of the body or of its half. `pulls` are tensions, N (2D: N per metre of thickness), or activations, of all muscles.
     pub fn new<const D: usize>(
         body: &Body<D>,
         (system, mut found): (&System<D>, Equilibrium),
@@ -125,7 +121,6 @@ impl SimulationRecord {
 }
 
 impl<const D: usize> Solved<D> {
-    /// Its record, with what surgery changed if there was any.
     pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
         let found = (&*self.system, self.found.clone());
         SimulationRecord::new(body, found, &self.pulls, &self.positions, operation, self.wall_s)

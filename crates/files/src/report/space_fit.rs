@@ -1,4 +1,4 @@
-//! The record of activations that bring a body in space to where it was seen, and what a plane misses of such a motion.
+//! The record of activations that move a body in space to measured points, and what a plane misses of such a motion.
 
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use tongue_input::measured::ByMuscle;
 pub struct SpaceTrackRecord {
     #[serde(rename = "tongue")]
     pub body: String,
-    /// Why frames cannot be trusted: the reason for an exit status of 3.
+    /// Why frames cannot be trusted; then the exit status is 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub untrusted: Option<String>,
     pub frames: Vec<SpaceFitRecord>,
@@ -27,29 +27,28 @@ pub struct SpaceFitRecord {
     pub recording: Option<String>,
     pub time_s: Option<f64>,
     pub status: FitStatus,
-    /// Root of the mean squared distance from what was seen, mm; stretches and ratios count times the length at rest.
+    /// Root mean square distance from what was measured; stretches and ratios are multiplied by the length at rest.
     pub rms_mm: f64,
     pub distances_mm: Vec<f64>,
-    /// Activations, 0 to 1: of muscles, or of both sides by their common name.
+    /// Activations, 0 to 1, of muscles, or of both sides under their common name.
     pub activations: ByMuscle<f64>,
-    /// The 95 % interval of each activation, the prior and the common factor of stiffness included; empty where there is no equilibrium.
+    /// 95 % intervals that include the prior and a common factor of stiffness; empty without an equilibrium.
     pub interval_95: ByMuscle<[f64; 2]>,
     /// Combinations of activations that the data leave open, each with the standard deviation along it.
     pub open: Vec<Combination>,
     pub starts: Vec<EndedSearch>,
     /// Number of starts that ended at this answer.
     pub ended_here: usize,
-    /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
+    /// Answers of other starts that meet the data as well, with a misfit at most a twentieth larger.
     pub others_as_good: Vec<ByMuscle<f64>>,
     pub factorisations: usize,
     pub alarms: Vec<Alarm>,
 }
 
-/// Misfits that differ by this part are as good as each other.
+/// Misfits that differ by at most this part count as equal.
 const AS_GOOD: f64 = 0.05;
 
 impl SpaceFitRecord {
-    /// The record of a frame.
     pub fn new(body: &Body<3>, recording: Option<String>, time_s: Option<f64>, fit: &SpaceFit) -> Self {
         let replay = &fit.answer.replay;
         let mut alarms = alarms::of_equilibrium(&replay.solution, replay.from_rest);
@@ -76,8 +75,8 @@ impl SpaceFitRecord {
     }
 }
 
-/// Part of the way of the midsagittal contour that a plane misses after the best scaling: the median over the
-/// muscles of the built-in body in space (`results/plane`). A test of the studies compares it with theirs.
+/// Part of the displacement of the midsagittal contour that a plane misses after the best scaling: the median over the muscles of the
+/// built-in body in space (`results/plane`). A test of the studies compares it with their result.
 pub const MISSED_BY_PLANE: f64 = 0.20;
 
 pub fn limit_of_plane() -> String {

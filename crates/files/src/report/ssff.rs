@@ -1,17 +1,17 @@
-//! Tables over time as Simple Signal Files (`.ssff`) for the EMU Speech Database Management System, and as storage files (`.sto`) for OpenSim.
+//! Tables over time as Simple Signal Files (`.ssff`) for the EMU system, and as storage files (`.sto`) for OpenSim.
 
 use std::io::{self, Write};
 
 use super::export::{Export, Provenance};
 use tongue_core::statistics::upper_median;
 
-/// A step between rows that is longer than this many usual ones is a hole, which has no values.
+/// A step between rows that is longer than this many usual steps is a hole, which has no values.
 pub(super) const LONGEST_STEP: f64 = 2.5;
 const MOST_RECORDS: usize = 1_000_000;
 
-/// A table over time as tracks of one column each. The format has one rate, so rows are interpolated linearly at the median step from the
-/// first time on. It is that of the EMU manual, chapter "Simple Signal File Format": a header of text up to a line of dashes, then binary
-/// numbers, record by record.
+/// A table over time with a track for each column. The format has one rate, so that rows are interpolated linearly at the median step from
+/// the first time on. It is described in the EMU manual, chapter "Simple Signal File Format": a header of text up to a line of dashes, then
+/// binary numbers, record by record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ssff(pub StoTable);
 
@@ -20,7 +20,7 @@ impl Export for Ssff {
         let Self(StoTable { title, labels, rows }) = self;
         let steps = rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).filter(|step| *step > 0.0);
         let start_s = rows.first().map_or(0.0, |row| row[0]);
-        // Differences of times have errors of rounding.
+        // Rounded, because differences of times have rounding errors.
         let rate_hz = (1e6 / upper_median(steps).unwrap_or(1.0)).round().max(1.0) / 1e6;
         let step_s = 1.0 / rate_hz;
         write!(out, "SSFF -- (c) SHLRC\nMachine IBM-PC\nRecord_Freq {rate_hz}\nStart_Time {start_s}\n")?;
@@ -51,7 +51,7 @@ impl Export for Ssff {
     }
 }
 
-/// The values of the columns behind the time at one time; not numbers in a gap longer than `longest_s`.
+/// The values of all columns but the time, at one time; NaN in a gap longer than `longest_s`.
 fn at(rows: &[Vec<f64>], time_s: f64, longest_s: f64) -> Vec<f64> {
     let after = rows.partition_point(|row| row[0] < time_s).min(rows.len() - 1);
     let (before, after) = (&rows[after.saturating_sub(1)], &rows[after]);
@@ -65,8 +65,8 @@ fn at(rows: &[Vec<f64>], time_s: f64, longest_s: f64) -> Vec<f64> {
     }))
 }
 
-/// A table over time; its first column is `time`, s. The format is that of the OpenSim documentation, "Storage
-/// (.sto) Files": a name, keys up to `endheader`, labels, numbers, separated by tabs.
+/// A table over time; its first column is `time`, s. The format is described in the OpenSim documentation, "Storage (.sto) Files": a name,
+/// keys up to `endheader`, labels, numbers, separated by tabs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoTable {
     pub title: String,
@@ -119,7 +119,7 @@ mod tests {
             bytes[end..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
         let times: Vec<f64> = (0..values.len()).map(|i| start_s + i as f64 / rate_hz).collect();
         assert!((times.last().unwrap() - 0.58).abs() <= 0.5 / rate_hz, "{times:?}");
-        // Between the second and the third row, and in the gap behind the fourth.
+        // Checks times between the second and the third row, and in the gap after the fourth.
         assert!(
             times
                 .iter()

@@ -1,5 +1,5 @@
-//! The page in which a tongue moves as its muscles are pulled (`web/tongue.html` with the user's own table, body and fits in it), and the
-//! frame of all HTML pages, each one file that needs no network, in light and dark, with one style.
+//! The page in which a tongue moves (`web/tongue.html` with the user's own table, body and fits), and the frame and style of all HTML
+//! pages.
 
 use std::io::{self, Write};
 
@@ -22,9 +22,9 @@ pub struct TonguePage {
     /// The page makes its bodies from this again, as springs and as a continuum.
     pub body: PlaneBody,
     pub model: Model,
-    /// The file of a table of lengths, and its text.
+    /// Name and text of the file of a table of lengths.
     pub table: Option<(String, String)>,
-    /// Fits that the page has when it opens; it computes the others itself.
+    /// Fits that the page has when it opens; it computes all others itself.
     pub fits: Vec<FitRecord>,
 }
 
@@ -38,7 +38,7 @@ impl TonguePage {
             BodySource::Anatomy { toml, origin } => json!({"file": origin, "anatomy": toml, "mesh": null}),
             BodySource::Mesh { origin, .. } => {
                 let springs = PlaneBody { kind: Kind::Springs, ..self.body.clone() };
-                // The file's concerns were told where the body was made.
+                // Notes on the file were given when the body was first made.
                 let flat = springs.make(&mut |_| ()).map_err(io::Error::other)?;
                 let mesh = MeshRecord::of(&flat, &self.model).map_err(io::Error::other)?;
                 let text = serde_json::to_string_pretty(&mesh)? + "\n";
@@ -76,7 +76,7 @@ fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {
 
 impl Export for TonguePage {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        // The text is in a script element: no label may end it or begin a comment.
+        // The text is inside a script element, which no label may end, nor begin a comment in it.
         let own = self.own(by)?.to_string().replace('<', "\\u003c");
         let (before, after) = PAGE
             .split_once(OWN)
@@ -102,18 +102,15 @@ pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> 
     }
 }
 
-/// The same of those of the columns that have a heading.
 pub fn of<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
     let (headings, shown) = headed(columns);
     table(headings, &html! { @for row in rows { tr { @for c in &shown { td { (c.shown(row)) } } } } })
 }
 
-/// The cells of a row of a table that its reader can sort.
 pub fn cells<'a, R: 'a>(columns: &[Column<'a, R>], row: &R) -> Markup {
     html! { @for c in headed(columns).1 { td data-v=[c.number(row)] { (c.shown(row)) } } }
 }
 
-/// The same of a table that its reader can sort.
 pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {
     html! {
         div.scrolls tabindex="0" {

@@ -1,4 +1,4 @@
-//! Frames for ParaView, as VTK XML files (ASCII, unstructured grid) with a collection of their times, and a body at rest for Gmsh.
+//! Shapes for ParaView, as VTK XML files (ASCII, unstructured grid) with a collection of their times, and a body at rest for Gmsh.
 
 use std::io::{self, Write};
 
@@ -14,22 +14,21 @@ use tongue_core::geometry::{hexahedron, simplex};
 use tongue_core::material::Stress;
 use tongue_input::bodies::gmsh;
 
-/// VTK's types of lines, and in the plane and in space of cells and of quadratic cells.
+/// VTK's types of cells: lines; triangles and tetrahedra, linear and quadratic; hexahedra.
 const LINE: u8 = 3;
 const CELL: [u8; 2] = [5, 10];
 const QUADRATIC: [u8; 2] = [22, 24];
 const HEXAHEDRON: u8 = 12;
 
-/// One shape of the body as a VTU file: the triangles (in space: tetrahedra; of a continuum quadratic ones),
-/// then the connections of the muscles as lines, one muscle after another.
+/// One shape of the body as a VTU file: the triangles (in space tetrahedra, in a continuum quadratic ones), then the connections of the
+/// muscles as lines, one muscle after another.
 ///
-/// Points have the given positions (m) and `displacement_m` from rest. Cells have `muscle` (its number in
-/// `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1
-/// for lines), `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m`
-/// (N per metre of thickness; in space `tension_n`, N; 0 for tissue).
+/// Points have the given positions (m) and `displacement_m` from rest. Cells have `muscle` (its index in `mesh.muscles`; -1 for tissue),
+/// `area_ratio` (in space `volume_ratio`; over that at rest, 1 for lines), `stretch` (of a line, over its length at rest; 1 for tissue) and
+/// `tension_n_per_m` (N per metre of thickness; in space `tension_n`, N; 0 for tissue).
 ///
-/// A body of hexahedra has those alone, each with `volume_ratio`, `muscle` (the most active through it; -1 if there is none), its
-/// `activation`, and at its centre the present direction `fibre` of its fibres and their `stretch`.
+/// A body of hexahedra has only these, each with `volume_ratio`, `muscle` (the most active one through it; -1 if there is none), its
+/// `activation`, and at the centre the present direction `fibre` and the `stretch` of its fibres.
 #[derive(Debug, Clone)]
 pub struct Vtu<'a, const D: usize> {
     mesh: &'a Mesh<D>,
@@ -39,14 +38,14 @@ pub struct Vtu<'a, const D: usize> {
     hexahedra: Vec<Hexahedron>,
 }
 
-/// The most active muscle of a hexahedron, if one runs through it, and the direction and stretch of its fibres.
+/// The most active muscle through a hexahedron, and the direction and stretch of its fibres at the centre.
 #[derive(Debug, Clone)]
 struct Hexahedron {
     muscle: Option<usize>,
     fibre: Option<(Vector3<f64>, f64)>,
 }
 
-/// Values of the cells of a grid; in the plane then of the connections of the muscles, one muscle after another.
+/// Values of the cells of a grid, then of the connections of the muscles, one muscle after another.
 struct Array {
     name: &'static str,
     kind: &'static str,
@@ -55,8 +54,7 @@ struct Array {
 }
 
 impl<'a, const D: usize> Vtu<'a, D> {
-    /// The shape with the positions of all nodes, m, and the tensions of all muscles, N (in the plane per
-    /// metre of thickness).
+    /// A shape with the positions of all nodes, m, and the tensions of all muscles, N (in the plane per metre of thickness).
     pub fn new(
         mesh: &'a Mesh<D>,
         positions: &'a [SVector<f64, D>],
@@ -66,7 +64,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
         Ok(Self { mesh, positions, tensions, stresses: Vec::new(), hexahedra: Vec::new() })
     }
 
-    /// The shape of a body; of one of hexahedra with the activations of its muscles.
+    /// A shape of a body; `pulls` are tensions, or activations of a body of hexahedra.
     pub fn of(
         body: &'a Body<D>,
         positions: &'a [SVector<f64, D>],
@@ -81,17 +79,17 @@ impl<'a, const D: usize> Vtu<'a, D> {
         Ok(Self { hexahedra: hexahedra.collect(), ..vtu })
     }
 
-    /// Adds strain and stress of every cell if they are known, as in a continuum
-    /// ([`tongue_core::system::System::stresses`]): `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`,
-    /// `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 if there is none.
+    /// Adds strain and stress of every cell, which are known in a continuum ([`tongue_core::system::System::stresses`]): `strain`
+    /// (Green's), `cauchy_stress_pa`, `von_mises_pa`, `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 if there is
+    /// none.
     pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {
         self.stresses = stresses;
         self
     }
 
-    /// Arrays on the cells and lines. Cells are the elements of a continuum, with means over their linear parts, and those of the mesh
-    /// otherwise. Tensors are 3 x 3, row by row, in the plane with the components across it; the pressure is a third of Cauchy's trace with
-    /// the sign of a pressure.
+    /// Values of cells and lines. Cells are the elements of a continuum, with means over their linear parts, or otherwise those of the
+    /// mesh. Tensors are 3 x 3, row by row, in the plane with the components across it. The pressure is minus a third of the trace of
+    /// Cauchy's stress.
     fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
         let count = mesh.elements().count();
@@ -153,7 +151,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
         ]
     }
 
-    /// The connections of the muscles, one muscle after another, each with the number of its muscle.
+    /// The connections of the muscles, one muscle after another, each with the index of its muscle.
     fn pairs(&self) -> impl Iterator<Item = (usize, &'a [usize])> {
         let muscles = self.mesh.muscles.iter().enumerate();
         muscles.flat_map(|(number, m)| m.nodes.windows(2).map(move |pair| (number, pair)))
@@ -174,8 +172,7 @@ fn floats(name: &'static str, components: usize, cells: Vec<String>, lines: Vec<
 
 const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";
 
-/// The nine components in space, row by row; `across` is the component in the third direction of a tensor in
-/// the plane.
+/// The nine components in space, row by row; `across` is the component normal to the plane of a tensor in the plane.
 fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
     let components = (0..9).map(|n| match (n / 3, n % 3) {
         (i, j) if i < D && j < D => of[(i, j)],
@@ -203,7 +200,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
     }
 }
 
-/// The most active muscle of each hexahedron, if one runs through it; of several that are as active the first.
+/// The most active muscle through each hexahedron; the first of several that are equally active.
 pub(super) fn most_active<const D: usize>(body: &Body<D>, activations: &[f64]) -> Vec<Option<usize>> {
     let mut of: Vec<Option<usize>> = vec![None; body.mesh.hexahedra.len()];
     for (number, muscle) in body.muscles.iter().enumerate() {
@@ -217,7 +214,7 @@ pub(super) fn most_active<const D: usize>(body: &Body<D>, activations: &[f64]) -
     of
 }
 
-/// The present direction of the fibres of a muscle at the centre of a hexahedron, and their stretch.
+/// The present direction of a muscle's fibres at the centre of a hexahedron, and their stretch.
 fn fibre<const D: usize>(
     body: &Body<D>,
     positions: &[SVector<f64, D>],
@@ -239,8 +236,7 @@ fn point<const D: usize>(p: &SVector<f64, D>) -> String {
     format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0))
 }
 
-/// Writes a file of a grid: points at rest and where they are, m, with their displacement, cells with their nodes and VTK's type, and
-/// arrays on the cells, of which the first is shown.
+/// Writes a grid: points at rest and now, m, cells with their nodes and VTK's type, and arrays, of which ParaView shows the first.
 fn write_grid<const D: usize>(
     out: &mut dyn Write,
     by: &Provenance,
@@ -275,8 +271,7 @@ fn write_grid<const D: usize>(
     out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 }
 
-/// The head of a file. The provenance is a processing instruction, which readers ignore and which, unlike a
-/// comment, can contain every command line.
+/// The provenance is a processing instruction, which readers ignore and which, unlike a comment, can contain every command line.
 fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
     write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
     for (name, value) in by.entries() {
@@ -292,7 +287,7 @@ fn array(
     components: usize,
     values: impl IntoIterator<Item = impl std::fmt::Display>,
 ) -> io::Result<()> {
-    // Readers take scalars for vectors if one component is given.
+    // Readers take scalars for vectors if the number 1 is given.
     let components = match components {
         1 => String::new(),
         n => format!(" NumberOfComponents=\"{n}\""),
@@ -317,11 +312,11 @@ impl Export for Pvd {
     }
 }
 
-/// A body at rest as a Gmsh file of format 4.1, as [`gmsh::write`] writes and [`gmsh::read`] reads it.
+/// A body at rest as a Gmsh file of format 4.1, which [`gmsh::read`] reads.
 #[derive(Debug, Clone)]
 pub struct Msh<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
-    /// Each is a group.
+    /// Each bone becomes a group.
     pub bones: &'a [Bone],
 }
 

@@ -24,18 +24,18 @@ use crate::report::{Provenance, ReportError, tally};
 pub struct BatchRun {
     pub plan: BatchPlan,
     pub body: Body<2>,
-    /// Names of its muscles in the order of columns: those that the table has, in its order, then the others.
+    /// Names of the body's muscles in the order of columns: those that the table has, in its order, then the others.
     pub muscles: Vec<String>,
     pub model: Model,
     pub settings: FitSettings,
-    /// How the posteriors of the rows are sampled, if they are asked for.
+    /// `None` if no posteriors are asked for.
     pub posteriors: Option<RowPosteriors>,
     known: PublishedFacts,
-    /// With [`RowPosteriors::joint`], the posteriors of rows by the numbers of their jobs.
+    /// With [`RowPosteriors::joint`], the posterior of each row by the index of its job.
     sampled: BTreeMap<usize, SampledRow>,
 }
 
-/// The posterior of a row, or why there is none.
+/// The posterior of a row, or why it has none.
 type SampledRow = Result<RowPosterior, String>;
 
 #[derive(Debug)]
@@ -44,15 +44,12 @@ pub struct RowPosteriors {
     pub sampling: Sampling,
     /// Whether the rows of a subject are sampled together.
     pub joint: bool,
-    /// The quantity with whose fit the posterior of a row is reported, since it does not depend on what is fitted.
+    /// Whether it is reported with the fit of ratios or with that of stretches; it depends on neither.
     pub with: TargetKind,
 }
 
 impl BatchRun {
-    /// The fits of a table with this plan.
-    ///
-    /// # Errors
-    /// For a body and a model that make no system.
+    /// Refuses a body and a model of which no system can be made.
     pub fn new(
         (data, plan): (&Dataset, BatchPlan),
         settings: FitSettings,
@@ -65,8 +62,8 @@ impl BatchRun {
         Ok(Self { plan, body, muscles, model, settings, posteriors, known, sampled })
     }
 
-    /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why there is none, if one was asked
-    /// for; or says why the fit cannot begin. The page shows the fit if `on_page` is set and its number is not too large.
+    /// Makes the fit of a job and its parts of the outputs, with the posterior of the row, or the reason why it has none, if one was asked
+    /// for. `Ok(Err)` says why the fit cannot begin. The page shows the fit if `on_page` is set and its number is not too large.
     pub fn fit(
         &self,
         number: usize,
@@ -91,7 +88,7 @@ impl BatchRun {
         fitted(on_page.then_some(number), &record, (&body.mesh, muscles), posterior, provenance).map(Ok)
     }
 
-    /// If the rows of a subject are sampled together, samples them before the fits of these jobs, which take them from there.
+    /// If subjects are sampled jointly, samples those in `jobs`; [`Self::fit`] takes their posteriors from there.
     pub fn sample(&mut self, jobs: &[usize], tell: &(dyn Fn(&str) + Sync)) {
         let Some(how) = self.posteriors.as_ref().filter(|how| how.joint) else { return };
         let all = &self.plan.jobs;
@@ -116,7 +113,7 @@ impl BatchRun {
         self.posteriors.as_ref().filter(|how| how.with == self.plan.jobs[number].target.kind)
     }
 
-    /// The posteriors of rows that are sampled together, by the numbers of their jobs.
+    /// The posteriors of rows that are sampled together, with the indices of their jobs.
     fn posteriors(
         &self,
         how: &RowPosteriors,
@@ -128,7 +125,7 @@ impl BatchRun {
         let asked = PosteriorRun { model, targets: &targets, auxiliary: Vec::new(), sampling: *sampling };
         let sampled = match asked.run(tell) {
             Ok(sampled) => sampled,
-            // The caller adds the row to the message.
+            // The caller names the row.
             Err(e) => return rows.iter().map(|&n| (n, Err(e.to_string()))).collect(),
         };
         Vec::from_iter(rows.iter().enumerate().map(|(posture, &number)| {
@@ -140,7 +137,7 @@ impl BatchRun {
         }))
     }
 
-    /// The summary of the fits of a table, of which rows were `unreadable`.
+    /// The summary of the fits of a table in which `unreadable` rows could not be read.
     pub fn summary(&self, data: &Dataset, unreadable: usize, digests: &[(usize, Digest)]) -> BatchSummary {
         let (muscles, mesh, plan) = (&self.muscles, &self.body.mesh, &self.plan);
         let rest: Vec<f64> = Vec::from_iter(muscles.iter().map(|name| {

@@ -17,8 +17,7 @@ pub enum Kind {
     /// Springs, with muscles along connections and bones that hold nodes.
     #[default]
     Springs,
-    /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on
-    /// the mesh.
+    /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on the mesh.
     Continuum,
 }
 
@@ -36,7 +35,7 @@ pub enum BodySource {
     Tongue,
     Anatomy {
         toml: String,
-        /// Its name in messages, usually its path.
+        /// The name in messages, usually a path.
         origin: String,
     },
     Mesh {
@@ -46,7 +45,7 @@ pub enum BodySource {
 }
 
 impl BodySource {
-    /// The mesh in a file ([`MeshContent::read`]).
+    /// Reads a mesh file ([`MeshContent::read`]).
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
         Ok(Self::Mesh { content: MeshContent::read(path, unit)?, origin: path.display().to_string() })
     }
@@ -59,7 +58,7 @@ pub struct PlaneBody {
     pub source: BodySource,
     #[serde(default)]
     pub kind: Kind,
-    /// Mesh spacing of an anatomy, m; by default 5.5 mm, of a continuum 4 mm. A mesh has its own.
+    /// Mesh spacing of an anatomy, m; by default 5.5 mm, or 4 mm for a continuum. It has no effect on a mesh.
     #[serde(default)]
     pub spacing_m: Option<f64>,
 }
@@ -72,11 +71,11 @@ impl PlaneBody {
         })
     }
 
-    /// Makes the body, and passes concerns about a Gmsh file to `tell`.
+    /// Makes the body; `tell` gets what a Gmsh file gives reason to doubt.
     ///
     /// # Errors
-    /// For a text that is no anatomy, a file that contains no body of the plane, a spacing out of range, and
-    /// a body that cannot be made a continuum.
+    /// For a text that is no anatomy, a file that contains no body in the plane, a spacing out of range, and a body that cannot be made a
+    /// continuum.
     pub fn make(&self, tell: &mut dyn FnMut(String)) -> Result<Body<2>, BodyError> {
         let settings = ContinuumSettings::default();
         let spacing_m = self.spacing_m();
@@ -102,11 +101,10 @@ impl PlaneBody {
     }
 }
 
-/// Where a body in space comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SpaceSource {
     BuiltIn,
-    /// The folder with the files of ArtiSynth's tongue.
+    /// A folder with the files of ArtiSynth's tongue.
     Folder(PathBuf),
     /// Hexahedra from Gmsh.
     Mesh(PathBuf),
@@ -122,10 +120,7 @@ impl std::fmt::Display for SpaceSource {
 }
 
 impl SpaceSource {
-    /// The body in its own axes; the unit is that of the coordinates of a mesh, and a refined body has every hexahedron cut in eight.
-    ///
-    /// # Errors
-    /// For files that cannot be read or contain no such body.
+    /// The body in its own axes. `unit` is that of the coordinates of a mesh; if `refined`, every hexahedron is cut in eight.
     pub fn make(&self, unit: Unit, refined: bool) -> Result<Body<3>, BodyError> {
         let body = match self {
             Self::BuiltIn => return Body::tongue_in_space(if refined { 2 } else { 1 }),

@@ -1,5 +1,4 @@
-//! One equilibrium with what there is to doubt in it, of a system or of a body in the plane or in space, and the motion of a system with its
-//! lengths and shapes at equidistant times.
+//! An equilibrium with its alarms, of a system or a body; and a motion with its lengths and shapes at equidistant times.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -14,7 +13,7 @@ use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Model, SpaceModel, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 
-/// An equilibrium at given tensions (activations in space); its positions are in the workspace.
+/// An equilibrium at given tensions (activations in space). Its positions are in the workspace.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Equilibrium {
     #[serde(flatten, serialize_with = "serialize_solution")]
@@ -23,8 +22,7 @@ pub struct Equilibrium {
     pub alarms: Vec<Alarm>,
 }
 
-/// What records tell of a solve: forces in N, in the plane per metre of thickness. If the barrier against inversion
-/// acts in elements (`guarded`), the published law does not hold there.
+/// Forces are in N (2D: per metre of thickness). In `guarded` elements a barrier replaces the published law.
 fn serialize_solution<S: Serializer>(solution: &Solution, serializer: S) -> Result<S::Ok, S::Error> {
     let record = json!({
         "status": solution.status,
@@ -40,9 +38,8 @@ fn serialize_solution<S: Serializer>(solution: &Solution, serializer: S) -> Resu
 }
 
 impl Equilibrium {
-    /// The equilibrium at the tensions (activations in space) of all muscles, from where the workspace is.
-    /// Unless it is solved for `direct`ly, the equilibria from rest are followed as they grow, to check that
-    /// it lies on their branch.
+    /// The equilibrium at the tensions (activations in space) of all muscles, solved from the positions in the workspace. Unless `direct`,
+    /// the equilibria from rest are followed as the tensions grow, to check that it lies on their branch.
     pub fn of<const D: usize>(
         system: &System<D>,
         workspace: &mut Workspace<D>,
@@ -53,7 +50,7 @@ impl Equilibrium {
         if direct { found } else { found.followed(system, workspace, pulls) }
     }
 
-    /// The same after a direct solve, whose positions are in the workspace: the equilibria from rest are followed too.
+    /// Follows the equilibria from rest after a direct solve, whose positions are in the workspace.
     pub(crate) fn followed<const D: usize>(
         self,
         system: &System<D>,
@@ -65,7 +62,7 @@ impl Equilibrium {
         Self::new(found.solution, Some(found))
     }
 
-    /// A solved equilibrium with its alarms, and its trace if it was followed from rest.
+    /// An equilibrium with its alarms. `branch` is `None` if it was not followed from rest.
     pub(crate) fn new(solution: Solution, branch: Option<statics::Trace>) -> Self {
         let alarms = match &branch {
             Some(trace) => alarms::of_equilibrium(&solution, trace.from_rest),
@@ -82,14 +79,13 @@ pub struct Solved<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
     /// Tensions (activations in space) of all muscles of the body.
     pub pulls: Vec<f64>,
-    /// In space, that of one half where both sides are alike.
+    /// The system of one half if both sides of a body in space are alike.
     pub system: Arc<System<D>>,
     pub wall_s: f64,
 }
 
 impl<const D: usize> Solved<D> {
-    /// The equilibrium of a system at the tensions (activations in space) of all muscles, from rest; unless `direct`, the equilibria from rest are
-    /// followed as they grow.
+    /// The equilibrium of a system at the tensions (activations in space) of all muscles, from rest. For `direct` see [`Equilibrium::of`].
     pub fn of(system: Arc<System<D>>, pulls: &[f64], direct: bool) -> Self {
         let mut workspace = Workspace::new(&system);
         let clock = Instant::now();
@@ -98,7 +94,7 @@ impl<const D: usize> Solved<D> {
         Self { found, positions: workspace.positions().to_vec(), pulls: pulls.to_vec(), system, wall_s }
     }
 
-    /// What to doubt: the equilibrium, and tissue that is strained too much.
+    /// Doubts about the equilibrium, and tissue that is strained too far.
     pub fn alarms(&self, body: &Body<D>) -> Vec<Alarm> {
         let strain = alarms::of_shape(body, &self.system, &self.positions);
         self.found.alarms.iter().cloned().chain(strain).collect()
@@ -106,8 +102,8 @@ impl<const D: usize> Solved<D> {
 }
 
 impl Solved<2> {
-    /// The equilibrium at these tensions, N per metre of thickness, by the numbers of muscles, which contract; unless `direct`, the equilibria
-    /// from rest are followed as the tensions grow.
+    /// The equilibrium of a body in which the muscles of these indices contract with these tensions, N per metre of thickness. For `direct`
+    /// see [`Equilibrium::of`].
     pub fn in_plane(
         body: &Body<2>,
         model: &Model,
@@ -122,8 +118,8 @@ impl Solved<2> {
 }
 
 impl Solved<3> {
-    /// The equilibrium at these activations of all muscles, of one half of a body whose sides are alike; unless `direct`, the equilibria
-    /// from rest are followed as the activations grow. `tell` gets the size of the system once it is set up.
+    /// The equilibrium at these activations of all muscles. If both sides of the body are alike, one half is solved. `tell` gets the size
+    /// of the system once it is set up. For `direct` see [`Equilibrium::of`].
     pub fn in_space(
         body: &Body<3>,
         model: &SpaceModel,
@@ -150,34 +146,33 @@ impl Solved<3> {
         Ok(Self { positions: half.whole(&solved.positions), pulls: activations.to_vec(), ..solved })
     }
 
-    /// Positions in the midsagittal plane, m: forward is towards smaller x.
+    /// Positions of all nodes projected onto the midsagittal plane, m; the front is towards smaller x.
     pub fn midsagittal_positions(&self) -> Vec<Vector2<f64>> {
         self.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect()
     }
 }
 
-/// Error allowed in a step of a motion where none is given, mm. Lengths over time are then within 3e-5 mm, so that all printed decimals
-/// hold, for 1 to 8 ms more than at 1e-3 mm on the tongue of springs.
+/// Default error of a step of a motion, mm. Lengths over time are then within 3e-5 mm, so that all printed decimals hold, for 1 to 8 ms
+/// more than at 1e-3 mm on the tongue of springs.
 pub const STEP_ERROR_MM: f64 = 1e-6;
 
 #[derive(Debug)]
 pub struct MotionRun<'a, 's, const D: usize> {
     pub motion: &'a Motion<'s, D>,
-    /// Positions of all nodes at the beginning, m; at rest if `None`.
+    /// Positions of all nodes at the beginning, m; `None` for rest.
     pub start: Option<&'a [SVector<f64, D>]>,
     pub t_end_s: f64,
-    /// Number of equidistant times, the first and the last one included.
+    /// Number of equidistant times, with the first and the last one.
     pub samples: usize,
-    /// Every how manyth of these times the shape is kept.
+    /// The shape is kept at each of these times if this is 1, at every second one if it is 2, and so on.
     pub shape_every: usize,
 }
 
 #[derive(Debug, Clone)]
 pub struct SampledMotion<const D: usize> {
     pub outcome: MotionOutcome,
-    /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
+    /// Part of the way to equilibrium that the body has moved at the end; `None` if it has no equilibrium to go to.
     pub part_of_way: Option<f64>,
-    /// The state at the end.
     pub end: State<D>,
     /// Times, s, with the lengths of all muscles, m.
     pub lengths: Vec<(f64, Vec<f64>)>,
@@ -186,7 +181,7 @@ pub struct SampledMotion<const D: usize> {
 }
 
 impl<const D: usize> MotionRun<'_, '_, D> {
-    /// Follows the motion; `progress` gets the time reached now and then, s.
+    /// Follows the motion; from time to time `progress` gets the time reached, s.
     pub fn run(&self, integrator: &mut dyn Integrator<D>, progress: &mut dyn FnMut(f64)) -> SampledMotion<D> {
         let Self { motion, start, t_end_s, .. } = *self;
         let system = motion.system();

@@ -1,4 +1,4 @@
-//! One fit of a target, with what there is to doubt in it and its verdict, and the published answer beside it.
+//! One fit of a target with its alarms and its verdict, and the published answer.
 
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::Contact;
@@ -7,7 +7,7 @@ use tongue_core::statics::SolveStatus;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
-use tongue_infer::posterior::{Report, Summary, Verdict};
+use tongue_infer::posterior::{Report, Verdict};
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Target, TargetKind};
@@ -17,12 +17,12 @@ use crate::report::{FitRecord, Provenance};
 use crate::scene::effects::CONTACT_REACH_MM;
 use crate::simulation::SimulationError;
 
-/// From what the verdict on a fit is taken.
+/// Where the verdict on a fit comes from.
 #[derive(Debug, Clone, Copy)]
 pub enum VerdictSource<'a> {
     None,
     ShortRun,
-    /// The posterior of the row, or why there is none.
+    /// The posterior of the row, or why it has none.
     Posterior(Result<&'a Report, &'a str>),
 }
 
@@ -36,7 +36,7 @@ pub struct FitRun<'a> {
 }
 
 impl<'a> FitRun<'a> {
-    /// A fit by derivatives: what `tongue-fit --vowel` makes with `--method gauss-newton`, without its verdict.
+    /// A fit by derivatives: the one that `tongue-fit --vowel` makes with `--method gauss-newton`, without its verdict.
     pub fn quick(target: &'a Target) -> Self {
         let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         Self { target, settings, walls: false, verdict: VerdictSource::None }
@@ -72,12 +72,9 @@ impl<'a> FitRun<'a> {
             VerdictSource::ShortRun => Verdict::of_target(body, model, target),
             VerdictSource::Posterior(posterior) => {
                 record.posterior = posterior.ok().cloned();
-                let summary = posterior.ok().and_then(|report| report.summary.as_ref());
-                if let Some((outside, predicted)) = summary.and_then(Summary::contradiction) {
-                    record.alarms.push(Alarm::Contradicted { outside, predicted });
-                }
+                record.alarms.extend(record.contradiction());
                 let verdict = posterior.map_err(str::to_owned).and_then(of_posterior);
-                // Where the chains have not mixed, the posterior has no summary.
+                // A posterior whose chains have not mixed has no summary.
                 let has_mixed = posterior.is_ok_and(|report| report.summary.is_some());
                 if let Err(why) = &verdict
                     && !has_mixed
@@ -95,13 +92,13 @@ impl<'a> FitRun<'a> {
     }
 }
 
-/// Palate and teeth that stop the surface of a body, as in a scene with `effects.contact`.
+/// The palate and the teeth as a wall for the surface of a body, as a scene has it with `effects.contact`.
 pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Contact, SystemError> {
     let stiffness = system::coefficients(mesh, model)?.tissue_stiffness;
     Ok(Contact::new(palate.to_vec(), &mesh.surface_nodes(), stiffness, CONTACT_REACH_MM * 1e-3))
 }
 
-/// A muscle whose tension in the baseline is fixed below this is taken as slack there, N per metre of thickness.
+/// A baseline tension that is fixed below this counts as zero, N per metre of thickness.
 const SLACK_N_PER_M: f64 = 1.0;
 
 /// The verdict of a posterior, or why it has none.
@@ -116,7 +113,7 @@ fn of_posterior(report: &Report) -> Result<Verdict, String> {
     Ok(verdict)
 }
 
-/// The published answer for /a/ of S2, simulated in the model at hand, to compare a fit with.
+/// The published answer for /a/ of S2, simulated in this body, to compare a fit with.
 #[derive(Debug, Clone)]
 pub struct Published {
     pub thesis: Thesis,
@@ -124,14 +121,13 @@ pub struct Published {
     pub stretches: Vec<f64>,
     /// Table 4.8: lengths over that of GGa in the thesis's own simulation.
     pub thesis_ratios: Vec<f64>,
-    /// These ratios as stretches of the thesis's rest lengths, with the stretch of GGa of this simulation.
+    /// `thesis_ratios` as stretches of the thesis's rest lengths, with the stretch of GGa of this simulation.
     pub thesis_stretches: Vec<f64>,
     /// Root mean square difference of `ratios` from `thesis_ratios`.
     pub rms: f64,
 }
 
 impl Published {
-    /// The values simulated here and in the thesis, for a kind of target.
     pub fn values(&self, kind: TargetKind) -> (&[f64], &[f64]) {
         match kind {
             TargetKind::Ratio => (&self.ratios, &self.thesis_ratios),
@@ -139,7 +135,7 @@ impl Published {
         }
     }
 
-    /// The tensions of the thesis in this body, if they are those of this target and lead to an equilibrium.
+    /// The published tensions in this body; `None` if the target is not theirs or they lead to no equilibrium.
     pub fn of(body: &Body<2>, model: &Model, target: &Target) -> Result<Option<Self>, SimulationError> {
         let thesis = Thesis::reference().map_err(|e| SimulationError::Refused(e.to_string()))?;
         let published = thesis.tensions_a();

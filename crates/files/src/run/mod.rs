@@ -1,7 +1,7 @@
-//! Runs as plain structs: a body from options ([`PlaneBody`]), an equilibrium ([`Equilibrium`],
-//! [`Solved`]), a motion ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit
-//! ([`FitRun`]), a posterior ([`PosteriorRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the
-//! Python module and the page fill them in; a scene is such a struct itself ([`crate::scene`]).
+//! Runs as plain structs: a body from options ([`PlaneBody`], [`SpaceSource`]), an equilibrium ([`Equilibrium`], [`Solved`]), a motion
+//! ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
+//! fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the page fill them in. A
+//! scene is such a struct itself ([`crate::scene`]).
 
 #[cfg(feature = "files")]
 mod batch;

@@ -1,4 +1,4 @@
-//! What each muscle of a body does alone.
+//! The effect of each muscle of a body alone.
 
 use serde_json::json;
 use tongue_core::body::{Body, Mesh};
@@ -11,30 +11,28 @@ use super::equilibrium::Solved;
 use crate::report::column::Column;
 use crate::simulation::SimulationError;
 
-/// A muscle that pulls alone, and what it does to the surface.
 #[derive(Debug, Clone)]
 pub struct MuscleEffect {
     pub name: String,
     pub status: SolveStatus,
     pub alarms: Vec<Alarm>,
-    /// Its length over that at rest.
     pub stretch: f64,
-    /// By how much the foremost, highest and rearmost node of the surface at rest have moved forward and up, mm.
+    /// By how much the foremost, highest and rearmost node of the surface at rest move forward and up.
     pub moved_mm: [[f64; 2]; 3],
-    /// In space, by how much the body is wider.
+    /// In space, by how much wider the body becomes.
     pub wider_mm: Option<f64>,
     /// Positions of the nodes of the midsagittal section, m.
     pub positions: Vec<Point>,
-    /// Tensions of all muscles, N per metre of thickness, of a body in the plane.
+    /// Tensions of all muscles, N per metre of thickness; empty in space.
     pub tensions: Vec<f64>,
-    /// Its tension, N per metre of thickness, or in space its activation.
+    /// The tension of the muscle, N per metre of thickness, or in space its activation.
     pull: f64,
-    /// In the plane the lengths of all muscles at rest and now, m.
+    /// Lengths of all muscles of the body at rest and now, m; empty in space.
     lengths_m: Vec<(String, [f64; 2])>,
 }
 
 impl MuscleEffect {
-    /// The effect of the muscles of this name with a tension, N per metre of thickness.
+    /// The effect of the muscles of this name in the plane with a tension, N per metre of thickness.
     pub fn in_plane(
         body: &Body<2>,
         model: &Model,
@@ -53,8 +51,7 @@ impl MuscleEffect {
         Ok(Self { tensions: solved.pulls, lengths_m, ..alone })
     }
 
-    /// The effect of the muscles of this name on both sides with an activation, on the midsagittal `section` of the body; `tell` is as
-    /// in [`Solved::in_space`].
+    /// On the midsagittal `section` of the body, with the muscles of this name on both sides. For `tell` see [`Solved::in_space`].
     pub fn in_space(
         body: &Body<3>,
         model: &SpaceModel,
@@ -93,7 +90,6 @@ impl MuscleEffect {
             let most = surface.iter().max_by(|a, b| at_rest(a).total_cmp(&at_rest(b)));
             let node = most.copied().unwrap_or_default();
             let way = positions[node] - section.nodes[node];
-            // Forward is towards smaller x.
             [-1e3 * way.x, 1e3 * way.y]
         });
         Self {
@@ -114,20 +110,19 @@ impl MuscleEffect {
         self.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ")
     }
 
-    /// What happens to every muscle of the body while it pulls; in space to itself.
+    /// A row for every muscle of the body; in space one for the muscle that contracts.
     pub fn rows(&self) -> Vec<EffectRow<'_>> {
         let own = self.lengths_m.is_empty().then(|| self.own());
         let each = self.lengths_m.iter().map(|muscle| EffectRow { alone: self, muscle: Some(muscle) });
         each.chain(own).collect()
     }
 
-    /// What happens to the muscle that pulls.
     pub fn own(&self) -> EffectRow<'_> {
         EffectRow { alone: self, muscle: None }
     }
 }
 
-/// A muscle of the body while one pulls alone: of the plane its name with its length at rest and now, m; else the one that pulls.
+/// The effect of one muscle on another one, which is given by its name and its lengths at rest and now, m, or on itself.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectRow<'a> {
     alone: &'a MuscleEffect,
@@ -139,7 +134,7 @@ impl EffectRow<'_> {
         self.muscle.map_or(self.alone.stretch, |(_, [rest, length])| length / rest)
     }
 
-    /// The columns of `muscles.csv`, of which the terminal shows those with a heading; of bodies in space or in the plane.
+    /// The columns of `muscles.csv`; the terminal shows those with a heading.
     pub fn columns<'a>(in_space: bool) -> Vec<Column<'a, EffectRow<'a>>> {
         type RowColumn<'a> = Column<'a, EffectRow<'a>>;
         let pull = if in_space { ("activation", "") } else { ("tension_n_per_m", "N/m") };
@@ -162,7 +157,7 @@ impl EffectRow<'_> {
                 .headed("its length")
                 .shown_as(|r| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0))),
         );
-        let what = "way of the foremost, highest or rearmost point of the surface at rest";
+        let what = "displacement of the foremost, highest or rearmost point of the surface at rest";
         for (end, place) in ["tip", "top", "root"].into_iter().enumerate() {
             for (axis, way) in ["forward", "up"].into_iter().enumerate() {
                 let heading = if axis == 0 { format!("{place} {way}") } else { way.to_owned() };
@@ -185,7 +180,7 @@ impl EffectRow<'_> {
     }
 }
 
-/// A distance, mm, with its sign, which zero has too.
+/// A distance, mm, with its sign; zero has a plus.
 fn tenths(mm: f64) -> String {
     format!("{:+.1} mm", (10.0 * mm).round() / 10.0 + 0.0)
 }

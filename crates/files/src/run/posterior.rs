@@ -1,4 +1,4 @@
-//! The posterior of a speaker's rows, which are sampled together.
+//! The posterior of rows of one speaker that are sampled together.
 
 use std::time::Instant;
 
@@ -14,9 +14,9 @@ use crate::simulation::SimulationError;
 #[derive(Debug)]
 pub struct PosteriorRun<'a> {
     pub model: &'a PosteriorModel,
-    /// Rows of one speaker, which share a baseline.
+    /// Rows of one speaker with the same baseline.
     pub targets: &'a [&'a Target],
-    /// What else was seen of them.
+    /// Activity, contours and points measured in the same postures.
     pub auxiliary: Vec<AuxiliaryData>,
     pub sampling: Sampling,
 }
@@ -33,10 +33,8 @@ pub struct SampledPosterior<'a> {
 }
 
 impl<'a> PosteriorRun<'a> {
-    /// Samples the posterior; `tell` gets what is sampled.
-    ///
-    /// # Errors
-    /// For a number of draws out of range, muscles that the body does not have, and data from which no chain can begin.
+    /// Samples the posterior; `tell` gets a line that says what is sampled. Refused are a number of draws out of range, no rows, muscles
+    /// that the body does not have, and data from which no chain can begin.
     pub fn run(self, tell: &dyn Fn(&str)) -> Result<SampledPosterior<'a>, SimulationError> {
         let clock = Instant::now();
         let Self { model, targets, auxiliary, sampling } = self;
@@ -62,19 +60,19 @@ impl<'a> PosteriorRun<'a> {
 }
 
 impl SampledPosterior<'_> {
-    /// `S2 /a/`.
+    /// A title such as `S2 /a/`.
     pub fn what(&self, posture: usize) -> String {
         format!("{} /{}/", self.subject, self.posterior.density.seen.labels[posture])
     }
 
-    /// The change of every tension in a posture; `None` where the chains have not mixed.
+    /// A figure of the change of every tension in a posture; `None` if the chains have not mixed.
     pub fn ridges(&self, posture: usize) -> Option<Svg> {
         let title = format!("{}: change of every tension from the baseline", self.what(posture));
         let is_told = self.reports[posture].summary.is_some();
         is_told.then(|| report::ridges(&self.posterior, posture, &title))
     }
 
-    /// The files of a posture: its draws, and its ridges where there are any.
+    /// The draws of a posture as a table, and its ridges if the chains have mixed.
     pub fn files(&self, posture: usize) -> Files<'_> {
         let mut files: Files<'_> = vec![("posterior.csv", Box::new(Draws(&self.posterior, posture)))];
         files.extend(self.ridges(posture).map(|ridges| ("ridges.svg", Box::new(ridges) as _)));

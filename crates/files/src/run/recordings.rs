@@ -1,4 +1,4 @@
-//! Recordings of one speaker without what cannot be right in them, and what of them and of their results is refused, left out or told.
+//! Recordings of one speaker without their outliers, and what in them and in their results is refused, left out or noted.
 
 use std::path::Path;
 
@@ -17,23 +17,22 @@ use super::track::{TrackRun, known};
 use crate::report::RecordingResult;
 use crate::simulation::SimulationError;
 
-/// A recording as it is tracked: its outliers are left out.
+/// A recording without its outliers.
 #[derive(Debug, Clone)]
 pub struct ScreenedRecording {
     pub seen: AlignedRecording,
-    /// The sound beside its file.
     pub sound: Option<Waveform>,
     pub faults: RecordingFaults,
     /// The given palate in the frame of the body, m.
     pub palate: Option<Vec<Point>>,
-    /// Whether no note says that its results cannot be trusted.
+    /// Whether the recording is plausible enough for its results to be trusted.
     pub is_trusted: bool,
 }
 
 impl ScreenedRecording {
-    /// Screens the recordings of one speaker, which are given with the names of their files and the files of their sound. Returns those that
-    /// can be tracked, and for each other one a sentence that says why it is left out. `own`, m, is the palate of the recordings in their axes,
-    /// and `of_body`, m, the one that is taken without it. `tell` receives a line about what each recording shows.
+    /// Screens the recordings of one speaker, each given with the name of its file and the file of its sound. Returns those that can be
+    /// tracked, and for each other one a sentence that says why it is left out. `own` is the palate of the recordings in their axes, m, and
+    /// `of_body` the one that is used without it, m. `tell` gets a line about what each recording shows.
     ///
     /// # Errors
     /// For a map that does not fit a recording.
@@ -52,15 +51,15 @@ impl ScreenedRecording {
                 let points = palate.iter().map(|p| Point::new(side * p.x, p.y));
                 points.map(|p| map.placement().map_or(p, |to| to.place(p))).collect::<Vec<_>>()
             });
-            let told = check_plausibility(&seen, palate.as_deref());
-            if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
+            let doubts = check_plausibility(&seen, palate.as_deref());
+            if let Some(doubt) = doubts.iter().find(|d| d.is_refused()) {
                 left_out.push(format!("{file}, {}: {}", seen.name, doubt.message));
                 continue;
             }
-            let is_trusted = told.iter().all(|d| d.severity < Severity::Untrusted);
-            seen.notes.extend(told.into_iter().map(|d| d.message));
+            let is_trusted = doubts.iter().all(|d| d.severity < Severity::Untrusted);
+            seen.notes.extend(doubts.into_iter().map(|d| d.message));
             let faults = remove_outliers(&mut seen, palate.as_deref().or(of_body));
-            // Names distinguish recordings in every output.
+            // Recordings are distinguished by their names in every output.
             let same = all.iter().filter(|s| s.seen.name == seen.name).count();
             if same > 0 {
                 seen.name = format!("{} ({})", seen.name, same + 1);
@@ -83,7 +82,7 @@ impl ScreenedRecording {
         Ok((all, left_out))
     }
 
-    /// Refuses maps with points that the body lacks: unknown bones, places behind the end of its surface.
+    /// Refuses maps with points that the body lacks: unknown bones, and sensors beyond the end of its surface.
     pub fn check_points(all: &[Self], body: &Body<2>) -> Result<(), SimulationError> {
         let along = TongueSurface::of(body).map(|s| s.tip);
         for Self { seen, .. } in all {
@@ -113,18 +112,18 @@ impl ScreenedRecording {
         Ok(())
     }
 
-    /// Faults of recordings, in sentences; a fault of several recordings has one sentence with their names.
+    /// Sentences about the recordings; one that several recordings share names all of them.
     pub fn notes(all: &[Self], body: &Body<2>, freed: &[String]) -> Vec<String> {
-        let mut told: Vec<(String, Vec<&str>)> = Vec::new();
+        let mut notes: Vec<(String, Vec<&str>)> = Vec::new();
         for one in all {
             for note in one.own_notes(body, freed) {
-                match told.iter_mut().find(|(said, _)| *said == note) {
+                match notes.iter_mut().find(|(known, _)| *known == note) {
                     Some((_, names)) => names.push(&one.seen.name),
-                    None => told.push((note, vec![&one.seen.name])),
+                    None => notes.push((note, vec![&one.seen.name])),
                 }
             }
         }
-        told.into_iter().map(|(said, names)| format!("{}: {said}", names.join("; "))).collect()
+        notes.into_iter().map(|(note, names)| format!("{}: {note}", names.join("; "))).collect()
     }
 
     fn own_notes(&self, body: &Body<2>, freed: &[String]) -> Vec<String> {
@@ -145,7 +144,7 @@ impl ScreenedRecording {
         for (nth, name) in seen.contour.iter().enumerate() {
             let shown =
                 seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
-            // Lines of a fan that the tongue never meets are usual.
+            // Of a fan of lines many are never met by the tongue.
             if (1..count / 2).contains(&shown) {
                 out.push(format!("{name} was seen in {shown} of {count} frames"));
             }
@@ -166,7 +165,7 @@ impl ScreenedRecording {
         out
     }
 
-    /// Points that are left out in most frames of a recording, in sentences.
+    /// Sentences about points that are left out in most frames of a recording.
     pub fn left_out(all: &[Self], results: &[RecordingResult]) -> Vec<String> {
         let mut out = Vec::new();
         for Self { seen, .. } in all {
@@ -187,7 +186,7 @@ impl ScreenedRecording {
         out
     }
 
-    /// Why results cannot be trusted: the recordings whose notes say so.
+    /// Names the recordings whose notes say that they cannot be trusted; `None` if there are none.
     pub fn implausible(all: &[Self]) -> Option<String> {
         let names: Vec<&str> = all.iter().filter(|r| !r.is_trusted).map(|r| r.seen.name.as_str()).collect();
         (!names.is_empty())
@@ -196,7 +195,7 @@ impl ScreenedRecording {
 }
 
 impl TrackRun<'_> {
-    /// Refuses recordings that the body does not fit, and returns notes about all: their faults, and where the body may not fit them.
+    /// Refuses recordings that do not fit the body. Returns notes about all: their faults, and doubts whether they fit.
     pub fn check(&self, recordings: &[ScreenedRecording]) -> Result<Vec<String>, SimulationError> {
         ScreenedRecording::check_points(recordings, self.basis.body)?;
         let mut notes = ScreenedRecording::notes(recordings, self.basis.body, self.free_bones);
@@ -212,7 +211,7 @@ impl TrackRun<'_> {
         Ok(notes)
     }
 
-    /// The results of recordings for which tensions were `found`, each with its recording; of one that the body cannot reach a sentence why.
+    /// The results of `found`, each with its recording; a recording that the body cannot reach has a sentence that says why in their place.
     pub fn results<'r>(
         &self,
         recordings: &'r [ScreenedRecording],
@@ -259,14 +258,14 @@ const MOST_BONE_MOTION_M: f64 = 20e-3;
 /// Range of a speaker's size over that of the body that is adapted.
 const SCALES: std::ops::RangeInclusive<f64> = 0.6..=1.6;
 
-/// The same of nearly all speakers, children among them.
+/// Range of a size that nearly all speakers have, children among them.
 const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.7..=1.45;
 
-/// Distances of the hyoid from the mental spine in speakers of all sizes, m. Where they lie so, the unit and the names of the two are right.
+/// Distances of the hyoid from the mental spine in speakers of all sizes, m: in this range their unit and names are right.
 const USUAL_BONES_M: std::ops::RangeInclusive<f64> = 30e-3..=60e-3;
 
-/// Refuses a body of an implausible size, and returns a note about one of an unusual size. `bones_apart_m` is how far the mental spine and
-/// the hyoid were seen from each other.
+/// Refuses a body of an implausible size, and returns a note about one of an unusual size. `bones_apart_m` is the distance between the
+/// mental spine and the hyoid as they were seen.
 pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> Result<Option<String>, SimulationError> {
     let what = format!("the speaker would need a body {scale:.3} times as large as the one given");
     let help = match bones_apart_m.filter(|m| USUAL_BONES_M.contains(m)) {
@@ -286,14 +285,14 @@ pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> Result<Option<Stri
     Ok((!is_usual).then(|| format!("{what}, {usual} usual; if that is wrong, {help}")))
 }
 
-/// How far the mental spine and the hyoid were seen from each other, m.
+/// The distance between the mental spine and the hyoid as they were seen, m.
 pub fn bones_apart_m(followed: &[Followed]) -> Option<f64> {
     let [spine, hyoid] =
         [MANDIBLE, HYOID].map(|bone| followed.iter().find(|f| f.name == bone).map(|f| f.mark));
     Some((spine? - hyoid?).norm())
 }
 
-/// Why the tensions of a recording are not reported: most of its frames cannot be reached, or are met badly.
+/// Why the tensions of a recording are not reported: most of its frames cannot be reached, or it is met badly.
 fn out_of_reach(seen: &AlignedRecording, frames: &[Tracked], is_adapted: bool) -> Option<String> {
     /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
     const MOST_RMS_MM: f64 = 2.5;
@@ -322,15 +321,15 @@ mod tests {
     use super::check_scale;
 
     #[test]
-    fn a_size_of_bones_that_are_usually_far_apart_is_no_matter_of_units() {
+    fn a_usual_distance_of_the_bones_shows_that_the_unit_is_right() {
         for scale in [0.5, 2.1] {
-            let said = |apart_m| check_scale(scale, apart_m).unwrap_err().to_string();
-            let usual = said(Some(42e-3));
+            let error = |apart_m| check_scale(scale, apart_m).unwrap_err().to_string();
+            let usual = error(Some(42e-3));
             assert!(
                 usual.contains("in one frame") && usual.contains("ignore") && !usual.contains("unit"),
                 "{usual}"
             );
-            assert!([said(Some(4e-3)), said(None)].iter().all(|said| said.contains("unit_mm")));
+            assert!([error(Some(4e-3)), error(None)].iter().all(|error| error.contains("unit_mm")));
         }
         assert!(check_scale(1.5, Some(42e-3)).unwrap().unwrap().contains("in one frame"));
         assert_eq!(check_scale(1.0, None).unwrap(), None);

@@ -27,23 +27,22 @@ pub struct TongueSoundRecord {
     pub subject: Option<String>,
     pub vowel: Option<String>,
     pub converged: bool,
-    /// What to doubt in the shape.
     pub alarms: Vec<Alarm>,
-    /// Tensions, N per metre of thickness; of a body in the plane.
+    /// N per metre of thickness; for a body in the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tensions_n: Option<BTreeMap<String, f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub activations: Option<ByMuscle<f64>>,
     #[serde(flatten)]
     pub sound: SoundRecord,
-    /// Mean formants of the vowel, Hz.
+    /// Published mean of the first two formants of the vowel.
     pub published_hz: Option<[f64; 2]>,
     /// The vowel whose published mean is nearest to the first two formants.
     pub nearest_vowel: Option<String>,
     pub wall_s: f64,
 }
 
-/// The sound of a tongue, with its midsagittal section at rest and in the shape that sounds.
+/// The sound of a tongue, with its midsagittal section at rest and in the shape that makes the sound.
 pub struct TongueSound {
     pub title: String,
     pub tissue: TissueModel,
@@ -53,31 +52,26 @@ pub struct TongueSound {
     pub record: TongueSoundRecord,
 }
 
-/// The sound of the tongue in the plane, as a scene: of a vowel, whose lengths are fitted (the baseline is at rest), or of tensions.
+/// The sound of the tongue in the plane: of a vowel, whose lengths are fitted with the baseline at rest, or of given tensions.
 #[derive(Debug, Clone)]
 pub struct SoundRun<'a> {
     pub title: String,
     pub subject: &'a str,
     pub vowel: Option<&'a Vowel>,
-    /// The quantity that is fitted: `ratio` or `stretch`.
+    /// `ratio` or `stretch`.
     pub target: &'a str,
-    /// Tensions where there is no vowel, N per metre of thickness.
+    /// N per metre of thickness; used if there is no vowel.
     pub tensions_n: BTreeMap<String, f64>,
     pub tract: &'a Tract,
-    /// The file of the tract; the built-in one if `None`.
+    /// `None` for the built-in tract.
     pub tract_file: Option<String>,
     pub posture: Articulation,
-    /// Published formants.
     pub means: &'a [MeanVowel],
-    /// Mesh spacing, mm.
     pub h_mm: f64,
 }
 
 impl SoundRun<'_> {
-    /// The scene that is run.
-    ///
-    /// # Errors
-    /// For values that a scene does not take.
+    /// The scene that is run, checked.
     pub fn scene(&self) -> Result<Scene, SimulationError> {
         let fitted = self.vowel.filter(|v| v.label() != BASELINE);
         let scene = Scene {
@@ -159,8 +153,7 @@ impl TongueSoundRecord {
 }
 
 impl TongueSound {
-    /// The sound of a tongue in space at these activations of all muscles, in a tract as wide as its walls are round; `tell` is as in
-    /// [`Solved::in_space`].
+    /// The sound of a tongue in space, from cross-sections between tongue and tract. For `tell` see [`Solved::in_space`].
     pub fn in_space(
         title: String,
         (body, model): (&Body<3>, &SpaceModel),

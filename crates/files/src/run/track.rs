@@ -1,4 +1,4 @@
-//! Tensions over time: the speaker's body, what is not known of its shape, and the search; in space, activations frame by frame.
+//! Tensions over time: the speaker's body, the uncertainty of its shape, and the search; in space, activations frame by frame.
 
 use nalgebra::Vector3;
 
@@ -26,12 +26,12 @@ const NOT_FINITE: &str = "the covariance of what was seen cannot be factorised; 
 /// Recordings of one speaker to be tracked, as options.
 #[derive(Debug, Clone)]
 pub struct TrackRun<'a> {
-    /// The body, its material and muscles, the settings, and the traced palate.
+    /// The body with its material and muscles, the settings, and the traced palate.
     pub basis: AdaptationInput<'a>,
     pub adaptation: Option<&'a Adaptation>,
-    /// Whether the body is used where it is; otherwise it is placed in the recordings.
+    /// Whether the body stays where it is; otherwise it is placed in the recordings.
     pub is_given: bool,
-    /// Method for the rest shape of a body that is placed.
+    /// Method for the shape at rest of a body that is placed.
     pub rest: RestShapeMethod,
     pub free_bones: &'a [String],
     pub hide: &'a [String],
@@ -42,11 +42,11 @@ pub struct TrackedBody {
     pub body: Body<2>,
     pub followed: Vec<Followed>,
     pub adaptation: Option<Adaptation>,
-    /// What is known of where coils placed it.
+    /// Where coils placed the body, with its uncertainty.
     pub placement: Option<Placement>,
-    /// How it was turned, scaled and shifted to the recordings; `None` for a body used where it is.
+    /// How the body was turned, scaled and shifted to the recordings; `None` if it stayed where it was.
     pub similarity: Option<Similarity>,
-    /// Root mean square distance of the contours from which its shape was made, m.
+    /// Root mean square distance of the contours from which the body's shape was made, m.
     pub rms_m: Option<f64>,
 }
 
@@ -55,7 +55,7 @@ impl TrackedBody {
         self.adaptation.as_ref().is_some_and(|a| a.rest == RestShapeMethod::Joint)
     }
 
-    /// The adaptation of a displayed body, whose shape at rest may have been found in tracking.
+    /// The adaptation of the body as it is displayed, whose shape at rest may have been found in tracking.
     pub fn tracked(&self, displayed: &Body<2>) -> Adaptation {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
         let own = Adaptation { marks_m: marks.collect(), ..Adaptation::default() };
@@ -69,7 +69,7 @@ impl TrackedBody {
         Adaptation { rest, ..before }
     }
 
-    /// A recording with its coils where the placement has them on the tongue.
+    /// A recording with its coils where the placement puts them on the tongue.
     fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
         match (&self.placement, &self.adaptation) {
             (Some(placement), _) => placement.with_coil_positions(seen),
@@ -80,8 +80,7 @@ impl TrackedBody {
 }
 
 impl TrackRun<'_> {
-    /// The given body, or one adapted to these recordings; `progress` is called with the steps that are done
-    /// and their number.
+    /// The given body, or one adapted to these recordings. `progress` gets the number of steps done and that of all steps.
     pub fn body(
         &self,
         seen: &[&AlignedRecording],
@@ -100,8 +99,7 @@ impl TrackRun<'_> {
         })
     }
 
-    /// What is not known of the speaker's shape; `None` for a body without mandible and hyoid, of which `tell`
-    /// gets a note.
+    /// The uncertainty of the speaker's shape; `None` for a body without mandible and hyoid, with a note to `tell`.
     pub fn shape(
         &self,
         speaker: &TrackedBody,
@@ -121,8 +119,8 @@ impl TrackRun<'_> {
         let shape = match &speaker.placement {
             Some(placement) => RestShape::of_coils(body, model, contracting, placement),
             None => {
-                let sight = RegistrationData::of(seen, &[]);
-                let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
+                let data = RegistrationData::of(seen, &[]);
+                let at = |bone: &str| if bone == HYOID { data.hyoid } else { data.spine };
                 RestShape::of(body, model, contracting, at)
             }
         };
@@ -135,8 +133,7 @@ impl TrackRun<'_> {
         Ok(Some(if is_kept { shape.as_found() } else { shape }))
     }
 
-    /// The traced palate as a wall; `None` if the body at rest would pass through it, of which `tell` gets a
-    /// note.
+    /// The traced palate as a wall; `None` if the body at rest would pass through it, with a note to `tell`.
     pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, SimulationError> {
         let Some(palate) = self.basis.palate else { return Ok(None) };
         let wall = fit::wall(&body.mesh, &self.basis.model, palate)?;
@@ -147,8 +144,8 @@ impl TrackRun<'_> {
         Ok(Some(wall))
     }
 
-    /// Tracks all recordings, session after session: those that show the same bones share levels and a shape. `add_sound` may add what is
-    /// heard to the frames of a recording.
+    /// Tracks all recordings. Those that show the same bones are tracked together and share levels and a shape. `add_sound` may add
+    /// formants to the frames of a recording.
     pub fn track(
         &self,
         speaker: &TrackedBody,
@@ -169,7 +166,7 @@ impl TrackRun<'_> {
             if !session.iter().any(|&number| (watch.is_wanted)(number)) {
                 continue;
             }
-            // What is unknown of one session is independent of what is unknown of another.
+            // The unknowns of one session are independent of those of another.
             let mut settings = self.basis.settings.clone();
             if nth_session > 0 {
                 settings.seed = seed_of(settings.seed, nth_session);
@@ -184,14 +181,14 @@ impl TrackRun<'_> {
                 add_sound(frames);
                 track::mark(frames, &seen[nth].labels, &compared);
             }
-            let stage =
+            let context =
                 TrackingContext { system: &system, followed: &speaker.followed, freed: &freed, shape };
             let watch = Watch {
                 is_wanted: &|number| (watch.is_wanted)(session[number]),
                 take: &|number, found| (watch.take)(session[number], found),
                 ..*watch
             };
-            track::track(&stage, frames, &settings, &watch)
+            track::track(&context, frames, &settings, &watch)
                 .map_err(|NotFinite| SimulationError::Refused(NOT_FINITE.to_owned()))?;
         }
         Ok(())
@@ -210,7 +207,7 @@ impl TrackRun<'_> {
         Watch::collect(|watch| self.track(&speaker, unknown, seen, &|_| (), watch))
     }
 
-    /// What the `results` say, which are those of the recordings `met`; all recordings decide which labels are compared.
+    /// The record of `results`, which are those of the recordings `met`. All recordings decide which labels are compared.
     pub fn record(
         &self,
         speaker: &TrackedBody,
@@ -252,12 +249,12 @@ impl TrackRun<'_> {
         }
     }
 
-    /// The bones whose displacement is an unknown in a recording.
+    /// The bones whose displacement is an unknown in a recording: free bones that it does not show.
     pub fn freed<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
         self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
     }
 
-    /// Refuses free bones without an effect.
+    /// Refuses a free bone that is named twice or is seen in every recording.
     pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), SimulationError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {
@@ -277,7 +274,7 @@ impl TrackRun<'_> {
     }
 }
 
-/// Numbers of the recordings that are tracked together: those that show the same bones.
+/// Indices of the recordings that are tracked together, which are those that show the same bones.
 fn sessions(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
     let bones = |nth: usize| [HYOID, MANDIBLE].map(|b| seen[nth].shows_bone(b));
     let mut out: Vec<Vec<usize>> = Vec::new();
@@ -302,28 +299,27 @@ pub(super) fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBo
     TrackedBody { body, followed, adaptation, placement: None, similarity: None, rms_m: None }
 }
 
-/// A body in space, and frames in which it was seen.
 #[derive(Debug, Clone)]
 pub struct SpaceTrackRun<'a> {
     pub body: &'a Body<3>,
     pub model: &'a SpaceModel,
     pub recorded: &'a Recorded,
-    /// The search of the first frame; every further one begins at the one before.
+    /// The search of the first frame; every further search begins at the answer of the frame before.
     pub search: SpaceSearch,
 }
 
 #[derive(Debug, Clone)]
 pub struct SpaceTrack {
     pub frames: Vec<SpaceFitRecord>,
-    /// Positions of all nodes, m, and activations of all muscles: of every frame or of the last one.
+    /// Positions of all nodes, m, and activations of all muscles, in every frame or only in the last one.
     pub shapes: Vec<(Vec<Vector3<f64>>, Vec<f64>)>,
     /// Whether the sides of the body were kept alike.
     pub is_alike: bool,
 }
 
 impl SpaceTrackRun<'_> {
-    /// Finds the activations of one frame after another and keeps the shapes of all if they are at most so many, else that of the last;
-    /// `tell` gets how each ended.
+    /// Finds the activations of one frame after another, and keeps the shapes of all frames if there are at most `most_shapes`, otherwise
+    /// only the last one. `tell` gets how each search ended.
     pub fn run(&self, most_shapes: usize, tell: &dyn Fn(&str)) -> Result<SpaceTrack, SimulationError> {
         let Self { body, model, recorded, search } = self;
         let system = System::in_space(body, model)?;

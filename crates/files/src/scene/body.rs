@@ -13,7 +13,7 @@ use tongue_input::bodies::AnyBody;
 const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
 
-/// The body of a scene, which is checked first.
+/// Checks a scene and makes its body.
 pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
     scene.check()?;
     let body = &scene.body;
@@ -25,8 +25,8 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
             return Ok(AnyBody::Flat(made.make(&mut |_| ())?));
         }
         SceneBody::TongueInSpace(given) => {
-            let left = operation(scene)?.map(|operation| operation.body().clone());
-            AnyBody::Solid(in_space(given, left.map_or_else(|| space_body(given), Ok)?)?)
+            let operated = operation(scene)?.map(|operation| operation.body().clone());
+            AnyBody::Solid(in_space(given, operated.map_or_else(|| space_body(given), Ok)?)?)
         }
         SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
         SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
@@ -37,7 +37,7 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
     }
     Ok(match made {
         AnyBody::Flat(flat) => AnyBody::Flat(flat.into_continuum(&settings)?),
-        // Muscles of solids are given fibre by fibre.
+        // In a solid each fibre is a muscle of its own, without a width.
         AnyBody::Solid(solid) => {
             let settings = ContinuumSettings { bundle_width_m: 0.0, ..settings };
             AnyBody::Solid(solid.into_continuum(&settings)?)
@@ -84,7 +84,7 @@ fn limited(nodes: usize, h: f64) -> Result<(), SimulationError> {
     if nodes > MOST_NODES { Err(SimulationError::value("body h_mm", h, must)) } else { Ok(()) }
 }
 
-/// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
+/// A tongue in space in the axes of scenes. The built-in one gets the palate of the reference tongue, unbounded to both sides.
 pub(super) fn in_space(given: &SceneSpace, tongue: Body<3>) -> Result<Body<3>, SimulationError> {
     let is_built_in = given.folder.is_none() && given.file.is_none();
     let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
@@ -105,7 +105,7 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<Body<3>, SimulationError>
     Ok(source.make(given.unit, given.refined)?)
 }
 
-/// The surgery of a scene, if there is any: checked scenes have it of tongues in space alone.
+/// The surgery of a scene; `None` if it has none. [`Scene::check`] allows it for tongues in space only.
 pub(super) fn operation(scene: &Scene) -> Result<Option<Operation>, SimulationError> {
     let (Some(surgery), SceneBody::TongueInSpace(given)) = (&scene.surgery, &scene.body) else {
         return Ok(None);
@@ -113,16 +113,16 @@ pub(super) fn operation(scene: &Scene) -> Result<Option<Operation>, SimulationEr
     Operation::new(surgery, space_body(given)?).map(Some).map_err(SimulationError::in_surgery)
 }
 
-/// Activations of the muscles of a tongue, `left` by surgery if there was any.
+/// Activations of the muscles of `body`, which is the body after surgery if there was any.
 pub(super) fn activations<const D: usize>(
     scene: &Scene,
     operation: Option<&Operation>,
-    left: &Body<D>,
+    body: &Body<D>,
 ) -> Result<Vec<f64>, SimulationError> {
     let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
     let refused = |wrong| SimulationError::Refused(format!("activations: {wrong}"));
     match operation {
-        None => left.activations(&given).map_err(refused),
+        None => body.activations(&given).map_err(refused),
         Some(operation) => Ok(operation.of_remaining(&operation.whole.activations(&given).map_err(refused)?)),
     }
 }

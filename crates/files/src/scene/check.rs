@@ -1,4 +1,4 @@
-//! Consistency of a scene, as far as it can be checked without the mesh: numbers in their ranges, then one table of contradictions.
+//! Checks of a scene that need no mesh: numbers in their ranges, then one table of contradictions.
 
 use super::file::{Scene, SceneBody, Want};
 use crate::run::Kind;
@@ -20,13 +20,12 @@ const IN_PLANE: &str =
 const OWN_LAW: &str = "a tongue in space has the law of Buchaillard, Perrier and Payan (2009); leave it out";
 const FOUND: &str = "tensions are found from points; give one or the other";
 
-/// The error for a number of a key.
-fn of(key: &'static str) -> impl Fn(BeyondLimit) -> SimulationError {
-    move |beyond| SimulationError::Refused(format!("{key}: {beyond}"))
+fn beyond(key: &'static str) -> impl Fn(BeyondLimit) -> SimulationError {
+    move |limit| SimulationError::Refused(format!("{key}: {limit}"))
 }
 
 fn coordinates<'a>(key: &'static str, mut mm: impl Iterator<Item = &'a f64>) -> Result<(), SimulationError> {
-    mm.try_for_each(|&x| limits::COORDINATE_MM.check(x)).map_err(of(key))
+    mm.try_for_each(|&x| limits::COORDINATE_MM.check(x)).map_err(beyond(key))
 }
 
 impl Scene {
@@ -37,7 +36,7 @@ impl Scene {
         self.check_points()
     }
 
-    /// Of the things that exclude each other the first pair that is there, and why.
+    /// Refuses the first pair of keys that exclude each other, with the reason.
     #[rustfmt::skip]
     fn contradictions(&self) -> Result<(), SimulationError> {
         let (m, e, body) = (&self.material, &self.effects, self.body_key());
@@ -108,12 +107,12 @@ impl Scene {
 
     fn check_points(&self) -> Result<(), SimulationError> {
         let Some(points) = &self.points else { return Ok(()) };
-        limits::NOISE_MM.check(points.noise_mm).map_err(of("points"))?;
+        limits::NOISE_MM.check(points.noise_mm).map_err(beyond("points"))?;
         limits::PRIOR.check(points.prior_n_per_m)?;
         coordinates("points.contour_mm", points.contour_mm.iter().flatten())?;
         for sensor in &points.sensors {
             coordinates("points.sensors.at_mm", sensor.at_mm.iter())?;
-            limits::SURFACE_MM.check(sensor.surface_mm).map_err(of("points.sensors"))?;
+            limits::SURFACE_MM.check(sensor.surface_mm).map_err(beyond("points.sensors"))?;
         }
         if let [first, .., last] = &points.contour_mm[..] {
             let (ahead_mm, below_mm) = (last[0] - first[0], last[1] - first[1]);

@@ -89,7 +89,7 @@ fn default_gravity() -> f64 {
     9.81
 }
 
-/// Distance from which on a wall acts where none is given, mm.
+/// Default distance at which a wall begins to act, mm.
 pub(crate) const CONTACT_REACH_MM: f64 = 1.0;
 
 fn default_reach() -> f64 {

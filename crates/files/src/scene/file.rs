@@ -77,8 +77,7 @@ pub enum SceneBody {
     TongueInSpace(SceneSpace),
     /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or the JSON of `tongue-fit mesh --json`.
     Mesh(MeshFile),
-    /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called
-    /// `axial`.
+    /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called `axial`.
     Cylinder(Cylinder),
     /// A solid block of tissue that stands on its fixed base (z = 0).
     Block(Block),
@@ -157,7 +156,7 @@ pub struct Block {
 }
 
 impl SceneBody {
-    /// Its elements.
+    /// A tongue in space has no such choice and counts as the default.
     pub fn kind(&self) -> Kind {
         match self {
             Self::Tongue(SceneTongue { kind, .. })
@@ -196,8 +195,8 @@ pub struct FitTarget {
     pub target: String,
 }
 
-/// Points of one posture in the frame of the body, measured on the surface of the tongue in the midsagittal
-/// plane. The tensions of all muscles are found as in `tongue-fit track`.
+/// Points of one posture in the frame of the body, measured on the surface of the tongue in the midsagittal plane. The tensions of all
+/// muscles are found as in `tongue-fit track`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Points {
@@ -225,8 +224,7 @@ pub struct Sensor {
     pub at_mm: [f64; 2],
 }
 
-/// Duration of a motion. It starts at rest, without weight and tension, with the bones at their places in the
-/// scene.
+/// Duration of a motion. It starts at rest, without weight and tension, with the bones at their places in the scene.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneTrajectory {

@@ -1,4 +1,4 @@
-//! Loads of a scene: weight, walls, the bones that jaw and hyoid move, and tensions from points measured on the tongue.
+//! Loads of a scene: weight, walls, the bones that jaw and hyoid move; and the tensions that points measured on the tongue imply.
 
 use std::any::Any;
 
@@ -71,8 +71,7 @@ pub(super) fn contact<const D: usize>(
     Ok(Some(wall))
 }
 
-/// A corner of the wall inside a triangle, m. (In space the wall is unbounded, so it meets an edge of every
-/// cell that it passes.)
+/// A corner of the wall inside a triangle, m. In space the wall is unbounded, so that it crosses an edge of every cell that it passes.
 fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64; 2]> {
     let inside = |p: &&Vector2<f64>| {
         D == 2
@@ -88,7 +87,7 @@ fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64;
     wall.outline().iter().find(inside).map(|p| [p.x, p.y])
 }
 
-/// Positions to which jaw and hyoid move the nodes that they hold.
+/// Adds the positions to which jaw and hyoid move the nodes on them, and plans both.
 pub(super) fn carry_bones<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
@@ -126,16 +125,14 @@ fn asked_for(name: &'static str, asked: bool, nodes: &[usize]) -> Planned {
 pub struct PointsFit {
     pub status: FrameStatus,
     pub rms_mm: Option<f64>,
-    /// Number of directions of the tensions whose standard deviation is below half of the prior's;
-    /// the others come from the prior.
+    /// Number of directions of the tensions whose standard deviation is below half of the prior's; the others come from the prior.
     pub resolved: usize,
-    /// Lower ends of the 95 % intervals, N per metre of thickness, one for each chain of the mesh. They assume that the speaker's tongue has
-    /// the shape of this body.
+    /// Lower ends of the 95 % intervals of all chains, N per metre of thickness, for a speaker whose tongue has the shape of this body.
     pub low_n: Vec<f64>,
     pub high_n: Vec<f64>,
 }
 
-/// The points of a scene as observations of its body; `None` if it has none.
+/// The points of a scene as observations of its body; `None` if the scene has none.
 pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Frame>, SimulationError> {
     let Some(points) = &scene.points else { return Ok(None) };
     let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
@@ -168,8 +165,7 @@ fn numbered(stem: &str, count: usize) -> Vec<String> {
     (1..=count).map(|i| format!("{stem}_{i}")).collect::<Vec<_>>()
 }
 
-/// Finds the tensions of all chains of the mesh, N, and their intervals. `None` in space, for which [`frame`]
-/// makes no observations.
+/// The tensions of all chains of the mesh, N, and their intervals; `None` in space, for which [`frame`] makes no observations.
 pub(super) fn fit<const D: usize>(
     points: &Points,
     frame: &Frame,
@@ -178,7 +174,7 @@ pub(super) fn fit<const D: usize>(
     let system = (system as &dyn Any).downcast_ref::<System<2>>()?;
     let settings =
         TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
-    // A scene says what its body is, so its shape is known.
+    // The body of a scene is given, so its shape is taken as known.
     let context = TrackingContext::fixed(system);
     let found = Watch::collect(|watch| track::track(&context, vec![vec![frame.clone()]], &settings, watch));
     let found = found.ok()?.pop()?.frames.pop()?;
@@ -187,12 +183,12 @@ pub(super) fn fit<const D: usize>(
         system.contracting().iter().zip(values).for_each(|(&muscle, value)| all[muscle] = *value);
         all
     };
-    let told = PointsFit {
+    let fit = PointsFit {
         status: found.status,
         rms_mm: found.rms_m.map(|r| r * 1e3),
         resolved: found.resolved,
         low_n: of_body(&found.levels.iter().map(|l| l.low).collect::<Vec<_>>()),
         high_n: of_body(&found.levels.iter().map(|l| l.high).collect::<Vec<_>>()),
     };
-    Some((of_body(&found.tensions_n()), told))
+    Some((of_body(&found.tensions_n()), fit))
 }

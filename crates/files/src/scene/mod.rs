@@ -1,8 +1,8 @@
-//! Scenes: loads and wanted results. The plan decides what must be computed; nothing else is computed.
+//! Scenes: loads and wanted results. A plan decides what must be computed, and nothing else is.
 //!
-//! [`mod@file`] is the scene file, [`body`] its body, [`plan`] what is simulated and what is left out and
-//! why, [`prepare`] the system for it, [`loads`] what acts on it beside its muscles and tensions from
-//! measured points, [`run`] the result, [`vocal_tract`] the tract and its sound.
+//! [`mod@file`] is the scene file, [`body`] its body, [`plan`] what is simulated and what is left out and why, [`prepare`] the system for
+//! it, [`loads`] what acts on it beside its muscles and tensions from measured points, [`run`] the result, [`vocal_tract`] the tract and
+//! its sound.
 
 pub mod body;
 mod check;

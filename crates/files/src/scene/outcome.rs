@@ -19,7 +19,7 @@ use tongue_infer::inverse::{self, alarms::Alarm};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pull {
-    /// Its tension, N (2D: per metre of thickness).
+    /// N; in the plane per metre of thickness.
     TensionN(f64),
     Activation(f64),
 }
@@ -32,18 +32,17 @@ impl Pull {
     }
 }
 
-/// Length of a muscle; for muscles of one name the mean.
+/// Lengths are means over the muscles of one name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MuscleLength {
     pub muscle: String,
     #[serde(flatten)]
     pub pull: Pull,
-    /// Its 95 % interval, if points were fitted. It assumes that the speaker's tongue has the shape of this body.
+    /// 95 % interval of the tension, if points were fitted. It holds if the speaker's tongue has the shape of this body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_n: Option<[f64; 2]>,
     pub rest_mm: f64,
     pub length_mm: f64,
-    /// Length over that at rest.
     pub stretch: f64,
 }
 
@@ -54,28 +53,27 @@ pub struct ContactForce {
     pub largest_n: f64,
     pub touching: usize,
     pub closest_mm: f64,
-    /// Whether a corner of the wall is between two nodes: the wall acts on nodes, not on the lines between
-    /// them.
+    /// Whether a corner of the wall lies between two nodes: the wall acts on nodes, not on the lines between them.
     pub edge_through_wall: bool,
 }
 
-/// Time of an effect in the solve: the measured time of each evaluation times their number.
+/// Time of an effect in a solve: the measured time of each evaluation times their number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectTime {
     pub effect: &'static str,
     pub energy_us: f64,
     pub force_us: f64,
     pub stiffness_us: f64,
-    /// All evaluations of the solve, microseconds.
+    /// All evaluations of the solve together.
     pub total_us: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Moment {
     pub time_s: f64,
-    /// Length of every muscle, mm; for muscles of one name the mean.
+    /// Length of every muscle; for muscles of one name the mean.
     pub lengths_mm: Vec<f64>,
-    /// Formants, Hz, if the scene has a tract; null if its walls meet.
+    /// Formants, if the scene has a tract; null if its walls meet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formants_hz: Option<Vec<f64>>,
 }
@@ -84,7 +82,7 @@ pub struct Moment {
 pub struct SceneMotion {
     #[serde(flatten)]
     pub outcome: MotionOutcome,
-    /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
+    /// Part of the way to its equilibrium that the body has moved; null if it has no equilibrium to go to.
     pub part_of_way_to_equilibrium: Option<f64>,
     pub moments: Vec<Moment>,
 }
@@ -95,7 +93,7 @@ pub struct SceneOutcome {
     pub converged: bool,
     #[serde(flatten)]
     pub pulls: Pulls,
-    /// Muscles, each name once.
+    /// Each name once.
     pub muscles: Vec<MuscleLength>,
     /// Smallest ratio of a cell's area or volume to that at rest.
     pub min_cell_ratio: f64,
@@ -103,8 +101,7 @@ pub struct SceneOutcome {
     /// Total area, m², or volume, m³, over that at rest.
     pub measure_ratio: f64,
     pub contact: Option<ContactForce>,
-    /// Force of the body on the bones, N, by dimension; null at the end of a trajectory, where dampers and
-    /// masses act on them too.
+    /// Force of the body on the bones, N, by dimension; null at the end of a trajectory, where dampers and masses act on them too.
     pub on_bones_n: Option<Vec<f64>>,
     pub solution: Option<Solution>,
     pub fit: Option<inverse::FitStatus>,
@@ -112,22 +109,22 @@ pub struct SceneOutcome {
     pub points: Option<PointsFit>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundRecord>,
-    /// What surgery changed, if there was any; everything else is after it.
+    /// What surgery changed, if there was any; everything else in this record is after it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operation: Option<OperationRecord>,
     pub trajectory: Option<SceneMotion>,
-    /// What is wrong with the shape: not known to lie on the branch from rest, kept by the barrier, or strained too far.
+    /// Doubts about the shape: it is not known to lie on the branch from rest, a barrier keeps it, or it is strained too far.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alarms: Vec<Alarm>,
     pub wall_s: f64,
-    /// Time that each effect took in a trajectory or in the last direct solve. The rest of the time is mostly linear algebra and, for an
+    /// Time that each effect took in a trajectory or in the last direct solve. Most of the remaining time is linear algebra and, for an
     /// equilibrium, following the branch from rest.
     pub time_by_effect: Vec<EffectTime>,
     pub positions_m: Vec<Vec<f64>>,
 }
 
-/// The sound of the last equilibrium in a workspace.
-pub(super) fn hear<const D: usize>(
+/// The sound of the last equilibrium in a workspace; `None` in space or without a tract.
+pub(super) fn sound_record<const D: usize>(
     prepared: &Prepared<D>,
     posture: Articulation,
     workspace: &mut Workspace<D>,

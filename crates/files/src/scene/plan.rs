@@ -12,7 +12,7 @@ pub struct Planned {
     pub effect: &'static str,
     pub simulated: bool,
     pub why: String,
-    /// Number of elements in an evaluation (springs, cells, nodes and so on); 0 if it is left out.
+    /// Number of elements in an evaluation (springs, cells, nodes); 0 if it is left out.
     pub elements: usize,
     /// Estimated cost of one iteration (energy, force and stiffness), microseconds.
     pub estimated_us: f64,
@@ -52,12 +52,10 @@ pub struct ScenePlan {
     pub muscles: Vec<MuscleRole>,
 }
 
-/// Nanoseconds of an iteration for each stiffness block that an element writes, with its share of energy and
-/// force, by dimension. This and the other rates are measurements by `tongue-fit scene run` on the reference
-/// tongue and the built-in solids.
+/// Nanoseconds of an iteration for each stiffness block that an element writes, with its share of energy and force, by dimension. This and
+/// the other rates were measured by `tongue-fit scene run` on the reference tongue and the built-in solids.
 const NS_PER_BLOCK: [f64; 2] = [4.0, 10.0];
-/// Nanoseconds for an element without blocks of its own (the weight of a node, a node near a segment of a
-/// wall).
+/// Nanoseconds for an element without blocks of its own: the weight of a node, or a node near a segment of a wall.
 const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
 /// Operations of a factorisation per nanosecond: block by block, and in supernodes (`cargo bench factorise`).
 const OPERATIONS_PER_NS: [f64; 2] = [8.0, 20.0];
@@ -81,7 +79,6 @@ impl Planned {
     }
 }
 
-/// Decisions about effects that only a trajectory needs.
 pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Planned> {
     let e = &scene.effects;
     let moving = scene.want == Want::Trajectory;
@@ -104,7 +101,7 @@ fn decide(name: &'static str, asked: Option<bool>, needed: bool, need: &str, idl
     }
 }
 
-/// Number of elements and estimated microseconds of the effects of a system with this name.
+/// Number of elements and estimated microseconds of all effects with this name.
 fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
     let mut elements = 0;
     let mut ns = 0.0;
@@ -125,8 +122,8 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
     (elements, ns * 1e-3)
 }
 
-/// Number of elements and estimated microseconds of a part of the plan: an effect of the system, or the work
-/// of its nodes and elements in a motion.
+/// Number of elements and estimated microseconds of a part of the plan: an effect of the system, or the work of its nodes and elements in a
+/// motion.
 fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f64) {
     match part.effect {
         "springs" => cost(system, "tissue"),
@@ -143,7 +140,7 @@ fn light(elements: usize) -> (usize, f64) {
     (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3)
 }
 
-/// Adds the counts of the system that was made from the decisions about effects.
+/// The plan: the decisions about effects, with the counts of the system that was made from them.
 pub(super) fn count<const D: usize>(
     scene: &Scene,
     body: &str,
@@ -195,7 +192,7 @@ pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, Sim
     let direction = SVector::<f64, D>::from_column_slice(given);
     let largest = direction.amax();
     if largest > 0.0 {
-        // Scaled first, since squares of very large or small numbers overflow or vanish.
+        // Scaled first, since squares of very large or very small numbers overflow or vanish.
         Ok((direction / largest).normalize())
     } else {
         Err(SimulationError::value("the length of effects.gravity.direction", 0.0, "positive"))

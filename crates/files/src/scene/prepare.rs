@@ -26,8 +26,7 @@ pub struct Prepared<const D: usize> {
     pub body: Body<D>,
     pub(super) operation: Option<Operation>,
     pub system: Arc<System<D>>,
-    /// For a trajectory with carried bones: the system without weight and contraction, whose equilibrium is
-    /// the start.
+    /// For a trajectory with displaced bones: the system without weight and contraction, at whose equilibrium the motion starts.
     pub start: Option<System<D>>,
     pub tensions: Vec<f64>,
     pub wall: Option<Contact>,
@@ -96,7 +95,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     Ok(Prepared { plan, body, operation, system, start, tensions, wall, target, seen, airway })
 }
 
-/// The system of a tongue in space: `D` is 3 where a body has one.
+/// The system of a tongue in space; a body for which `D` is not 3 is refused.
 fn of_hexahedra<const D: usize>(
     body: &Body<D>,
     additions: Additions<D>,
@@ -119,7 +118,7 @@ fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRole> {
     }))
 }
 
-/// The body and its bones without loads except the wall.
+/// The displaced bones, incompressibility and the wall, without weight.
 fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
     let mut unloaded = Additions {
         incompressible: additions.incompressible,
@@ -168,7 +167,7 @@ fn target<const D: usize>(
     Ok(target)
 }
 
-/// The tension of every muscle of the mesh; all of one name have the same.
+/// The tension or activation of every muscle of the mesh; muscles of one name have the same.
 fn tensions<const D: usize>(
     scene: &Scene,
     operation: Option<&Operation>,
@@ -190,7 +189,7 @@ fn tensions<const D: usize>(
 }
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Planned> {
-    // What pulls, with its verb for one and for several.
+    // A decision about what pulls, with its verb in singular and plural.
     let pulling = |effect, what: &str, [one, several]: [&str; 2], how: &str| match contracting.len() {
         0 => Planned::no(effect, format!("no muscle {one}")),
         1 => Planned::yes(effect, format!("1 {what} {one}{how}")),
@@ -239,7 +238,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
     ]
 }
 
-/// How much the elements of a solid lock, in words; `None` where they do not.
+/// A text that says how much the springs of a solid lock; `None` where they do not.
 fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>, SimulationError> {
     let mesh = &body.mesh;
     if D != 3 || mesh.cells.is_empty() || mesh.continuum.is_some() {

@@ -7,7 +7,7 @@ use super::body::{self, in_space};
 use super::file::{Scene, SceneBody, Want};
 use super::loads::PointsFit;
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, SceneMotion, SceneOutcome};
-use super::outcome::{formants, hear};
+use super::outcome::{formants, sound_record};
 use super::prepare::{Prepared, prepare};
 use super::vocal_tract;
 use crate::report::Pulls;
@@ -26,13 +26,9 @@ use tongue_infer::track::FrameStatus;
 use tongue_input::bodies::AnyBody;
 
 const SAMPLES: usize = 121;
-/// Number of repetitions of each evaluation when effects are timed.
 const REPETITIONS: u32 = 50;
 
-/// Runs a scene: its body, its plan, its result.
-///
-/// # Errors
-/// [`SimulationError`] if the run cannot begin; later failures are in the outcome.
+/// Makes the body of a scene, plans and runs it. An error says why it cannot begin; later failures are in the outcome.
 pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SimulationError> {
     match body::build(scene)? {
         AnyBody::Flat(body) => run(scene, &mut prepare(scene, body)?),
@@ -40,36 +36,36 @@ pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SimulationError> {
     }
 }
 
-/// Runs a prepared scene and stores the tensions that were found in it.
+/// Runs a prepared scene, and replaces its tensions by those that a fit found or with which a motion ends.
 pub fn run<const D: usize>(
     scene: &Scene,
     prepared: &mut Prepared<D>,
 ) -> Result<SceneOutcome, SimulationError> {
-    // Made before the clock starts; a trajectory does not need it.
+    // The workspace is made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
     let fitted = fit(prepared)?;
     let mut points = None;
     if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
-        && let Some((tensions, told)) = super::loads::fit(wanted, frame, &prepared.system)
+        && let Some((tensions, fit)) = super::loads::fit(wanted, frame, &prepared.system)
     {
-        points = Some(told);
+        points = Some(fit);
         prepared.tensions = tensions;
     }
-    let (mut solution, mut trajectory, mut heard, mut alarms) = (None, None, None, Vec::new());
+    let (mut solution, mut trajectory, mut sound, mut alarms) = (None, None, None, Vec::new());
     let positions = if let Some(workspace) = &mut workspace {
         let found = equilibrium(prepared, workspace);
         (solution, alarms) = (Some(found.solution), found.alarms);
         if scene.want == Want::Sound {
-            heard = hear(prepared, vocal_tract::posture(scene), workspace)?;
+            sound = sound_record(prepared, vocal_tract::posture(scene), workspace)?;
         }
         workspace.positions().to_vec()
     } else {
-        let (way, positions) = follow(scene, prepared)?;
-        // The tensions at the end; the ramp may not be complete.
+        let (motion, positions) = follow(scene, prepared)?;
+        // The ramp may not be complete when the motion ends.
         let tensions = tensions_over_time(scene, prepared);
-        tensions.at(way.outcome.time_s, &mut prepared.tensions);
-        trajectory = Some(way);
+        tensions.at(motion.outcome.time_s, &mut prepared.tensions);
+        trajectory = Some(motion);
         positions
     };
     let system = &prepared.system;
@@ -102,7 +98,7 @@ pub fn run<const D: usize>(
         solution,
         fit: fitted,
         points,
-        sound: heard,
+        sound,
         operation: compared(scene, prepared, &positions)?,
         trajectory,
         alarms,
@@ -119,7 +115,7 @@ pub fn fit<const D: usize>(
 ) -> Result<Option<inverse::FitStatus>, SimulationError> {
     let Some(target) = &prepared.target else { return Ok(None) };
     let matched = inverse::TargetOnBody::new(&prepared.body.mesh, target)?;
-    // Where Nelder-Mead ends depends on the last bits of a machine, by 2 Hz of a formant.
+    // The end point of Nelder-Mead depends on the last bits of a machine, which moves a formant by 2 Hz.
     let method = match prepared.airway {
         Some(_) => inverse::Method::GaussNewton,
         None => inverse::Method::default(),
@@ -130,8 +126,8 @@ pub fn fit<const D: usize>(
     Ok(Some(fit.answer.status))
 }
 
-/// The equilibrium, followed from rest. At a wall a direct solve stands if it left no unstable equilibrium on its way: nodes alone feel the
-/// wall, so that on a longer path an edge may pass one of its corners.
+/// The equilibrium, followed from rest. At a wall a direct solve is kept if no unstable equilibrium was on its way: the wall acts on nodes
+/// alone, so that on a longer path an edge may pass one of its corners.
 fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace<D>) -> Equilibrium {
     let (system, pulls) = (&prepared.system, &prepared.tensions);
     let direct = Equilibrium::of(system, workspace, pulls, true);
@@ -146,8 +142,7 @@ fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> 
     Tensions::Ramp { to: prepared.tensions.clone(), duration }
 }
 
-/// Follows the motion from rest. Carried bones are moved before it begins, and the body follows them to an
-/// equilibrium without weight.
+/// Follows the motion from rest. Displaced bones are moved before it begins, and the body follows them to an equilibrium without weight.
 fn follow<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
@@ -182,12 +177,12 @@ fn follow<const D: usize>(
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
         formants_hz: formants(prepared, &posture, positions),
     });
-    let way = SceneMotion {
+    let record = SceneMotion {
         outcome: found.outcome,
         part_of_way_to_equilibrium: found.part_of_way,
         moments: moments.collect(),
     };
-    Ok((way, found.end.positions))
+    Ok((record, found.end.positions))
 }
 
 fn muscles<const D: usize>(
@@ -242,8 +237,7 @@ fn on_bones<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) ->
     total.iter().copied().collect()
 }
 
-/// Times every effect at the answer, and multiplies by the number of evaluations of its energy, force and
-/// stiffness.
+/// Measures the time of every effect at the answer, and multiplies it by the number of evaluations of energy, force and stiffness.
 fn time_by_effect<const D: usize>(
     prepared: &Prepared<D>,
     at: Configuration<'_, D>,
@@ -278,7 +272,7 @@ fn fastest_us(work: &mut dyn FnMut()) -> f64 {
     times.fold(f64::INFINITY, f64::min)
 }
 
-/// What surgery changed: the same scene without it is run too. `after` are the positions of all nodes, m, in the axes of the scene.
+/// What surgery changed, by a run of the same scene without it. `after`: positions of all nodes, m, in the axes of the scene.
 fn compared<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,

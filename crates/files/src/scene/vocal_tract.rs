@@ -1,4 +1,4 @@
-//! The tract around the tongue of a scene with its jaw, hyoid and lips, and its formants with their derivatives by tensions.
+//! The vocal tract around the tongue of a scene, with jaw, hyoid and lips.
 
 use std::any::Any;
 use std::io;
@@ -21,7 +21,7 @@ pub(super) fn posture(scene: &Scene) -> Articulation {
     }
 }
 
-/// The tract around the body of a scene; `None` if no sound is wanted.
+/// The tract around the body of a scene; `None` if the scene has none, or wants only a shape or lengths.
 pub(super) fn vocal_tract<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
@@ -52,7 +52,7 @@ pub(super) fn vocal_tract<const D: usize>(
 }
 
 impl Scene {
-    /// The same scene with jaw, hyoid and lips of speech, whose sound is wanted.
+    /// The same scene with the jaw, hyoid and lips of `posture`, and with sound as its wanted result.
     #[must_use]
     pub fn spoken(mut self, posture: &Articulation, joint_mm: [f64; 2]) -> Self {
         self.want = Want::Sound;

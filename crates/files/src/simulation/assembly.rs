@@ -13,7 +13,7 @@ use tongue_core::system::{Model, System};
 use super::SimulationError;
 use super::error::check_tension;
 
-/// A body of which some muscles can contract, made into a [`System`]. A clone shares its data.
+/// A body of which some muscles can contract, made into a [`System`]. Clones share its data.
 #[derive(Debug, Clone)]
 pub struct Assembly<const D: usize>(Arc<AssemblyParts<D>>);
 
@@ -26,11 +26,10 @@ struct AssemblyParts<const D: usize> {
 
 /// Makes a body ready to be solved under a [`Model`].
 pub trait Assemble {
-    /// Makes `body` ready to be solved, with the named muscles contracting: all fibres of each. All other
-    /// muscles are passive tissue.
+    /// Makes `body` ready to be solved, with all fibres of the named muscles contracting. All other muscles are passive tissue.
     ///
     /// # Errors
-    /// For an unknown muscle, with the nearest name, for a muscle given twice, and as [`System::new`].
+    /// For an unknown muscle, with the nearest name, for a muscle given twice, and where [`System::new`] fails.
     fn assemble<const D: usize>(
         &self,
         body: &Body<D>,
@@ -57,7 +56,7 @@ impl Assemble for Model {
     }
 }
 
-/// Numbers of the chains of a muscle: at least one.
+/// Indices of the chains of a muscle, of which there is at least one.
 fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, SimulationError> {
     let first = body.muscle(muscle)?;
     Ok(body.muscles_called(&body.mesh.muscles[first].name).collect())
@@ -99,7 +98,7 @@ impl<const D: usize> Assembly<D> {
         fibres(self.body(), muscle)
     }
 
-    /// Number of the only chain of a muscle.
+    /// Index of the chain of a muscle that has only one.
     fn line(&self, muscle: &str) -> Result<usize, SimulationError> {
         match self.fibres(muscle)?[..] {
             [line] => Ok(line),
@@ -111,7 +110,7 @@ impl<const D: usize> Assembly<D> {
         }
     }
 
-    /// Numbers of the chains of a muscle that contracts.
+    /// Indices of the chains of a muscle that contracts.
     pub(super) fn pulling(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
         let fibres = self.fibres(muscle)?;
         if self.system().contracting().contains(&fibres[0]) {
@@ -124,7 +123,7 @@ impl<const D: usize> Assembly<D> {
         }
     }
 
-    /// Tensions of all muscles of the body, N, from those given by name; all others are zero.
+    /// Tensions of all chains of the body, N, from those given by name; all others are zero.
     pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, SimulationError> {
         let mut all = vec![0.0; self.system().muscle_count()];
         let mut seen = Vec::with_capacity(given.len());
@@ -152,15 +151,15 @@ impl<const D: usize> Assembly<D> {
 }
 
 impl Assembly<2> {
-    /// The signed distance of a measured point, m, from the outline of the tissue (the longest, if there are
-    /// several): positive outside.
+    /// The signed distance of a measured point, m, from the outline of the tissue, or from the longest of several outlines: positive
+    /// outside.
     ///
     /// # Errors
     /// For a point that is not finite or a body without an outline.
     pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, SimulationError> {
         let mesh = &self.body().mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
-        // The curve is straight where its ends meet, so that should be on bone.
+        // The curve is straight at its two ends, which meet, so they are put on a bone.
         let seam = outline.iter().position(|n| mesh.fixed.binary_search(n).is_ok()).unwrap_or(0);
         outline.rotate_left(seam);
         outline.extend(outline.first().copied());
@@ -170,10 +169,7 @@ impl Assembly<2> {
 }
 
 impl Assembly<3> {
-    /// The signed distance of a measured point, m, from the surface of the tissue: positive outside.
-    ///
-    /// # Errors
-    /// For a point that is not finite or a body without cells.
+    /// The signed distance of a measured point, m, from the surface of the tissue: positive outside. The point must be finite.
     pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, SimulationError> {
         let faces = self.body().mesh.outward_faces();
         if !faces.is_empty() && point.iter().all(|x| x.is_finite()) {

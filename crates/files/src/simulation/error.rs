@@ -1,4 +1,4 @@
-//! Errors of names and numbers, and tensions as words (`GGa=12`).
+//! Errors of names and numbers, and tensions as text (`GGa=12`).
 
 use std::fmt::Display;
 
@@ -11,7 +11,7 @@ use tongue_infer::inverse::FitError;
 use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::ReadError;
 
-/// Why something cannot begin. Later failures are a status of the result.
+/// Why a run cannot begin. Later failures are a status of the result.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
     #[error(transparent)]
@@ -26,7 +26,7 @@ pub enum SimulationError {
     Limit(#[from] BeyondLimit),
     #[error(transparent)]
     Target(#[from] ReadError),
-    /// The body cannot be placed or its shape not be varied.
+    /// The body cannot be placed, or its shape cannot be varied.
     #[error(transparent)]
     Rest(#[from] RestError),
     #[error(transparent)]
@@ -65,7 +65,7 @@ impl SimulationError {
     }
 }
 
-/// `value` if it is `good`.
+/// `value` if it is `good`, otherwise an error that says what it must be.
 pub(super) fn checked(name: &str, value: f64, good: bool, must: &str) -> Result<f64, SimulationError> {
     good.then_some(value).ok_or_else(|| SimulationError::value(name, value, must))
 }
@@ -76,8 +76,7 @@ pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> 
     checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
 }
 
-/// Reads words such as `GGa=12` into numbers of the body's muscles and tensions, N (2D: per metre of
-/// thickness).
+/// Reads texts such as `GGa=12` as indices of the body's muscles and their tensions, N (2D: per metre of thickness).
 pub fn read_tensions<const D: usize>(
     words: &[String],
     body: &Body<D>,

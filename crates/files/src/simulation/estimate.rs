@@ -1,4 +1,4 @@
-//! Result of an inverse problem, by name.
+//! The result of an inverse problem, by name.
 
 use nalgebra::SVector;
 use serde_json::{Value, json};
@@ -13,12 +13,11 @@ use super::{Assembly, Shape, SimulationError};
 #[derive(Debug, Clone)]
 pub struct Estimate<const D: usize> {
     pub status: FitStatus,
-    /// The whole answer: misfit, what the data leave undetermined, the ends of the starts.
+    /// The answer with its misfit, the directions that the data leave undetermined, and the end points of all starts.
     pub answer: Answer<D>,
     pub shape: Shape<D>,
-    /// The value of each observable in that shape, in the order and units of the observations.
+    /// Values of the observables in that shape, in the order and units of the observations.
     pub simulated: Vec<f64>,
-    /// The measured values, in the same order.
     pub measured: Vec<f64>,
     unknowns: Vec<Unknown>,
     bones: Vec<String>,
@@ -55,8 +54,7 @@ impl<const D: usize> Estimate<D> {
         self.shape.tension(muscle)
     }
 
-    /// The tensions of all contracting muscles, as arguments of
-    /// [`Solver::equilibrium`](super::Solver::equilibrium).
+    /// The tensions of all contracting muscles, as [`Solver::equilibrium`](super::Solver::equilibrium) takes them.
     pub fn tensions(&self) -> Vec<(&str, f64)> {
         self.contracting.iter().filter_map(|name| Some((name.as_str(), self.tension(name).ok()?))).collect()
     }
@@ -90,8 +88,7 @@ impl<const D: usize> Estimate<D> {
         found.map(|(unknown, x)| x * unknown.unit)
     }
 
-    /// Number of directions in which the unknowns can change without a worse fit; `None` if it is not known,
-    /// because the answer is singular or there is none.
+    /// Number of directions in which the unknowns can change without a worse fit; `None` for a singular answer, or none.
     pub fn undetermined(&self) -> Option<usize> {
         self.answer.identifiability.as_ref().map(|i| i.null_directions.len())
     }
@@ -110,8 +107,7 @@ impl<const D: usize> Estimate<D> {
         Some(SolutionCurveRecord { curve: open.curve.as_ref()?, unknowns, muscles: muscles.collect() })
     }
 
-    /// For JSON: simulated and measured values are in the order and units of the observations, singular values those of d(residual)/d(unknown
-    /// in its unit), the largest first.
+    /// Values are in the order and units of the observations; singular values are those of d(residual)/d(unknown in its unit), descending.
     pub fn record(&self) -> Value {
         json!({
             "status": self.status,

@@ -1,7 +1,6 @@
-//! The library by names of muscles and bones: a body, its contracting muscles, shapes, motions and fits. This
-//! layer uses no numbers of nodes or muscles and computes nothing itself: it calls [`tongue_core::system`],
-//! [`tongue_core::statics`], [`tongue_core::dynamics`] and [`tongue_infer::inverse`] with the same results to
-//! the last bit.
+//! The library by names of muscles and bones: a body, its contracting muscles, shapes, motions and fits. It only calls
+//! [`tongue_core::system`], [`tongue_core::statics`], [`tongue_core::dynamics`] and [`tongue_infer::inverse`], so that results are the same
+//! to the last bit.
 //!
 //! ```text
 //! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; threads share it
@@ -10,8 +9,8 @@
 //!     .stretch("GGa")      -> an observable; with what was measured an Observation
 //!     InverseProblem::new(&model, observations).fit() -> Estimate    fitted tensions, bones and constants
 //! ```
-//! An [`SimulationError`] is a wrong name or number, reported before anything is solved. A failure of a solve, motion
-//! or fit is a status of its result.
+//! A [`SimulationError`] is a wrong name or number, reported before anything is solved. A solve, motion or fit that fails has a status that
+//! says so.
 
 mod assembly;
 mod error;

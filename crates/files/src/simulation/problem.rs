@@ -13,8 +13,7 @@ use super::{Assembly, Estimate, SimulationError};
 #[derive(Debug, Clone, Default)]
 pub struct Observations<const D: usize> {
     pub fitted: Vec<Observation<D>>,
-    /// Other measurements. If the fitted observations leave a direction undetermined, these select the best
-    /// of the answers.
+    /// Other measurements. If the fitted observations leave a direction undetermined, these select one of the answers.
     pub others: Vec<Observation<D>>,
 }
 
@@ -25,8 +24,7 @@ impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
 }
 
 impl<const D: usize> Assembly<D> {
-    /// The observations of this body in a target: one for every fitted muscle, with its range of rounding,
-    /// and one for every other measured muscle.
+    /// A target as observations of this body: of every fitted muscle with its range of rounding, and of every other measured muscle.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
         let matched = TargetOnBody::new(&self.body().mesh, target)?;
         let system = self.system();
@@ -35,11 +33,11 @@ impl<const D: usize> Assembly<D> {
     }
 }
 
-/// The observations of a body and its unknowns: at first the tension of every contracting muscle, from 0 to
+/// The observations of a body and its unknowns, which at first are the tensions of all contracting muscles, from 0 to
 /// [`FitSettings::upper_bound`].
 ///
-/// Priors are weighed against observations by their standard deviations, so with priors the observations need
-/// theirs too ([`Observation::with_standard_deviation`]).
+/// Priors are weighed against observations by their standard deviations, so that with priors the observations need standard deviations too
+/// ([`Observation::with_standard_deviation`]).
 #[derive(Debug, Clone)]
 pub struct InverseProblem<const D: usize> {
     pub settings: FitSettings,
@@ -93,8 +91,7 @@ impl<const D: usize> InverseProblem<D> {
         Ok(self)
     }
 
-    /// The problem with a normal prior of a tension: its mean and standard deviation, N (2D: per metre of
-    /// thickness).
+    /// The problem with a normal prior of a tension: its mean and standard deviation, N (2D: per metre of thickness).
     pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, SimulationError> {
         checked(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
         let weight = weight(muscle, sd)?;
@@ -102,12 +99,12 @@ impl<const D: usize> InverseProblem<D> {
         Ok(self)
     }
 
-    /// The problem with the displacement of a bone as an unknown, the same for all its nodes, of at most
-    /// `most` (m) in both directions of each axis.
+    /// The problem with the displacement of a bone as an unknown, the same for all its nodes and at most `most` (m) in both directions of
+    /// each axis.
     ///
     /// # Errors
-    /// For an unknown name (with the nearest one), a bone given twice, a length that is not positive, and
-    /// [`SimulationError::System`] if no other bone holds the body.
+    /// For an unknown name, with the nearest one, a bone given twice, a length that is not positive, and [`SimulationError::System`] if no
+    /// other bone holds the body.
     pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, SimulationError> {
         let nodes = self.assembly.bone(bone)?;
         checked(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
@@ -126,8 +123,7 @@ impl<const D: usize> InverseProblem<D> {
         Ok(self)
     }
 
-    /// The problem with a normal prior of a free bone's displacement: its standard deviation along each axis,
-    /// m.
+    /// The problem with a normal prior of mean zero for the displacement of a free bone; `sd` is its standard deviation along each axis, m.
     pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, SimulationError> {
         let weight = weight(bone, sd)?;
         let freed = self
@@ -170,8 +166,8 @@ impl<const D: usize> InverseProblem<D> {
     /// Searches for the best fit of the observations. The result has the same bits for any number of threads.
     ///
     /// # Errors
-    /// For a muscle with an unknown tension and several fibres; [`SimulationError::Fit`] for settings
-    /// and bounds out of range, no observations or no unknowns. Later failures are a status of the estimate.
+    /// For a muscle with an unknown tension and several fibres; [`SimulationError::Fit`] for settings and bounds out of range, no
+    /// observations or no unknowns. Later failures are a status of the estimate.
     pub fn fit(&self) -> Result<Estimate<D>, SimulationError> {
         let (assembly, system) = (&self.assembly, self.assembly.system());
         for muscle in assembly.contracting() {

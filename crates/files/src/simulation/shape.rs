@@ -1,4 +1,4 @@
-//! A shape of a body, which is the positions of its nodes with the solve that found it, and its motion by names of muscles.
+//! A shape of a body (the positions of its nodes, with the solve that found them) and a motion, by names of muscles.
 
 use nalgebra::SVector;
 
@@ -15,7 +15,7 @@ pub struct Shape<const D: usize> {
     pub solution: Solution,
     pub trace: Option<Trace>,
     assembly: Assembly<D>,
-    /// Of all chains of the body, in its order, N (2D: per metre of thickness).
+    /// N (2D: per metre of thickness), of all chains of the body in its order.
     pub(super) tensions: Vec<f64>,
     positions: Vec<SVector<f64, D>>,
 }
@@ -34,18 +34,17 @@ impl<const D: usize> Shape<D> {
         &self.assembly
     }
 
-    /// Whether it is an equilibrium; if not, `solution.status` says why.
+    /// Whether the shape is an equilibrium; if not, `solution.status` says why.
     pub fn is_converged(&self) -> bool {
         self.solution.status == SolveStatus::Converged
     }
 
-    /// Whether it is known to lie on the branch of equilibria from rest.
+    /// Whether the shape is known to lie on the branch of equilibria from rest.
     pub fn is_traced(&self) -> bool {
         self.solution.connection == Connection::Traced
     }
 
-    /// Number of elements in which the barrier against inversion acts. If it is not zero, the shape is not
-    /// that of the published law.
+    /// Number of elements in which the barrier against inversion acts. If there are any, the shape is not that of the published law.
     pub fn guarded(&self) -> usize {
         self.solution.guarded
     }
@@ -59,7 +58,7 @@ impl<const D: usize> Shape<D> {
         Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
     }
 
-    /// The length of a muscle, the straight distance between its ends, m; of several fibres the mean.
+    /// The length of a muscle, the straight distance between its ends, m; the mean over its fibres.
     pub fn length(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.mean_length(muscle, &self.positions)
     }
@@ -88,7 +87,7 @@ impl<const D: usize> Shape<D> {
         self.assembly.system().cell_ratios(&self.positions)
     }
 
-    /// A record for JSON ([`report::Json`]), as of `tongue-fit simulate --json`, without the duration.
+    /// The record that `tongue-fit simulate --json` prints, without the duration.
     pub fn record(&self) -> SimulationRecord {
         let found = Equilibrium::new(self.solution, self.trace);
         let (body, system) = (self.assembly.body(), self.assembly.system());
@@ -119,7 +118,7 @@ impl Shape<3> {
 #[derive(Debug, Clone)]
 pub struct Trajectory<const D: usize> {
     pub outcome: MotionOutcome,
-    /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
+    /// Part of the way to equilibrium that the body has moved at the end; `None` if it has no equilibrium to go to.
     pub part_of_way: Option<f64>,
     pub times: Vec<f64>,
     pub positions: Vec<Vec<SVector<f64, D>>>,
@@ -127,13 +126,12 @@ pub struct Trajectory<const D: usize> {
 }
 
 impl<const D: usize> Assembly<D> {
-    /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow to their values in
-    /// `ramp_s` (s) and then stay, until `t_end_s`, at `samples` equidistant times; by TR-BDF2 with an error
-    /// of 1e-6 mm a step.
+    /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow for `ramp_s` (s) and then stay, until `t_end_s` (s), at
+    /// `samples` equidistant times, by TR-BDF2 with an error of 1e-6 mm a step.
     ///
     /// # Errors
-    /// As [`Solver::equilibrium`](super::Solver::equilibrium) for names and tensions; times out of range;
-    /// tissue without dampers.
+    /// For names and tensions that [`Solver::equilibrium`](super::Solver::equilibrium) refuses, times out of range, and tissue without
+    /// dampers.
     pub fn trajectory(
         &self,
         tensions: &[(&str, f64)],
@@ -157,7 +155,7 @@ impl<const D: usize> Assembly<D> {
 }
 
 impl<const D: usize> Trajectory<D> {
-    /// The length of a muscle at each of the times, m; of several fibres the mean.
+    /// The length of a muscle at each of the times, m; the mean over its fibres.
     pub fn lengths(&self, muscle: &str) -> Result<Vec<f64>, SimulationError> {
         let fibres = self.assembly.fibres(muscle)?;
         let system = self.assembly.system();

@@ -7,8 +7,7 @@ use tongue_core::statics::{self, SolveSettings, Workspace};
 use super::error::checked;
 use super::{Assembly, Shape, SimulationError};
 
-/// Solves equilibria of an [`Assembly`], one after another. It writes to its own memory, so every thread
-/// needs one.
+/// Solves equilibria of an [`Assembly`], one after another. Each thread needs one of its own, since a solve writes to its memory.
 #[derive(Debug)]
 pub struct Solver<const D: usize> {
     pub settings: SolveSettings,
@@ -17,7 +16,7 @@ pub struct Solver<const D: usize> {
 }
 
 impl<const D: usize> Assembly<D> {
-    /// A solver of it; each thread needs its own.
+    /// A solver of this assembly; each thread needs its own.
     pub fn solver(&self) -> Solver<D> {
         Solver::new(self)
     }
@@ -29,20 +28,20 @@ impl<const D: usize> Solver<D> {
         Self { settings: SolveSettings::default(), assembly: assembly.clone(), workspace }
     }
 
-    /// The equilibrium at these tensions (N; 2D: per metre of thickness), from rest. Other muscles have no
-    /// tension. The result does not depend on earlier solves.
+    /// The equilibrium at these tensions (N; 2D: per metre of thickness), solved from rest. All other muscles have no tension. The result
+    /// does not depend on earlier solves.
     ///
     /// # Errors
-    /// A name that the body does not have, that was not assembled, or that is given twice; a tension that is
-    /// negative or not finite. [`Shape::is_converged`] says whether there is an equilibrium.
+    /// A name that the body does not have, that was not assembled, or that is given twice; a tension that is negative or not finite.
+    /// [`Shape::is_converged`] says whether there is an equilibrium.
     pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         self.workspace.start_from_rest(self.assembly.system());
         Ok(self.solve(tensions))
     }
 
-    /// As [`Solver::equilibrium`], starting from an earlier shape: for small changes of the tensions. If
-    /// there are several equilibria, the result is one near that shape.
+    /// Like [`Solver::equilibrium`], but starts from an earlier shape, for small changes of the tensions. Of several equilibria one near
+    /// that shape is found.
     pub fn equilibrium_from(
         &mut self,
         start: &Shape<D>,
@@ -55,8 +54,8 @@ impl<const D: usize> Solver<D> {
         Ok(self.solve(tensions))
     }
 
-    /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, to check that
-    /// the shape lies on that branch ([`Shape::is_traced`]). Costs about twenty solves, or some 120 more where that branch ends.
+    /// Like [`Solver::equilibrium`], and also follows the equilibria from rest as the tensions grow, to check that the shape lies on that
+    /// branch ([`Shape::is_traced`]). This costs about twenty solves, or 120 more where that branch ends.
     pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
@@ -68,9 +67,8 @@ impl<const D: usize> Solver<D> {
         Ok(shape)
     }
 
-    /// Derivatives of the positions of the nodes of an equilibrium by each tension, m/N (2D: per newton per
-    /// metre of thickness): a list for each contracting muscle, in their order, with an entry for each node.
-    /// `None` if the shape is not a stable equilibrium.
+    /// Derivatives of the positions of the nodes of an equilibrium by each tension, m/N (2D: per newton per metre of thickness): a list for
+    /// each contracting muscle, in their order, with an entry for each node. `None` if the shape is not a stable equilibrium.
     pub fn position_rates(
         &mut self,
         shape: &Shape<D>,

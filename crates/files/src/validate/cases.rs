@@ -1,5 +1,4 @@
-//! Cases of a validation: the muscles of a vowel that do not contract are predicted from those that do, also with permuted names, by the
-//! thesis's fit and by the most probable point of the posterior's model.
+//! Cases of a validation: passive muscles predicted by the thesis's fit, and by the most probable point given the contracting muscles.
 
 use tongue_core::body::{Body, HYOID, Mesh};
 use tongue_core::statistics::distinct;
@@ -12,14 +11,13 @@ use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 pub struct Case {
     pub subject: String,
     pub vowel: Vowel,
-    /// The measurements, and the muscles of the body that they belong to.
     pub matched: TargetOnBody,
+    /// Indices of the muscles that are predicted.
     pub unseen: Vec<usize>,
 }
 
 impl Case {
-    /// The case of a target whose passive muscles are unseen; `None` if the body lacks a muscle that is
-    /// needed.
+    /// The case of a target whose passive muscles are unseen; `None` if the body lacks a muscle that is needed.
     pub fn new(mesh: &Mesh<2>, target: &Target) -> Option<Self> {
         let matched = TargetOnBody::new(mesh, target).ok()?;
         let target = &matched.target;
@@ -42,18 +40,18 @@ impl Case {
         squares.sum::<f64>() / self.unseen.len() as f64
     }
 
-    /// The case with each muscle as the only unseen one.
+    /// One case for each muscle, which is the only unseen one.
     pub fn each_left_out(&self) -> impl Iterator<Item = Self> {
         (0..self.target().muscles.len()).map(|m| Self { unseen: vec![m], ..self.clone() })
     }
 }
 
-/// Every vowel of every subject that has the baseline, in the order of the table, if it has passive muscles.
+/// Every vowel that has passive muscles, of every subject that has the baseline, in the order of the table.
 pub fn cases(data: &Dataset, mesh: &Mesh<2>, baseline: &Vowel) -> Vec<Case> {
     of_rows(data, mesh, baseline, |lengths| lengths.clone())
 }
 
-/// As [`cases`], for given rows of lengths.
+/// Like [`cases`], with lengths that `make` changes.
 pub fn of_rows(
     data: &Dataset,
     mesh: &Mesh<2>,
@@ -72,7 +70,8 @@ pub fn subjects(cases: &[Case]) -> Vec<&str> {
     distinct(cases.iter().map(|case| case.subject.as_str()))
 }
 
-pub fn orders(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
+/// At most `count` random permutations of the muscles, other than the identity; none for fewer than three muscles.
+pub fn permutations(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut orders = Vec::new();
     while muscles > 2 && (orders.len() as u64) < count {
@@ -93,7 +92,7 @@ pub fn renamed(lengths: &Lengths, order: &[usize]) -> Lengths {
     }
 }
 
-/// Stretches of all muscles of the target by the thesis's fit; ones if there is no equilibrium.
+/// Stretches of all muscles of the target, predicted by the thesis's fit; ones if there is no equilibrium.
 pub fn of_thesis(mesh: &Mesh<2>, model: &Model, case: &Case) -> Vec<f64> {
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     match inverse::fit(mesh, model, case.target(), &settings) {
@@ -108,13 +107,14 @@ pub fn posterior_model(body: &Body<2>, model: &Model) -> Result<PosteriorModel, 
     PosteriorModel::new(body, model, &priors)
 }
 
-/// Stretches of all muscles of the target at the most probable point, which sees the shorter muscles; ones if there is no equilibrium.
+/// Stretches of all muscles of the target at the most probable point given the contracting muscles; ones if there is no equilibrium.
 pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> {
-    let mut seen = Measurements::of(&case.matched);
-    for position in (0..seen.len()).rev().filter(|m| !case.target().active.contains(m)) {
-        seen = seen.without(position);
+    let mut measurements = Measurements::of(&case.matched);
+    for position in (0..measurements.len()).rev().filter(|m| !case.target().active.contains(m)) {
+        measurements = measurements.without(position);
     }
-    let found = Density::new(posterior_model, seen).and_then(|mut density| MapEstimate::find(&mut density));
+    let found =
+        Density::new(posterior_model, measurements).and_then(|mut density| MapEstimate::find(&mut density));
     let Ok(MapEstimate { solved, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
     let numbers = case.matched.numbers[..case.target().muscles.len()].iter();
     let [vowel, baseline] = [0, 1].map(|shape| solved.shape(shape).1);

@@ -1,4 +1,4 @@
-//! Results of a validation as they are written to files, and the columns of the tables of its page and its CSV files.
+//! Results of a validation as they are written to files, and the columns of its tables.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -87,7 +87,7 @@ pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
     ]
 }
 
-/// Scores with other baselines, and a reason not to trust the best posterior where there is one.
+/// Scores with other baselines, and where the best posterior is not reliable the reason.
 pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     type RowColumn<'s> = Column<'s, BaselineScore<'s>>;
     let mut columns: Vec<RowColumn<'s>> = vec![
@@ -95,7 +95,7 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
         RowColumn::of_page("subjects", |r| r.0.subjects.join(", ").into()),
     ];
     columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
-    // A baseline's warning belongs to the posterior of a speaker's rows with a hyoid that tilts.
+    // The warning is about the posterior of a speaker's rows with a hyoid that tilts.
     let warning = move |r: &BaselineScore<'s>| {
         if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
     };
@@ -110,11 +110,10 @@ pub struct ScoredOpponent {
     pub what: String,
     pub tuned_parameters: usize,
     pub rms: f64,
-    /// Lower end of the middle 95 % of its bootstraps over fits.
+    /// Lower end of the middle 95 % of bootstraps over fits.
     pub low: f64,
     pub high: f64,
     pub worse_than_no_change: usize,
-    /// Part of the bootstraps in which it is better than the constant.
     pub better_than_constant: f64,
     /// Pearson's correlation of predicted and measured stretches; null if the predictions do not vary.
     pub correlation: Option<f64>,
@@ -143,8 +142,7 @@ pub struct ValidationStudy {
     pub seed: u64,
     pub opponents: Vec<ScoredOpponent>,
     pub predictions: Vec<Prediction>,
-    /// Validation of the posterior, with every muscle predicted as a distribution from all others; null if it
-    /// was not asked for or the body has no posterior.
+    /// Every muscle predicted as a distribution from all others; null if it was not asked for, or if the body has no hyoid.
     pub posterior: Option<PosteriorStudy>,
 }
 

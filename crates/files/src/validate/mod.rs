@@ -1,9 +1,9 @@
-//! Validation: predictions of muscles that were not fitted, compared with opponents without mechanics.
+//! Validation: predictions of muscles that were not fitted, compared with predictors without mechanics.
 //!
-//! A fit sees the muscles that are shorter than in the baseline and predicts the others. No change and one constant, which is learned
-//! from the other subjects (leave one subject out), stand beside the thesis's fit and the most probable point of the posterior's model.
-//! The error of a fit is the root mean square over its passive muscles; that of an opponent is the root mean square over fits. The
-//! results are the same to the last bit for any number of threads.
+//! The thesis's fit and the most probable point of the posterior's model see the muscles that are shorter than in the baseline and predict
+//! the others. They are compared with no change, and with one constant that is learned from the other subjects (leave one subject out). The
+//! error of a fit is the root mean square over its passive muscles, that of a predictor the root mean square over fits. Results are the
+//! same to the last bit for any number of threads.
 
 mod cases;
 mod columns;
@@ -54,7 +54,7 @@ impl Progress<'_> {
     }
 }
 
-/// Result of an opponent: stretches of all muscles of every case, and the chosen settings.
+/// What a predictor says: stretches of all muscles of every case, and how many numbers were tuned.
 struct OpponentResult {
     name: &'static str,
     what: &'static str,
@@ -81,7 +81,7 @@ pub fn run(
             data.origin()
         )));
     }
-    // Units of about equal work: a case, a case predicted.
+    // At least as many units as the reports below count; the last report completes them.
     let total = all.len() + data.rows().len() * 8;
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
 
@@ -107,7 +107,7 @@ pub fn run(
     let posterior = plan.posterior.then(|| posterior::study(body, model, data, baseline, seeds, &progress));
     let posterior = match posterior {
         Some(Ok(study)) => Some(study),
-        // A continuum has no posterior.
+        // A body without a hyoid has no posterior under the built-in priors.
         None | Some(Err(SimulationError::Posterior(PosteriorError::Body(_)))) => None,
         Some(Err(error)) => return Err(error),
     };
@@ -125,7 +125,6 @@ pub fn run(
     })
 }
 
-/// The opponents without mechanics.
 fn statistical(all: &[Case]) -> Vec<OpponentResult> {
     let flat = |name, what, tuned_parameters, stretch: &dyn Fn(&Case) -> f64| OpponentResult {
         name,

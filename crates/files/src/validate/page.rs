@@ -1,5 +1,3 @@
-//! A validation as a page and as files.
-
 use std::fmt::Write as _;
 
 use crate::report::column::{markdown, table};
@@ -22,7 +20,7 @@ pub fn files(study: &ValidationStudy) -> Files<'_> {
 
 fn picture(study: &ValidationStudy) -> Svg {
     let muscles: Vec<String> = distinct(study.predictions.iter().map(|p| p.muscle.clone()));
-    // Predictions of no change do not vary.
+    // The first opponent predicts no change, which does not vary.
     let panels = study.opponents.iter().skip(1).map(|o| Scatter {
         title: match o.name.as_str() {
             "constant" => "one constant".to_owned(),
@@ -44,8 +42,8 @@ fn picture(study: &ValidationStudy) -> Svg {
             })
             .collect(),
     });
-    let shown: Vec<Scatter> = panels.collect();
-    scatter(&muscles, &shown, "Passive muscles: predicted from the other subjects, against measured")
+    let panels: Vec<Scatter> = panels.collect();
+    scatter(&muscles, &panels, "Passive muscles: predicted from the other subjects, against measured")
 }
 
 pub fn page(study: &ValidationStudy, command: &str) -> String {
@@ -117,7 +115,6 @@ mod tests {
     use super::*;
     use crate::report::{Export, Markdown, Provenance};
 
-    /// The page, the tables and the figure of the committed study, made from its JSON, are the committed ones to the byte.
     #[test]
     fn the_committed_page_tables_and_figure_are_those_of_the_committed_study() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/validate");
@@ -131,7 +128,7 @@ mod tests {
             ..Provenance::new(text("command"))
         };
         let study: ValidationStudy = serde_json::from_value(json.clone()).unwrap();
-        // The page leaves out where its files are.
+        // The page leaves out the folder in the command.
         let command = text("command").trim_end_matches(" --out results/validate");
         let page = Markdown(page(&study, command));
         assert_eq!(page.text(&by).unwrap(), read("README.md"));

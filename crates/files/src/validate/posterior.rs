@@ -1,8 +1,8 @@
-//! The posterior among the opponents: every muscle of every case predicted from all others, as a distribution. Beside it stands the normal
-//! distribution of the other subjects, shrunk as is best inside the fold.
+//! The posterior among the predictors: every muscle of every case is predicted from all others, as a distribution, and so it is by the
+//! normal distribution of the other subjects, shrunk as is best inside the fold.
 //!
-//! The posterior takes each row by itself, or a speaker's rows together, without and with a hyoid that tilts. As a control rows of
-//! different speakers are taken together: what helps there is not what a speaker's vowels have in common.
+//! The posterior takes each row alone, or a speaker's rows together, without and with a hyoid that tilts. As a control, rows of different
+//! speakers are taken together: what helps there is not what a speaker's vowels have in common.
 
 use serde::Serialize;
 
@@ -17,7 +17,7 @@ use tongue_infer::posterior::{
 };
 use tongue_input::measured::{Dataset, Vowel};
 
-use super::cases::{Case, cases, of_rows, orders, renamed, subjects};
+use super::cases::{Case, cases, of_rows, permutations, renamed, subjects};
 use super::scored::{
     FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, scored, scored_predictions,
     verdict, warning,
@@ -27,7 +27,7 @@ use super::statistics::{best_shrunk, expected};
 use super::Progress;
 use crate::simulation::SimulationError;
 
-/// Most permutations of names: each takes as long as the table itself.
+/// Permutations of names take as long as the table itself each.
 const MOST_PERMUTATIONS: u64 = 10;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,9 +35,9 @@ const MOST_PERMUTATIONS: u64 = 10;
 pub struct ScoredBaseline {
     pub baseline: Vowel,
     pub subjects: Vec<String>,
-    /// Why the posterior is not reliable with this baseline; empty if there is no reason.
+    /// Why the posterior is not reliable with this baseline; empty if it is.
     pub warning: String,
-    /// No change, the normal distribution, the posterior by rows and with a speaker's rows together.
+    /// Of no change, the normal distribution, the posterior of each row and that of a speaker's rows together.
     pub scores: Vec<Scored>,
 }
 
@@ -47,7 +47,7 @@ pub struct PosteriorStudy {
     pub poisson_ratio: f64,
     pub priors: Priors,
     pub scores: Vec<Scored>,
-    /// Difference of the mean log scores of the best posterior and the normal distribution, and its standard error over cases.
+    /// Mean log score of the best posterior less that of the normal distribution, and the standard error of the difference over cases.
     pub log_score_gain: [f64; 2],
     pub other_baselines: Vec<ScoredBaseline>,
     #[serde(skip)]
@@ -59,27 +59,26 @@ pub struct PosteriorStudy {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PosteriorKind {
-    /// The row alone; the hyoid does not tilt.
+    /// Each row alone; the hyoid does not tilt.
     Row,
     /// All rows of the speaker; the hyoid does not tilt.
     Joint,
     /// All rows of the speaker; the hyoid may tilt.
     JointTilt,
-    /// Each row with one row of every other speaker, as if they were of one; the hyoid may tilt.
+    /// One row of each speaker together, as if they were of one speaker; the hyoid may tilt.
     OtherSpeakers,
 }
 
 impl PosteriorKind {
     const ALL: [Self; 4] = [Self::Row, Self::Joint, Self::JointTilt, Self::OtherSpeakers];
 
-    /// Cases that are taken together, by their numbers.
     fn groups(self, all: &[Case]) -> Vec<Vec<usize>> {
         let of = |subject: &str| (0..all.len()).filter(|&i| all[i].subject == subject).collect::<Vec<_>>();
         let speakers: Vec<Vec<usize>> = subjects(all).into_iter().map(of).collect();
         match self {
             Self::Row => (0..all.len()).map(|i| vec![i]).collect(),
             Self::Joint | Self::JointTilt => speakers,
-            // One row of every speaker: the first row of one, the second row of the next one, and so on.
+            // The first row of one speaker, the second row of the next one, and so on.
             Self::OtherSpeakers => {
                 let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
                 (0..most)
@@ -94,52 +93,51 @@ impl PosteriorKind {
     }
 }
 
-struct Judge {
-    /// With a hyoid that may tilt.
+struct Predictors {
+    /// The hyoid may tilt.
     posterior_model: PosteriorModel,
-    /// Without.
-    straight: PosteriorModel,
+    without_tilt: PosteriorModel,
     seed: u64,
 }
 
-impl Judge {
+impl Predictors {
     /// Predicts every muscle of all cases, each from all others that are taken together with it.
-    fn posterior(&self, way: PosteriorKind, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
-        let posterior_model = if matches!(way, PosteriorKind::Row | PosteriorKind::Joint) {
-            &self.straight
+    fn posterior(&self, kind: PosteriorKind, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
+        let posterior_model = if matches!(kind, PosteriorKind::Row | PosteriorKind::Joint) {
+            &self.without_tilt
         } else {
             &self.posterior_model
         };
-        let groups = way.groups(all);
+        let groups = kind.groups(all);
         let found = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
             let mut density = Density::new(posterior_model, Measurements::together(&matched))?;
             let map_estimate = MapEstimate::find(&mut density)?;
-            let told = without_each(&density, &map_estimate)?;
+            let predicted = without_each(&density, &map_estimate)?;
             Ok(Vec::from_iter((0..group.len()).map(|posture| {
-                let told = density.seen.of_posture(posture).into_iter().map(|i| told[i].clone());
-                (group[posture], told.collect::<Vec<_>>())
+                let own = density.seen.of_posture(posture).into_iter().map(|i| predicted[i].clone());
+                (group[posture], own.collect::<Vec<_>>())
             })))
         });
         let found: Vec<Vec<_>> = found.into_iter().collect::<Result<_, PosteriorError>>()?;
         let mut out = vec![Vec::new(); all.len()];
-        found.into_iter().flatten().for_each(|(case, told)| out[case] = told);
+        found.into_iter().flatten().for_each(|(case, predicted)| out[case] = predicted);
         Ok(out)
     }
 
-    fn all(&self, all: &[Case], ways: &[PosteriorKind]) -> Result<Vec<Predicted>, PosteriorError> {
+    fn all(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Predicted>, PosteriorError> {
         let posteriors: Vec<Option<Vec<Vec<LeftOut>>>> = PosteriorKind::ALL
             .into_iter()
-            .map(|way| ways.contains(&way).then(|| self.posterior(way, all)).transpose())
+            .map(|kind| kinds.contains(&kind).then(|| self.posterior(kind, all)).transpose())
             .collect::<Result<_, _>>()?;
         let rows = (0..all.len()).map(|i| {
             let case = &all[i];
             let others: Vec<&Case> = all.iter().filter(|c| c.subject != case.subject).collect();
-            let usual = statistical(&others, case, self.seed).into_iter().enumerate();
-            usual
-                .map(|(m, usual)| {
-                    let told = posteriors.iter().map(|p| p.as_ref().and_then(|p| p[i].get(m).cloned()));
-                    usual.into_iter().chain(told).collect()
+            let statistical = statistical(&others, case, self.seed).into_iter().enumerate();
+            statistical
+                .map(|(m, statistical)| {
+                    let own = posteriors.iter().map(|p| p.as_ref().and_then(|p| p[i].get(m).cloned()));
+                    statistical.into_iter().chain(own).collect()
                 })
                 .collect()
         });
@@ -147,13 +145,13 @@ impl Judge {
     }
 }
 
-/// Predictions by no change and by the normal distribution of others, for every muscle of a case. The spread
-/// of "no change" is that of the others' stretches.
+/// Predictions of every muscle of a case by no change and by the normal distribution of the others. "No change" has the spread of the
+/// others' stretches about one.
 fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>; 2]> {
     let how = best_shrunk(others);
     let squares = others.iter().flat_map(|c| c.target().values.iter().map(|v| (v - 1.0).powi(2)));
     let squares: Vec<f64> = squares.collect();
-    let usual = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    let spread = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let normal = |mean: f64, sd: f64, measured: f64| {
         let parts = vec![MixtureComponent { mean, weight: 1.0 }; 4000];
         left_out(&parts, sd, measured, PredictionMethod::Together, seed)
@@ -161,7 +159,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     Vec::from_iter(case.each_left_out().enumerate().map(|(m, unseen)| {
         let measured = case.target().values[m];
         let gaussian = expected(others, &unseen, how).map(|e| normal(e[m].0, e[m].1.sqrt(), measured));
-        [(usual > 0.0).then(|| normal(1.0, usual, measured)), gaussian]
+        [(spread > 0.0).then(|| normal(1.0, spread, measured)), gaussian]
     }))
 }
 
@@ -170,17 +168,17 @@ pub fn study(
     model: &Model,
     data: &Dataset,
     baseline: &Vowel,
-    [permutations, seed]: [u64; 2],
+    [most_permutations, seed]: [u64; 2],
     progress: &Progress<'_>,
 ) -> Result<PosteriorStudy, SimulationError> {
     let priors = Priors::default();
-    let mut without_tilt = priors.clone();
-    without_tilt.hyoid_tilt.off = true;
+    let mut fixed_tilt = priors.clone();
+    fixed_tilt.hyoid_tilt.off = true;
     let posterior_model = PosteriorModel::new(body, model, &priors)?;
-    let straight = PosteriorModel::new(body, model, &without_tilt)?;
-    let judge = Judge { posterior_model, straight, seed };
+    let without_tilt = PosteriorModel::new(body, model, &fixed_tilt)?;
+    let predictors = Predictors { posterior_model, without_tilt, seed };
     let all = cases(data, &body.mesh, baseline);
-    let predicted = judge.all(&all, &PosteriorKind::ALL)?;
+    let predicted = predictors.all(&all, &PosteriorKind::ALL)?;
     progress.add(all.len(), "posterior");
     let scores = all_scored(&all, &predicted, |_| true);
     let mut predictions = scored_predictions(baseline, &all, &predicted);
@@ -201,7 +199,7 @@ pub fn study(
         if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
-        let predicted = judge.all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
+        let predicted = predictors.all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
         predictions.extend(scored_predictions(&vowel, &all, &predicted));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
@@ -212,9 +210,9 @@ pub fn study(
         }
     }
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
-    for order in orders(data.muscles().len(), permutations.min(MOST_PERMUTATIONS), seed) {
+    for order in permutations(data.muscles().len(), most_permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| renamed(lengths, &order));
-        if let Ok(predicted) = judge.all(&all, &[PosteriorKind::Row]) {
+        if let Ok(predicted) = predictors.all(&all, &[PosteriorKind::Row]) {
             let found = scored(FIRST_POSTERIOR, &all, &predicted, |_| true);
             permuted_rms.push(found.rms);
             permuted_log_score.push(found.log_score);
@@ -223,8 +221,8 @@ pub fn study(
     }
     let log_score_gain = [mean, error];
     Ok(PosteriorStudy {
-        poisson_ratio: judge.posterior_model.model.constants.poisson_ratio,
-        priors: judge.posterior_model.priors.clone(),
+        poisson_ratio: predictors.posterior_model.model.constants.poisson_ratio,
+        priors: predictors.posterior_model.priors.clone(),
         verdict: verdict(&scores, log_score_gain),
         scores,
         log_score_gain,
@@ -247,7 +245,7 @@ mod tests {
     #[test]
     fn the_control_takes_each_row_once_and_never_two_rows_of_a_speaker() {
         let body = Body::tongue(8e-3).unwrap();
-        // Three speakers of four vowels, and with /i/ as baseline a fourth one of three.
+        // Three speakers have four vowels each; with /i/ as the baseline a fourth one has three.
         for (baseline, groups_of) in [("ɯ", 3), ("i", 4)] {
             let all = cases(&Dataset::reference().unwrap(), &body.mesh, &baseline.parse().unwrap());
             let groups = PosteriorKind::OtherSpeakers.groups(&all);

@@ -1,4 +1,4 @@
-//! Scores of predicted distributions, and what they say in words.
+//! Scores of predicted distributions, and a sentence about them.
 
 use serde::Serialize;
 
@@ -15,9 +15,8 @@ pub const OPPONENTS: [&str; 6] = [
     "posterior_joint_tilt",
     "control_other_speakers",
 ];
-/// Position of the first posterior among them.
 pub const FIRST_POSTERIOR: usize = 2;
-/// The posterior of a speaker's rows with a hyoid that tilts.
+/// Index of the posterior of a speaker's rows with a hyoid that tilts.
 pub(super) const JOINT_TILT: usize = 4;
 
 /// The predictions of every muscle of a case by each opponent; `None` for opponents that were not asked.
@@ -32,10 +31,9 @@ pub struct Scored {
     pub log_score: f64,
     /// Part of the measured stretches inside the 50 % intervals.
     pub coverage_50: f64,
-    /// Part of them inside the 95 % intervals.
     pub coverage_95: f64,
     pub predictions: usize,
-    /// Predictions that were sampled by themselves, since too few draws of the run for all of them counted.
+    /// Predictions with a run of their own, since too few draws of the common run counted for them.
     pub sampled: usize,
 }
 
@@ -48,9 +46,8 @@ pub struct ScoredPrediction {
     pub measured: f64,
     pub opponent: String,
     pub mean: f64,
-    /// Lower end of its middle 95 %.
+    /// Lower end of the middle 95 %.
     pub low_95: f64,
-    /// Upper end.
     pub high_95: f64,
     pub log_score: f64,
     pub effective: f64,
@@ -105,8 +102,7 @@ pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted
     out
 }
 
-/// The opponent with the highest log score, the difference from the normal distribution, and whether the control has a lower score than
-/// single rows.
+/// Names the opponent with the highest log score, its gain on the normal distribution, and how the control compares with single rows.
 pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     let is_control = |s: &&Scored| s.name.starts_with("control");
     let Some(first) = best(&mut scores.iter().filter(|s| !is_control(s))) else { return String::new() };
@@ -132,7 +128,7 @@ fn best(all: &mut dyn Iterator<Item = &Scored>) -> Option<Scored> {
     all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
 }
 
-/// The reason why the best posterior is not reliable; empty where there is none.
+/// Why the best posterior is not reliable; empty if it is.
 pub fn warning(scores: &[Scored]) -> String {
     let found = [1, JOINT_TILT].map(|n| scores.iter().find(|s| s.name == OPPONENTS[n]));
     let [Some(normal), Some(joint)] = found else { return String::new() };

@@ -1,4 +1,4 @@
-//! Opponents without mechanics, and statistics of all opponents.
+//! Predictors without mechanics, and statistics of all predictors.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,11 +8,10 @@ use tongue_core::statistics::distinct;
 /// Estimator of a normal distribution from few rows: its mean and its regularised covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shrunk {
-    /// Mean of one (no change), instead of the mean of the rows.
+    /// Whether the mean is one (no change) in place of the mean of the rows.
     about_no_change: bool,
-    /// Ridge of the mean variance, instead of shrinkage towards the diagonal.
+    /// Whether the mean variance is added to the diagonal (a ridge) in place of shrinking towards the diagonal.
     ridge: bool,
-    /// Weight of the regularisation.
     by: f64,
 }
 
@@ -41,7 +40,7 @@ pub fn constant<'a>(training: impl IntoIterator<Item = &'a Case>) -> f64 {
     if all.is_empty() { 1.0 } else { all.iter().sum::<f64>() / all.len() as f64 }
 }
 
-/// Mean and variance of the stretches, given the seen ones, by a normal distribution fitted to other subjects; seen stretches have zero
+/// Mean and variance of each stretch given the seen ones, under a normal distribution fitted to other subjects; seen stretches have zero
 /// variance. `None` with fewer than two rows to learn from.
 pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64, f64)>> {
     let muscles = &case.target().muscles;
@@ -83,7 +82,7 @@ pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64
     Some(expected)
 }
 
-/// The estimator that predicts each muscle of each training subject best from the other muscles and the other subjects.
+/// The estimator that predicts each muscle of each training subject best, from its other muscles and the other subjects.
 pub fn best_shrunk(training: &[&Case]) -> Shrunk {
     let names = distinct(training.iter().map(|c| c.subject.as_str()));
     if names.len() < 2 {
@@ -109,12 +108,13 @@ pub fn root_mean(squares: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// Bootstrap samples: `draws` times `count` indices below `count`, with repetition.
+/// Bootstrap samples: `draws` lists of `count` indices below `count`, with repetition.
 pub fn bootstraps(count: usize, draws: usize, seed: u64) -> Vec<Vec<usize>> {
     let mut random = fastrand::Rng::with_seed(seed);
     (0..draws).map(|_| (0..count).map(|_| random.usize(0..count)).collect()).collect()
 }
 
+/// The range of the middle 95 % of the values.
 pub fn middle(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     [0.025, 0.975].map(|part| values[((values.len() - 1) as f64 * part).round() as usize])

@@ -1,5 +1,4 @@
-//! Outputs of a batch: tables, one JSON document, one page and one picture, assembled from the
-//! parts that each fit wrote when it was done.
+//! Outputs of a batch: tables, one JSON document, one page and one figure, assembled from the parts that each fit wrote into the journal.
 
 pub mod journal;
 pub mod page;
@@ -27,7 +26,6 @@ pub use self::summary::{
 };
 pub use record::Shard;
 
-/// A finished batch, as its JSON document has it.
 #[derive(Debug, Serialize)]
 pub struct Batch<'a> {
     #[serde(flatten)]
@@ -37,7 +35,7 @@ pub struct Batch<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     pub contrasts: &'a [SubjectContrast],
     pub baselines: &'a [BaselineRow],
-    /// The rows that could not be fitted, of the plan and of jobs that could not begin.
+    /// Rows that could not be fitted, and jobs that could not begin.
     #[serde(rename = "not_fitted")]
     pub refusals: &'a [Refusal],
     #[serde(rename = "unreadable_rows")]
@@ -46,12 +44,12 @@ pub struct Batch<'a> {
     pub jobs: &'a [Job],
     #[serde(skip)]
     pub mesh: &'a Mesh<2>,
-    /// Names of its muscles, in the order of columns.
+    /// Names of the mesh's muscles, in the order of columns.
     #[serde(skip)]
     pub muscles: &'a [String],
 }
 
-/// The finished jobs, each read from the journal when it is written, and what of them stays in memory.
+/// The finished jobs. Each is read from the journal when it is written; only its digest stays in memory.
 #[derive(Debug)]
 pub struct FinishedFits<'a> {
     pub journal: &'a Journal,
@@ -61,7 +59,7 @@ pub struct FinishedFits<'a> {
 }
 
 impl FinishedFits<'_> {
-    /// The duration of a finished fit, s, and its parts of the outputs.
+    /// The duration of a finished fit, s, and its parts of the outputs; `None` if it could not begin.
     pub fn read(&self, number: usize) -> Result<Option<(f64, Fitted)>, ReportError> {
         let entry: Option<JournalEntry<Fitted>> = self.journal.read(number)?;
         Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
@@ -84,25 +82,21 @@ impl Serialize for FinishedFits<'_> {
     }
 }
 
-/// A fit as the journal keeps it: its parts of all outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     pub digest: Digest,
     pub record: Value,
-    /// Its rows in `fits.csv`, `muscles.csv` and `posterior.csv`.
+    /// Rows in `fits.csv`, `muscles.csv` and `posterior.csv`.
     pub tables: [Table; 3],
-    /// Its row on the terminal: name, tensions, those of the posterior if there is one, misfit, error of the passive stretches and number of
-    /// alarms.
+    /// Label, tensions, those of the posterior if there is one, misfit, error of the passive stretches and number of alarms, as printed.
     pub line: [String; 6],
-    /// The verdict on its row, where there is one.
     pub verdict: Option<String>,
-    /// What the page shows of it, for as many fits as the page shows.
+    /// The part on the page, which shows the first fits only.
     pub shown: Option<page::PageFit>,
 }
 
 type Digests = Vec<(usize, Digest)>;
 
-/// The digests of the finished fits, and the jobs that could not begin.
 pub fn digests(jobs: &[Job], journal: &Journal) -> Result<(Digests, Vec<Refusal>), ReportError> {
     #[derive(Deserialize)]
     struct Digested {
@@ -125,7 +119,7 @@ pub fn digests(jobs: &[Job], journal: &Journal) -> Result<(Digests, Vec<Refusal>
     Ok((digests, refusals))
 }
 
-/// SHA-256 of a sequence of texts with their lengths, in hexadecimal.
+/// SHA-256 of a sequence of texts and their lengths, in hexadecimal.
 pub fn sha256(texts: &[&str]) -> String {
     use sha2::Digest as _;
     let mut hash = sha2::Sha256::new();
@@ -141,12 +135,11 @@ pub struct RowPosterior {
     pub report: tongue_infer::posterior::Report,
     /// Differences of tensions between earlier rows of the subject and this one.
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
-    /// The ridges of its changes, SVG; `None` if it has not mixed or the page does not show the fit.
+    /// A figure of the changes of all tensions (SVG); `None` if the chains have not mixed or the page does not show the fit.
     pub ridges: Option<String>,
 }
 
-/// Puts a finished fit into its parts of the outputs, with the posterior of its row if there is one and its number on the page if it may be
-/// shown there.
+/// The parts of all outputs of a finished fit, with the posterior of its row. `on_page` is its number if it may be on the page.
 pub fn fitted(
     on_page: Option<usize>,
     record: &AssessedRecord,
@@ -186,7 +179,7 @@ fn line(r: &AssessedRecord) -> [String; 6] {
         let (median, [low, high]) = (t.spread.median, t.spread.interval_95);
         format!("{median:.0} ({low:.0}–{high:.0})")
     });
-    // Two on each line, so that the table stays within 100 columns.
+    // Two muscles on each line keep the table within 100 columns.
     let pairs = |all: Vec<String>| all.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n");
     [
         r.label(),
@@ -198,7 +191,7 @@ fn line(r: &AssessedRecord) -> [String; 6] {
     ]
 }
 
-/// Writes all files of a finished batch, completely or not at all, and returns their paths.
+/// Writes all files of a finished batch, or none, and returns their paths.
 pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::PathBuf>, ReportError> {
     let mut shown = Vec::new();
     for number in 0..batch.jobs.len().min(page::MOST_FITS) {
@@ -221,7 +214,6 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
     out.write_streams(files[..count].iter().copied())
 }
 
-/// Writes the JSON document.
 pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     serde_json::to_writer_pretty(&mut *w, batch)?;
     writeln!(w)
@@ -234,7 +226,7 @@ fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result
     lines(w, std::mem::take(header).then_some(table.columns).into_iter().chain(table.rows))
 }
 
-/// Writes one of the tables of all fits, and says whether its header is still to be written.
+/// Writes one of the tables of all fits, and returns whether its header is still to be written.
 fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<bool> {
     let mut header = true;
     for (number, _) in batch.fits.digests {

@@ -23,30 +23,26 @@ pub struct AssessedRecord {
     pub substitute_baseline: bool,
     pub fitted: Vec<String>,
     pub cost: f64,
-    /// Errors of the muscles that the fit does not see, with two references.
     pub passive: Passive,
     pub rest_shape: Option<RestDistance>,
     pub other_optima: Vec<Optimum>,
     pub pattern: Option<PatternCheck>,
 }
 
-/// Root mean square residuals of the passive muscles; null if there is no such number. Ratios are without
-/// GGa, whose ratio is 1 by definition.
+/// Root mean square residuals of the passive muscles; null if there are none. Ratios are without GGa, whose ratio is 1 by definition.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Passive {
     pub rms_stretch: Option<f64>,
     pub no_change_rms_stretch: Option<f64>,
-    /// Stretches of the thesis's own simulation (table 4.8 over table 4.5), with the stretch of GGa of this
-    /// fit.
+    /// Stretches in the thesis's own simulation (table 4.8 over table 4.5), with the stretch of GGa of this fit.
     pub thesis_rms_stretch: Option<f64>,
     pub rms_ratio: Option<f64>,
     pub no_change_rms_ratio: Option<f64>,
-    /// Ratios of the thesis's own simulation (table 4.8).
+    /// Ratios in the thesis's own simulation (table 4.8).
     pub thesis_rms_ratio: Option<f64>,
 }
 
 impl AssessedRecord {
-    /// The record of a finished job, compared with what is published.
     pub fn new(job: &Job, record: FitRecord, known: &PublishedFacts) -> Self {
         let fit = &record.fit;
         let target = &fit.matched.target;
@@ -72,18 +68,18 @@ impl AssessedRecord {
         &self.record.fit
     }
 
-    /// `S2 /a/`, with a mark where the baseline replaces a missing /ɯ/.
+    /// For example `S2 /a/`, with a mark if the baseline replaces a missing /ɯ/.
     pub fn row(&self) -> String {
         let target = &self.fit().matched.target;
         format!("{}{} /{}/", target.subject, self.mark(), target.vowel)
     }
 
-    /// The same with the kind of target: `S2 /a/ ratio`.
+    /// For example `S2 /a/ ratio`.
     pub fn label(&self) -> String {
         format!("{} {}", self.row(), self.fit().matched.target.kind)
     }
 
-    /// What the program says first of a row with a posterior.
+    /// The verdict in sentences, without that on the hyoid.
     pub fn verdict(&self) -> Option<String> {
         let verdict = Verdict { hyoid_mm: None, ..self.record.verdict.clone()? };
         Some(verdict.sentences(self.fit().matched.target.baseline.label()).join(" "))
@@ -94,7 +90,7 @@ impl AssessedRecord {
     }
 }
 
-/// Errors of the passive muscles and their references; `thesis` is used if it simulated this row.
+/// Errors of the passive muscles. The thesis's simulation is a reference if it simulated this row.
 fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
     let target = &fit.matched.target;
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);

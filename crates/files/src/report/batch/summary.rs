@@ -1,4 +1,4 @@
-//! Summary of a batch, and differences of tensions between the vowels of a subject: the rows of `contrasts.csv`.
+//! Summary of a batch, and differences of tensions between the vowels of a subject, which are the rows of `contrasts.csv`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
@@ -25,16 +25,15 @@ pub struct Digest {
     pub vowel: Vowel,
     pub substitute_baseline: bool,
     pub status: String,
-    /// Mean square residual of the passive stretches, and mean square of their changes, the error of "no change".
+    /// Mean square residual of the passive stretches, and mean square of their changes, which is the error of "no change".
     pub passive: Option<[f64; 2]>,
     pub passive_muscles: usize,
-    /// Whether the fit saw a combination of them: they decide which tensions it takes among those that its
-    /// target leaves open.
+    /// Whether the passive muscles decided which tensions were taken of those that the target leaves undetermined.
     pub seen_in_part: bool,
     pub has_posterior: bool,
     /// Whether a posterior was asked for and cannot be reported.
     pub posterior_untold: bool,
-    /// Whether half of the measured stretches or more, and at least three, lie outside what the posterior predicts from the others.
+    /// Whether the posterior contradicts the measured stretches.
     pub contradicted: bool,
     pub contrasts: Vec<Contrast>,
 }
@@ -52,7 +51,7 @@ impl Digest {
             seen_in_part: fit.answer.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
             has_posterior: r.record.posterior.is_some(),
             posterior_untold: r.record.alarms.iter().any(|alarm| matches!(alarm, Alarm::NoPosterior { .. })),
-            contradicted: r.record.alarms.iter().any(|alarm| matches!(alarm, Alarm::Contradicted { .. })),
+            contradicted: r.record.contradiction().is_some(),
             contrasts: Vec::new(),
         }
     }
@@ -61,24 +60,20 @@ impl Digest {
 /// Root mean square errors of the passive stretches of a group of fits, and of "no change".
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassiveGroup {
-    /// `ratio` or `stretch`.
     pub target_kind: String,
     pub vowel: Option<Vowel>,
-    /// Whether the fits are against a baseline that replaces a missing /ɯ/.
     pub substitute_baseline: bool,
     pub fits: usize,
-    /// Error over the fits, each of the same weight.
+    /// Over the fits, each of the same weight.
     pub rms_stretch: f64,
-    /// Error of "no change" over the fits.
+    /// Of "no change", over the fits.
     pub no_change_rms_stretch: f64,
-    /// Error over all passive muscles, each of the same weight.
+    /// Over all passive muscles, each of the same weight.
     pub rms_stretch_over_muscles: f64,
-    /// Error of "no change" over all passive muscles.
+    /// Of "no change", over all passive muscles.
     pub no_change_rms_stretch_over_muscles: f64,
-    /// Whether the model is worse than "no change", over the fits.
     pub worse_than_no_change: bool,
-    /// Number of fits that saw a combination of these muscles; if there are any, the errors are not errors of
-    /// prediction.
+    /// Number of fits for which the passive muscles decided between tensions; if there are any, the errors are not errors of prediction.
     pub seen_in_part: usize,
 }
 
@@ -124,7 +119,6 @@ pub struct BatchSummary {
     /// Number of posteriors that were asked for and cannot be reported; the alarms of their fits say why.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_untold: usize,
-    /// Number of fits for which [`Digest::contradicted`] holds.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_contradicted: usize,
     pub substitute_baselines: Vec<String>,
@@ -134,12 +128,11 @@ pub struct BatchSummary {
     pub thickness_m: f64,
 }
 
-/// Groups the digests: for each kind of target, and own and substitute baselines separately, every vowel and
-/// then all together.
+/// Groups the digests by kind of target and by own or substitute baseline: every vowel, and then all vowels together.
 pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> Vec<PassiveGroup> {
     let mut out = Vec::new();
     let kinds: BTreeSet<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
-    // Vowels in the order of the rows.
+    // Vowels are in the order of the rows.
     let vowels: Vec<&Vowel> = distinct(digests.clone().map(|digest| &digest.vowel));
     for kind in kinds {
         for substitute in [false, true] {
@@ -202,7 +195,7 @@ pub fn subject_contrasts(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<Subje
     }))
 }
 
-/// The same differences over all subjects; the tier is that of vowels against one baseline.
+/// The differences over all subjects; a tier has the vowels against one baseline.
 pub fn over_subjects(all: &[SubjectContrast]) -> Vec<OverSpeakers> {
     let tiers: Vec<String> = all.iter().map(|c| format!("vowel against /{}/", c.baseline)).collect();
     OverSpeakers::all(tiers.iter().map(String::as_str).zip(all.iter().map(|c| &c.contrast)))

@@ -1,5 +1,4 @@
-//! The columns of the tables of a batch: `muscles.csv`, a row for each muscle of each fit; `fits.csv`, a row for each fit, baseline
-//! and row that could not be fitted; `posterior.csv`, a row for each muscle of each posterior.
+//! The columns of the tables of a batch: `muscles.csv` and `posterior.csv` (a row for each muscle of each fit), and `fits.csv`.
 
 use serde_json::{Value, json};
 
@@ -11,8 +10,7 @@ use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
 use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 
-/// The columns of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
-/// is another. What was not measured is empty.
+/// The columns of `muscles.csv`: those of every fit ([`muscle_columns::columns`]), and the provenance.
 fn muscle_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     let mut columns = muscle_columns::columns();
     columns.extend(provenance(by));
@@ -80,13 +78,12 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
             json!(r.record.posterior.as_ref().map(|p| p.diagnostics.r_hat))
         }),
     ]));
-    // Without the hash: its draws have seeds of their own.
+    // The hash of all inputs is left out, because the draws have seeds of their own.
     let [version, _, command] = provenance(by);
     columns.extend([version, command]);
     columns
 }
 
-/// A row of `fits.csv`: a fit, a baseline or a row that could not be fitted.
 #[derive(Clone, Copy)]
 pub(super) enum FitRow<'a> {
     Fit(&'a AssessedRecord),
@@ -208,7 +205,7 @@ pub fn of_muscles(r: &AssessedRecord, by: &Provenance) -> Table {
     column::table(&muscle_columns(by), &muscles(r))
 }
 
-/// The header of `posterior.csv`, and its rows for one fit; none where it has no posterior.
+/// The header of `posterior.csv`, and its rows for one fit; no rows if the fit has no posterior.
 pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
     let rows = if r.record.posterior.is_some() { muscles(r) } else { Vec::new() };
     column::table(&posterior_columns(by), &rows)
@@ -229,7 +226,6 @@ fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {
 mod tests {
     use super::*;
 
-    /// The columns of all tables, explained: the content of docs/columns.md.
     fn explained() -> String {
         let by = Provenance::new("");
         format!(

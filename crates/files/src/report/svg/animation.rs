@@ -1,5 +1,4 @@
-//! The tongue in motion as one SVG file that plays in a browser (SMIL animation, without scripts or external
-//! files).
+//! The tongue in motion as one SVG file that plays in a browser (SMIL animation, without scripts or external files).
 
 use std::fmt::Write as _;
 
@@ -9,7 +8,7 @@ use super::axes::{BELOW, LEFT, PlotView};
 use super::labels::point_at;
 use super::muscle_lines::{arrow, bone, bones, label_places, lines, muscle};
 use super::section::{
-    DEFORMED, DrawnRecording, EDGES, REST, REST_TISSUE, check, dots, draw_palate, frame, key, ring,
+    DEFORMED, EDGES, LegendContent, REST, REST_TISSUE, check, dots, draw_palate, frame, legend, ring,
     tissue_edges,
 };
 use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH, data};
@@ -23,11 +22,11 @@ pub struct AnimationFrame {
     pub tensions: Vec<f64>,
 }
 
-/// Draws the motion in real time in a loop: frames as [`super::tongue`] draws them, one after another. A muscle
-/// with a tension in any frame is drawn as contracting. Without SMIL the last frame is shown.
+/// Draws the motion in real time in a loop, each frame as [`super::tongue`] draws it. A muscle with a tension in any frame is drawn as
+/// contracting. Without SMIL the last frame is shown.
 ///
-/// Frames must be evenly spaced in time. With measured points (`seen`, m; one set for each frame, or none) these are dots, and muscles are
-/// coloured by their tensions; `mirrored`: the face looks to the right, as in the recording.
+/// Frames must be evenly spaced in time. If measured points are given (`seen`, m; a list for each frame), they are drawn as dots, and
+/// muscles are more opaque the larger their tension is. If `mirrored`, the face looks to the right, as in the recording.
 pub fn animation(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
@@ -60,7 +59,7 @@ fn drawn(
     frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
     let duration = (last.time - first.time).max(0.1);
-    let shown = format!(
+    let description = format!(
         "Midsagittal section of the tongue moving from {} s to {} s, {} to the left; {} frames.",
         first.time,
         last.time,
@@ -70,14 +69,14 @@ fn drawn(
     let most: Vec<f64> =
         (0..mesh.muscles.len()).map(|m| frames.iter().map(|f| f.tensions[m]).fold(0.0, f64::max)).collect();
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
-    let (mut svg, top) = Svg::new(title, &shown, WIDTH);
+    let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
     let view = PlotView::new(frame(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     draw_palate(&mut svg, &view, mesh, palate);
     let edges = tissue_edges(mesh);
-    // Names keep their places beside the middles of their lines.
+    // Names keep their distance from the middles of their lines.
     let at_the_end = lines(&view, mesh, &last.positions, &most);
     let places = label_places(&view, &at_the_end, &bones(&view, mesh, &last.positions));
     let end = view.end();
@@ -122,13 +121,13 @@ fn drawn(
     );
     let bottom = end[1] + BELOW + MARGIN;
     let palate = (!palate.is_empty()).then_some(false);
-    let seen =
-        DrawnRecording { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
-    let height = key(&mut svg, &seen, bottom);
+    let content =
+        LegendContent { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let height = legend(&mut svg, &content, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
-/// Shows its group during the frame of this number.
+/// Shows the group around it during this frame only.
 fn while_shown(nth: usize, count: usize, duration: f64) -> String {
     let [from, to] = [nth, nth + 1].map(|n| n as f64 / count as f64);
     format!(

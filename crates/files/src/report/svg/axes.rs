@@ -1,4 +1,4 @@
-//! A part of the plane on the sheet, with axes in millimetres of equal scale.
+//! The view of a part of the plane, with axes in millimetres of equal scale.
 
 use std::ops::RangeInclusive;
 
@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, data};
 
-/// Room for the numbers and the name of the vertical axis, px, and of the horizontal axis.
+/// Room for the numbers and the name of the vertical axis, and of the horizontal axis, px.
 pub(super) const LEFT: f64 = 84.0;
 pub(super) const BELOW: f64 = 76.0;
 const TICK: f64 = 6.0;
@@ -18,7 +18,7 @@ pub(in crate::report) struct Bounds {
 }
 
 impl Bounds {
-    /// The bounding rectangle of points, m; empty (low above high) if there are none.
+    /// The bounding rectangle of points, m; its low is above its high if there are none.
     pub fn of<'a>(points: impl IntoIterator<Item = &'a SVector<f64, 2>>) -> Self {
         let none = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         points.into_iter().fold(none, |b, p| Self {
@@ -38,7 +38,7 @@ impl Bounds {
         }
     }
 
-    /// Extended by `margin` (m) on every side, out to the next multiple of `step` (m).
+    /// Extended by `margin` (m) on every side, and from there to the next multiple of `step` (m).
     pub fn outwards(self, margin: f64, step: f64) -> Self {
         Self {
             low: self.low.map(|v| ((v - margin) / step).floor() * step),
@@ -66,11 +66,11 @@ impl Bounds {
 pub(super) struct PlotView {
     pub bounds: Bounds,
     corner: Px,
+    /// px/m.
     pub scale: f64,
 }
 
 impl PlotView {
-    /// The view with its upper left corner at `corner` and a width of `width` px.
     pub fn new(bounds: Bounds, corner: Px, width: f64) -> Self {
         Self { bounds, corner, scale: width / bounds.size()[0].max(1e-9) }
     }
@@ -103,7 +103,7 @@ impl PlotView {
         for value in ticks(x_mm) {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
-            // A number with a sign must stay inside the sheet.
+            // A number with a sign stays inside the sheet.
             let inside = right + MARGIN - 0.7 * FontFace::Plain.width(&tick(value));
             svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, FontFace::Plain, &tick(value));
         }
@@ -116,8 +116,7 @@ impl PlotView {
         svg.upright_text([left - LEFT + MARGIN + 8.0, 0.5 * (top + bottom)], y);
     }
 
-    /// The visible part of a chain of points (m), from its first visible point, and its exit from the view,
-    /// if any.
+    /// The visible part of a chain of points (m), and where it leaves the view if it does: a point inside, and the point at the edge.
     pub fn visible(&self, points: &[SVector<f64, 2>]) -> (Vec<Px>, Option<[Px; 2]>) {
         let mut seen = Vec::new();
         let mut leaves = None;
@@ -142,7 +141,7 @@ impl PlotView {
         (seen, leaves)
     }
 
-    /// The intersection of the edge with the line from a visible point to an invisible one, m.
+    /// The point, m, at which the line from a visible point to an invisible one meets the edge.
     fn exit(&self, from: &SVector<f64, 2>, to: &SVector<f64, 2>) -> SVector<f64, 2> {
         let way = to - from;
         let [x, y] = [0, 1].map(|i| {

@@ -1,4 +1,4 @@
-//! Bar charts in groups (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
+//! Grouped bars (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
 use super::plot::{Axis, Plot, around};
 use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
@@ -6,7 +6,7 @@ use crate::report::ReportError;
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
 
-/// Fill of the bars of each series. Dark, light, hollow and black can be distinguished in grey print too.
+/// Fill of the bars of each series: dark, light, hollow and black differ in grey print too.
 const FILLS: [&str; 4] = ["#0072b2", "#e69f00", "#ffffff", INK];
 
 const PLOT: f64 = 420.0;
@@ -18,31 +18,27 @@ const FILLED: f64 = 0.78;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub name: String,
-    /// One for each label: a length over the subject's own length in the baseline, or a part of a whole; dimensionless.
+    /// One for each label: a length over the subject's own in the baseline, or a part of a whole.
     pub values: Vec<f64>,
 }
 
-/// Draws grouped bars that grow from 1.00, upwards for a longer muscle and downwards for a shorter one
-/// (Kato 2014, figure 4.9), as SVG text.
-///
-/// `baseline` is the symbol of the vowel that the lengths are relative to. `labels` name the groups; a label
-/// that ends in `*` marks a contracting muscle and is explained in the legend.
+/// Draws grouped bars that grow from 1.00, as in figure 4.9 of Kato (2014): changes relative to the vowel `baseline`. `labels` name the
+/// groups; the legend explains that one which ends in `*` marks a contracting muscle.
 pub fn changes(
     labels: &[String],
     series: &[Series],
     baseline: &str,
     title: &str,
 ) -> Result<Svg, ReportError> {
-    let told = format!("Muscle lengths relative to /{baseline}/.");
-    chart(labels, series, (&format!("length relative to /{baseline}/"), 1.0), [title, &told])
+    let summary = format!("Muscle lengths relative to /{baseline}/.");
+    chart(labels, series, (&format!("length relative to /{baseline}/"), 1.0), [title, &summary])
 }
 
-/// Draws grouped bars that grow from zero: parts of a whole under the name of their axis.
+/// Draws grouped bars that grow from zero, for parts of a whole; `axis` names what they are parts of.
 pub fn parts(labels: &[String], series: &[Series], axis: &str, title: &str) -> Result<Svg, ReportError> {
     chart(labels, series, (axis, 0.0), [title, &format!("{axis}.")])
 }
 
-/// Grouped bars from a value `base` of the axis.
 fn chart(
     labels: &[String],
     series: &[Series],
@@ -85,17 +81,17 @@ fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportEr
 }
 
 fn description(labels: &[String], series: &[Series], what: &str) -> String {
-    let told = series.iter().map(|s| {
+    let summary = series.iter().map(|s| {
         let values: Vec<_> = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}")).collect();
         format!("{}: {}.", s.name, values.join(", "))
     });
-    format!("{what} {}", told.collect::<Vec<_>>().join(" "))
+    format!("{what} {}", summary.collect::<Vec<_>>().join(" "))
 }
 
 fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str, f64), top: f64) {
     let values = series.iter().flat_map(|s| s.values.iter().copied());
     let (low, high) = (values.clone().fold(base, f64::min), values.fold(base, f64::max));
-    // Parts of a whole end at 1.
+    // Parts of a whole end at 1, so that their axis needs no margin.
     let room = if base == 0.0 { 0.0 } else { 0.02 };
     let [low, high] = around(low.min(base - 0.1) - room, high.max(base + 0.1) + room);
     let groups = labels.len() as f64;
@@ -103,7 +99,7 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str
     plot.axes(svg, [Axis::Nothing, Axis::Named(axis)]);
     svg.stroke(&plot.path([[0.0, base], [groups, base]]), INK, 2.0);
     let width = FILLED / series.len() as f64;
-    // A value at the base gets a thin bar.
+    // Half the height of the bar of a value at the base.
     let sliver = 0.006 * (high - low);
     for (nth, (one, fill)) in series.iter().zip(FILLS).enumerate() {
         for (number, &value) in one.values.iter().enumerate() {
@@ -117,34 +113,33 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str
     for (number, label) in labels.iter().enumerate() {
         let face = if label.ends_with('*') { FontFace::Bold } else { FontFace::Plain };
         let [x, foot] = plot.place(number as f64 + 0.5, plot.y[0]);
-        // Every second one of long labels stands lower.
+        // If labels are wide, every second one stands lower.
         let row = if is_wide && number % 2 == 1 { 0.75 } else { 0.4 };
         svg.text([x, foot + row * LABELS], Anchor::Middle, face, label);
     }
 }
 
-/// Height of a ridge, px, and the part that the next one leaves free.
+/// Height of a ridge, px, and the part of it that the next ridge does not overlap.
 const RIDGE: f64 = 84.0;
 const FREE: f64 = 62.0;
 const NAMES: f64 = 90.0;
 const ODDS: f64 = 120.0;
 const POINTS: usize = 160;
 
-/// A ridge for every muscle: the density of the change of its tension from the baseline, with a bar over its
-/// 95 % interval and a thick one over its 50 % interval.
+/// Draws for every muscle the density of the change of its tension from the baseline, with bars over its 95 % and its 50 % interval.
 pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.posterior_model.muscles;
     let all: Vec<Vec<f64>> = (0..names.len())
         .map(|m| posterior.draws.iter().map(move |d| d.change(posture, m)).collect())
         .collect();
     let spreads: Vec<Quantiles> = all.iter().map(|c| Quantiles::of(c.iter().copied())).collect();
-    let told = names
+    let summary = names
         .iter()
         .zip(&spreads)
         .map(|(n, s)| format!("{n} {:.0} ({:.0} to {:.0})", s.median, s.interval_95[0], s.interval_95[1]));
     let description = format!(
         "By how much more each muscle pulls than in the baseline, N per metre: median and 95 % interval. {}.",
-        told.collect::<Vec<_>>().join(", ")
+        summary.collect::<Vec<_>>().join(", ")
     );
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let low = spreads.iter().map(|s| s.interval_95[0]).fold(-10.0, f64::min) * 1.15;
@@ -152,7 +147,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let (left, right) = (NAMES + MARGIN, WIDTH - ODDS - MARGIN);
     let head = top + 2.0 * MARGIN;
     let height = RIDGE + FREE * (names.len().max(1) - 1) as f64 + MARGIN;
-    // The vertical axis counts pixels from the foot.
+    // The vertical axis is in pixels from the foot of the plot.
     let plot = Plot::linear([left, head], [right - left, height], [low, high], [0.0, height]);
     plot.axes(&mut svg, [Axis::Named("change of tension from the baseline, N per metre"), Axis::Nothing]);
     svg.stroke(&plot.upright(0.0), INK, 1.0);
@@ -183,13 +178,14 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     svg.finish(head + height + 50.0 + 2.5 * MARGIN)
 }
 
-/// Kernel density of values in a range, with a normal kernel of Silverman's width (1986, eq. 3.31).
+/// Kernel density of values at equidistant points of a range, with a normal kernel of Silverman's width (1986, eq. 3.31). It is not
+/// normalised.
 fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
     let n = values.len().max(2) as f64;
     let mean = values.iter().sum::<f64>() / n;
     let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
     let width = (0.9 * sd * n.powf(-0.2)).max(1e-3 * (high - low));
-    // Values are counted in narrow bins first, so that the time does not depend on the number of draws.
+    // Values are counted in narrow bins first, so that the time does not depend on their number.
     let cells = 4 * POINTS;
     let mut counts = vec![0.0; cells];
     for v in values {

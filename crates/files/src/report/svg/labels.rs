@@ -1,11 +1,9 @@
-//! Placement of names beside lines with little overlap.
-
 use tongue_input::measured::muscles::Muscles;
 
 use super::{FontFace, Px, TEXT};
 
 const GAP: f64 = 7.0;
-/// Candidate positions of a name along its line, best first.
+/// Candidate places of a name as parts of its line's length, best first.
 const PARTS: [f64; 9] = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2, 0.9, 0.1];
 
 pub(super) struct MuscleLabel<'a> {
@@ -36,8 +34,8 @@ impl Area {
     }
 }
 
-/// The centre of every name, in the order of the lines; `None` for a line without length. Names stay inside
-/// the frame (two corners, px) and avoid each other, the lines and `points` as far as possible.
+/// The centre of every name, in the order of the lines; `None` for a line without length. Names avoid each other, the lines, `points` and
+/// the outside of the frame (two corners, px) as far as possible.
 pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
     let frame = Area { low: frame[0], high: frame[1] };
     let obstacles: Vec<Px> =
@@ -98,7 +96,6 @@ fn samples(line: &[Px]) -> Vec<Px> {
     }))
 }
 
-/// The colours of muscles of these names.
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
     Muscles::built_in().info(names).iter().map(|m| m.colour.to_string().to_lowercase()).collect()
 }

@@ -1,6 +1,4 @@
-//! Figures as SVG: a small writer, and a file for each kind of figure.
-//!
-//! Figures load nothing, and the same numbers give the same bytes.
+//! Figures as SVG, which load nothing: a writer of elements here, and a file for each kind. The same numbers give the same bytes.
 
 mod animation;
 mod axes;
@@ -41,15 +39,15 @@ pub use views::{solid, views};
 pub use vowel::{VowelPicture, vowel};
 pub use work_precision::{PrecisionCurve, work_precision};
 
-/// Width of an ordinary figure, px. In a journal column of 85 mm, 24 px are 6.4 points, the smallest text.
+/// Width of an ordinary figure, px. In a journal column of 85 mm, text of 24 px is 6.4 points high.
 const WIDTH: f64 = 900.0;
 const TEXT: f64 = 24.0;
-/// Mean width of a letter of a sans-serif face over its size, plain and bold.
+/// Mean width of a letter of a sans-serif face over its size: plain, and bold.
 const LETTER: f64 = 0.55;
 const BOLD_LETTER: f64 = 0.62;
 const TITLE: f64 = 28.0;
 const TITLE_LINE: f64 = 36.0;
-/// Maximum number of visible lines of a title; the accessible title is complete.
+/// Most visible lines of a title; the accessible title is complete.
 const TITLE_LINES: usize = 6;
 const MARGIN: f64 = 16.0;
 
@@ -59,7 +57,7 @@ const RULE: &str = "#dddddd";
 /// A point on the sheet, px, y downwards.
 type Px = [f64; 2];
 
-/// A figure as SVG. [`fmt::Display`] writes it.
+/// A figure as SVG, which [`fmt::Display`] writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Svg {
     title: String,
@@ -69,7 +67,7 @@ pub struct Svg {
     elements: String,
 }
 
-/// Alignment of a text at its point; vertically it is always centred.
+/// Horizontal alignment of a text at its point; vertically it is centred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Anchor {
     Start,
@@ -91,7 +89,7 @@ impl FontFace {
 }
 
 impl Svg {
-    /// An empty figure with its title, and the height of the title, px.
+    /// A figure with only its title, and the lower end of the title, px.
     fn new(title: &str, description: &str, width: f64) -> (Self, f64) {
         let mut svg = Self {
             title: printable(title),
@@ -121,7 +119,6 @@ impl Svg {
         let _ = writeln!(self.elements, "<{name} {attributes}/>");
     }
 
-    /// An open path with the data `d` and a width in px.
     fn stroke(&mut self, d: &str, colour: &str, width: f64) {
         self.element(
             "path",
@@ -185,8 +182,7 @@ impl Svg {
             Anchor::End => "end",
         };
         let weight = if face == FontFace::Bold { " font-weight=\"bold\"" } else { "" };
-        // The middle of a letter is about a third of the size above the baseline; viewers differ in
-        // `dominant-baseline`.
+        // The middle of a letter is about a third of the size above the baseline; viewers interpret `dominant-baseline` differently.
         let (x, y) = (at[0], at[1] + 0.35 * size);
         let _ = writeln!(
             self.elements,
@@ -196,7 +192,6 @@ impl Svg {
     }
 }
 
-/// Attributes of the white edge of a text.
 const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
 
 impl Svg {
@@ -214,7 +209,7 @@ impl Svg {
 }
 
 impl fmt::Display for Svg {
-    /// As part of a page, which has its own provenance.
+    /// As a part of a page, which has its own provenance.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.render(f, "")
     }
@@ -253,12 +248,11 @@ fn printable(text: &str) -> String {
         .collect()
 }
 
-/// Text as content or attribute of XML.
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The words of `text` in lines of at most `most` letters; a longer word gets a line of its own.
+/// The words of `text` in lines of at most `most` letters; a longer word has a line of its own.
 pub fn wrapped(text: &str, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -273,10 +267,10 @@ pub fn wrapped(text: &str, most: usize) -> Vec<String> {
     lines
 }
 
-/// Draws the symbol of an entry of a legend from its left end on.
+/// Draws the symbol of a legend entry from its left end on.
 type Symbol<'a> = Box<dyn Fn(&mut Svg, Px) + 'a>;
 
-/// An entry of a legend: the width of its symbol, px, its name, and its symbol.
+/// The width of its symbol, px, its name, and its symbol.
 struct LegendEntry<'a>(f64, &'a str, Symbol<'a>);
 
 impl<'a> LegendEntry<'a> {

@@ -8,9 +8,8 @@ use super::plot::{Plot, around};
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
 
-/// Line width of contracting and of passive muscles, px, each with the extra width of its edge.
+/// Line widths of contracting muscles, px: of the line, and how much wider its dark edge is.
 const CONTRACTING: [f64; 2] = [8.0, 2.5];
-
 const PASSIVE: [f64; 2] = [3.5, 2.0];
 
 pub(super) struct DrawnMuscle<'a> {
@@ -18,7 +17,7 @@ pub(super) struct DrawnMuscle<'a> {
     pub colour: String,
     pub contracting: bool,
     pub seen: Vec<Px>,
-    /// Its exit from the view: a point inside and the point at the edge.
+    /// Where the muscle leaves the view: a point inside, and the point at the edge.
     pub leaves: Option<[Px; 2]>,
     pub nodes: &'a [usize],
 }
@@ -29,7 +28,7 @@ impl DrawnMuscle<'_> {
     }
 }
 
-/// The muscles of a shape; the name of a contracting one is followed by its tension.
+/// The muscles of a shape, contracting ones last; their names are followed by their tensions.
 pub(super) fn lines<'a>(
     view: &PlotView,
     mesh: &'a Mesh<2>,
@@ -54,7 +53,7 @@ pub(super) fn bones(view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2
     seen.map(|p| view.place(p)).collect()
 }
 
-/// The place of every muscle's name, in the order of the lines; contracting muscles choose first.
+/// The centre of every muscle's name, in the order of the lines; contracting muscles choose first.
 pub(super) fn label_places(view: &PlotView, lines: &[DrawnMuscle<'_>], bones: &[Px]) -> Vec<Option<Px>> {
     let named: Vec<MuscleLabel<'_>> =
         lines.iter().rev().map(|l| MuscleLabel { name: &l.name, face: l.face(), line: &l.seen }).collect();
@@ -64,7 +63,7 @@ pub(super) fn label_places(view: &PlotView, lines: &[DrawnMuscle<'_>], bones: &[
     places
 }
 
-/// A muscle over a slightly wider dark line, so that light colours have an edge on white paper.
+/// Draws a muscle over a slightly wider dark line, so that light colours have an edge on white paper.
 pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
     let [width, edge] = widths(contracting);
     for (width, colour) in [(width + edge, INK), (width, colour)] {
@@ -90,7 +89,7 @@ pub(super) fn bone(svg: &mut Svg, [x, y]: Px) {
     svg.rectangle([x - 7.0, y - 7.0], [x + 7.0, y + 7.0], INK, None);
 }
 
-/// Steps of viridis, which becomes steadily lighter and is readable for colour-blind readers.
+/// Steps of viridis, whose lightness grows steadily, also for colour-blind readers.
 const COLOURS: [&str; 10] = [
     "#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b",
     "#fde725",
@@ -101,8 +100,7 @@ fn colour(stretch: f64, [low, high]: [f64; 2]) -> &'static str {
     COLOURS[((part * COLOURS.len() as f64) as usize).min(COLOURS.len() - 1)]
 }
 
-/// Fills every triangle of the tissue by its largest principal stretch, and returns the ends of the scale of colours; `None` if there is
-/// no tissue.
+/// Fills triangles by their largest principal stretch; returns the ends of the scale, or `None` without tissue that has an area at rest.
 pub(super) fn fill(
     svg: &mut Svg,
     view: &PlotView,
@@ -120,7 +118,7 @@ pub(super) fn fill(
         let of = mesh.cells.iter().zip(&stretches).filter(|(_, s)| colour(**s, scale) == paint);
         let d =
             closed(of.map(|(cell, _)| cell.iter().map(|&n| view.place(&positions[n])).collect::<Vec<_>>()));
-        // An edge of the same colour closes the gaps between triangles from rounding.
+        // A stroke of the same colour closes the gaps between triangles that rounding leaves.
         svg.element(
             "path",
             format_args!("d=\"{d}\" fill=\"{paint}\" stroke=\"{paint}\" stroke-width=\"0.6\""),
@@ -129,8 +127,8 @@ pub(super) fn fill(
     (!stretches.is_empty()).then_some(scale)
 }
 
-/// The legend of the colours, from `top` on; returns its lower end.
-pub(super) fn key(svg: &mut Svg, scale: [f64; 2], left: f64, top: f64) -> f64 {
+/// Draws the legend of the colours from `top` on; returns its lower end.
+pub(super) fn legend(svg: &mut Svg, scale: [f64; 2], left: f64, top: f64) -> f64 {
     let parts = COLOURS.len() as f64;
     let size = [WIDTH - MARGIN - 30.0 - left, 22.0];
     let plot = Plot::linear([left, top + 34.0], size, scale, [0.0, 1.0]);

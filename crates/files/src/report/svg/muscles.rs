@@ -1,4 +1,4 @@
-//! The effect of each muscle alone: one small picture each, all with the same axes.
+//! The effect of each muscle alone: a small picture for each, all with the same axes.
 
 use nalgebra::SVector;
 
@@ -10,25 +10,22 @@ use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
 const COLUMNS: usize = 4;
-/// Width of a picture, px: a row fills the width of a page.
 const PANEL: f64 = 400.0;
 const GAP: f64 = 28.0;
 /// Room for the name and two lines of text above a picture, px.
 const HEAD: f64 = 4.2 * TEXT;
 const GRID: f64 = 0.02;
 
-/// A shape of a body with few active muscles, for comparison with others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     pub title: String,
-    /// Description of the effect, in at most two short lines.
+    /// The effect, in at most two short lines.
     pub lines: Vec<String>,
     pub positions: Vec<SVector<f64, 2>>,
     pub tensions: Vec<f64>,
 }
 
-/// Draws shapes of one body side by side, each with the tissue at rest (grey), the active muscles and the
-/// palate, if it has points (m).
+/// Draws shapes of one body side by side, each with the tissue at rest (grey), the contracting muscles and the palate, m.
 pub fn panels(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
@@ -41,10 +38,11 @@ pub fn panels(
     }
     let columns = COLUMNS.min(panels.len());
     let width = 2.0 * MARGIN + columns as f64 * (PANEL + GAP) - GAP;
-    let told: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.lines.join(", "))).collect();
-    let shown =
-        format!("Midsagittal sections, front to the left, all with the same axes. {}", told.join(" "));
-    let (mut svg, top) = Svg::new(title, &shown, width);
+    let summary: Vec<String> =
+        panels.iter().map(|p| format!("{}: {}.", p.title, p.lines.join(", "))).collect();
+    let description =
+        format!("Midsagittal sections, front to the left, all with the same axes. {}", summary.join(" "));
+    let (mut svg, top) = Svg::new(title, &description, width);
     let bounds = frame(mesh, palate, panels.iter().map(|p| p.positions.as_slice()));
     let mut bottom = top;
     for (nth, panel) in panels.iter().enumerate() {
@@ -78,7 +76,7 @@ fn draw(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, palate: &[SVector<f64, 2
     });
     let upright = upright.map(|x| [point(x, low[1]), point(x, high[1])]);
     let level = level.map(|y| [point(low[0], y), point(high[0], y)]);
-    // A body much larger than a tongue gets no grid, which would be black.
+    // In a body much larger than a tongue the grid would be black.
     if (high[0] - low[0]) < 20.0 * GRID {
         svg.stroke(&data(upright.chain(level)), RULE, 1.0);
     }

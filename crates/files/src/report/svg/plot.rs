@@ -1,4 +1,4 @@
-//! The chart that every plot of values stands in, a rectangle with two axes, and predicted against measured values in panels.
+//! The rectangle with two axes in which values are plotted, and panels of predicted against measured values.
 
 use super::axes::ticks;
 use super::labels::colours;
@@ -57,7 +57,6 @@ impl Scale {
     }
 }
 
-/// `10⁻³`.
 fn power(exponent: i32) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let digits = exponent.to_string();
@@ -65,7 +64,7 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// The nearest round numbers around a range of values.
+/// The smallest range between round numbers that contains these values.
 pub(super) fn around(low: f64, high: f64) -> [f64; 2] {
     let marks = ticks(low..=high);
     let step = marks.get(1).map_or(1.0, |second| second - marks[0]);
@@ -77,7 +76,7 @@ impl Plot {
         Self { corner, size, x, y, scale: Scale::Linear }
     }
 
-    /// The position of a pair of values, px, moved to the edge if it is outside.
+    /// The position of a pair of values, px; a pair outside is moved to the edge.
     pub fn place(&self, x: f64, y: f64) -> Px {
         let [x, y] = [(x, self.x), (y, self.y)].map(|(v, edges)| {
             let [from, to] = edges.map(|edge| self.scale.of(edge));
@@ -134,7 +133,7 @@ fn every(all: Vec<(f64, String)>, room: f64) -> impl Iterator<Item = (f64, Strin
     all.into_iter().step_by(step)
 }
 
-/// Side of a panel, px, and room for its axis and its title.
+/// Side of a panel, and room for its axis, its title and its foot, px.
 const SIDE: f64 = 330.0;
 const AXIS: f64 = 96.0;
 const HEAD: f64 = 3.0 * TEXT;
@@ -145,20 +144,20 @@ const DOT: f64 = 6.5;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
     pub title: String,
-    /// A line below it, such as its error.
     pub line: String,
+    /// Index of the muscle, measured and predicted value.
     pub points: Vec<(usize, f64, f64)>,
 }
 
-/// Draws `panels` with the same axes and the diagonal of exact predictions.
 pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     let values = panels.iter().flat_map(|p| p.points.iter().flat_map(|&(_, x, y)| [x, y]));
     let ends = around(values.clone().fold(0.95, f64::min) - 0.02, values.fold(1.05, f64::max) + 0.02);
     let columns = COLUMNS.min(panels.len().max(1));
     let width = 2.0 * MARGIN + columns as f64 * (SIDE + AXIS);
-    let told: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.line)).collect();
-    let shown = format!("Predicted against measured stretches of passive muscles. {}", told.join(" "));
-    let (mut svg, top) = Svg::new(title, &shown, width);
+    let summary: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.line)).collect();
+    let description =
+        format!("Predicted against measured stretches of passive muscles. {}", summary.join(" "));
+    let (mut svg, top) = Svg::new(title, &description, width);
     let paint = colours(muscles);
     let entries = muscles
         .iter()

@@ -1,5 +1,4 @@
-//! Picture of a body in the plane: tissue at rest and deformed, muscles with their names, bones, and the
-//! palate if there is one.
+//! A body in the plane: tissue at rest and deformed, muscles with their names, bones, and the palate if there is one.
 
 use nalgebra::SVector;
 
@@ -16,38 +15,35 @@ pub(super) const DEFORMED: &str = "#555555";
 pub(super) const EDGES: &str = "#c9c9c9";
 pub(super) const PALATE: &str = "#a8a8a8";
 
-/// Name of the grey shape if it is the body at rest.
 const REST_NAME: &str = "rest";
-/// A bone moved by less than this counts as not moved, m.
+/// A bone that moved by less is drawn as not moved, m.
 const MOVED: f64 = 1e-5;
 const PALATE_THICKNESS: f64 = 0.0025;
-/// Margin around the tissue at rest, over its longest side.
+/// Margin around the tissue at rest, as a part of its longest side.
 const ROOM: f64 = 0.14;
 
 const SAMPLE: f64 = 62.0;
 
-/// A shape of a body in the plane with everything to draw.
 #[derive(Debug, Clone, Copy)]
 pub struct SectionPicture<'a> {
     pub mesh: &'a Mesh<2>,
     pub positions: &'a [SVector<f64, 2>],
-    /// Tension of every muscle of the mesh, N per metre of thickness: muscles with a tension are drawn as
-    /// contracting.
+    /// N per metre of thickness, for every muscle of the mesh; one above zero is drawn as contracting.
     pub tensions: &'a [f64],
-    /// The palate, m; empty without one.
+    /// m; empty without a palate.
     pub palate: &'a [SVector<f64, 2>],
-    /// What was seen of the body, m: dots.
+    /// Measured points, m, drawn as dots.
     pub seen: &'a [SVector<f64, 2>],
-    /// Whether the body can touch the palate; otherwise it is for orientation.
+    /// Whether the palate stops the body; otherwise it is drawn for orientation.
     pub contact: bool,
     pub stretch: bool,
-    /// Name of the grey shape, which may be another posture than rest.
+    /// Name of the grey shape in the legend; it may be another posture than rest.
     pub grey: &'a str,
     pub title: &'a str,
 }
 
 impl<'a> SectionPicture<'a> {
-    /// A shape over that at rest, without points that were seen, contact or colours of stretch.
+    /// A shape over the body at rest, without measured points, contact or colours of stretch.
     pub fn new(
         mesh: &'a Mesh<2>,
         positions: &'a [SVector<f64, 2>],
@@ -60,13 +56,11 @@ impl<'a> SectionPicture<'a> {
     }
 }
 
-/// Draws the tissue at rest (light grey) and deformed (dark), muscles in colour with their names, bones, and
-/// the palate in grey.
+/// Draws the tissue at rest (light grey) and deformed (dark), muscles in colour with their names, bones, and the palate in grey.
 ///
-/// Axes are in mm with equal scales: x grows to the back of the head, y upwards. The view depends only on the
-/// tissue at rest, as long as the deformed tissue stays in it, so that pictures of one body have the same
-/// axes. A muscle from a bone outside the view has an arrow at the edge. Contracting muscles (tension above
-/// zero) are thick and solid.
+/// Axes are in mm with equal scales: x grows to the back of the head, y upwards. As long as the deformed tissue stays in the view, the view
+/// depends only on the tissue at rest, so that pictures of one body have the same axes. A muscle from a bone outside the view has an arrow
+/// at the edge. Contracting muscles (tension above zero) are thick and solid.
 pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
@@ -85,12 +79,12 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     dots(&mut svg, &view, seen);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     let palate = (!palate.is_empty()).then_some(contact);
-    let seen = DrawnRecording { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let content = LegendContent { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
     if let Some(scale) = colours {
-        bottom = muscle_lines::key(&mut svg, scale, LEFT, bottom);
+        bottom = muscle_lines::legend(&mut svg, scale, LEFT, bottom);
     }
-    let height = key(&mut svg, &seen, bottom);
+    let height = legend(&mut svg, &content, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
@@ -150,7 +144,7 @@ fn description(section: &SectionPicture<'_>) -> String {
     )
 }
 
-/// The view: the tissue at rest with a margin, and the palate near it, extended only for shapes that need it.
+/// The bounds of a picture: the tissue at rest with a margin and the palate near it, extended only for shapes that go beyond them.
 pub(in crate::report) fn frame<'a>(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
@@ -215,8 +209,7 @@ pub(super) fn draw_palate(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, outlin
     svg.stroke(&data([outline.iter().map(clamp)]), DEFORMED, 2.0);
 }
 
-/// Draws the muscles, contracting ones last, then the bones, then the names. Returns whether a muscle leaves
-/// the view.
+/// Draws the muscles (contracting ones last), the bones and the names. Returns whether a muscle leaves the view.
 fn muscles(
     svg: &mut Svg,
     view: &PlotView,
@@ -239,7 +232,7 @@ fn muscles(
     lines.iter().any(|l| l.leaves.is_some())
 }
 
-/// Original places of bones that a fit has displaced: hollow, with a line to their present places.
+/// Marks the places at rest of bones that have moved, each with a line to its present place.
 fn places_of_moved_bones(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) {
     for &node in &mesh.fixed {
         let (Some(was), Some(is)) = (mesh.nodes.get(node), positions.get(node)) else { continue };
@@ -256,18 +249,18 @@ fn places_of_moved_bones(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, positio
     }
 }
 
-pub(super) struct DrawnRecording<'a> {
+pub(super) struct LegendContent<'a> {
     pub grey: &'a str,
     pub tensions: &'a [f64],
     pub arrows: bool,
-    /// Whether the body can touch the palate; `None` without a palate.
+    /// Whether the palate stops the body; `None` without a palate.
     pub palate: Option<bool>,
     pub bones: bool,
 }
 
-pub(super) fn key(svg: &mut Svg, seen: &DrawnRecording<'_>, top: f64) -> f64 {
-    let contracting = seen.tensions.iter().any(|t| *t > 0.0);
-    let passive = seen.tensions.iter().any(|t| *t <= 0.0);
+pub(super) fn legend(svg: &mut Svg, content: &LegendContent<'_>, top: f64) -> f64 {
+    let contracting = content.tensions.iter().any(|t| *t > 0.0);
+    let passive = content.tensions.iter().any(|t| *t <= 0.0);
     let line = |[x, y]: Px| data([[[x, y], [x + SAMPLE, y]]]);
     let boxed = |width: f64, fill: &'static str, edge: &'static str| {
         let half = 0.25 * LEGEND_ROW;
@@ -277,12 +270,12 @@ pub(super) fn key(svg: &mut Svg, seen: &DrawnRecording<'_>, top: f64) -> f64 {
     let (long, short) = (SAMPLE + 12.0, 36.0);
     let palate = |name| LegendEntry::new(short, name, boxed(24.0, PALATE, DEFORMED));
     let entries = [
-        Some(LegendEntry::new(long, seen.grey, boxed(SAMPLE, REST_TISSUE, REST))),
+        Some(LegendEntry::new(long, content.grey, boxed(SAMPLE, REST_TISSUE, REST))),
         Some(LegendEntry::new(long, "deformed", |svg, at| svg.stroke(&line(at), DEFORMED, 2.6))),
-        seen.bones.then(|| LegendEntry::new(short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]))),
-        seen.palate.map(|touched| palate(if touched { "palate" } else { "palate, for orientation only" })),
+        content.bones.then(|| LegendEntry::new(short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]))),
+        content.palate.map(|stops| palate(if stops { "palate" } else { "palate, for orientation only" })),
         passive.then(|| LegendEntry::new(long, "passive muscle", muscle(false))),
-        seen.arrows.then(|| {
+        content.arrows.then(|| {
             LegendEntry::new(long, "to its bone, out of view", |svg, [x, y]| {
                 muscle(false)(svg, [x, y]);
                 arrow(svg, [x, y], [x + SAMPLE, y], "#ffffff");

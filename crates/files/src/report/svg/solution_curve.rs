@@ -1,5 +1,4 @@
-//! The curve of tensions that fit equally well: the tensions along it, and below them the errors of the other
-//! muscles.
+//! The curve of tensions that fit equally well: the tensions along it, and below them the errors of the other muscles.
 
 use crate::report::SolutionCurveRecord;
 use tongue_input::measured::muscles::Muscles;
@@ -9,7 +8,7 @@ use super::plot::{Axis, Plot};
 use super::{Anchor, FontFace, INK, MARGIN, Svg, WIDTH, data};
 
 const LEFT: f64 = 104.0;
-/// Heights of the two plots, px, and the gap between them.
+/// Heights of the two plots, and the gap between them, px.
 const UPPER: f64 = 330.0;
 const LOWER: f64 = 170.0;
 const BETWEEN: f64 = 40.0;
@@ -25,12 +24,12 @@ pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
         let squares: f64 = (0..names.len()).map(|m| (tension(p, m) - tension(p - 1, m)).powi(2)).sum();
         way.push(way[p - 1] + squares.sqrt());
     }
-    let told = curve.points.get(curve.answer).map_or(String::new(), |p| {
+    let summary = curve.points.get(curve.answer).map_or(String::new(), |p| {
         let all = names.iter().zip(&p.x).map(|(m, t)| format!("{m} {t:.1}"));
         all.collect::<Vec<_>>().join(", ")
     });
     let description = format!(
-        "Tensions along the curve on which the ratios to {reference} are met, {} points; the answer is {told} N. It ends: {}; {}.",
+        "Tensions along the curve on which the ratios to {reference} are met, {} points; the answer is {summary} N. It ends: {}; {}.",
         curve.points.len(),
         ends[0],
         ends[1]
@@ -60,7 +59,7 @@ pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
         labels.extend(points.next_back().map(|[x, y]| (upper.place(x, y)[1], m)));
     }
     svg.stroke(&lower.path(rms), INK, 3.0);
-    // Names from the top down without overlap.
+    // Names are placed from the top down, so that none overlaps another.
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut free = f64::NEG_INFINITY;
     for (y, m) in labels {

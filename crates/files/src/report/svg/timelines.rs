@@ -1,4 +1,4 @@
-//! Tensions over time with their 95 % intervals, a panel for each muscle, and how well what was seen is met.
+//! Tensions over time with their 95 % intervals, a panel for each muscle, and the distance of measured from simulated points.
 
 use super::plot::{Axis, Plot, around};
 use super::{Anchor, FontFace, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
@@ -6,32 +6,30 @@ use crate::report::RecordingResult;
 use tongue_infer::track::CourseSummary;
 
 const LEFT: f64 = 150.0;
-/// Height of a panel and the gap between panels, px.
+/// Height of a panel, and gap between panels, px.
 const PANEL: f64 = 92.0;
 const GAP: f64 = 28.0;
 const BAND: &str = "#9ecae1";
 const LINE: &str = "#08519c";
 const GREY_LINE: &str = "#a0a0a0";
 const DOUBTFUL: &str = "#fff0e0";
-/// Fill of an interval whose course is not known.
 const HATCH: &str = "url(#hatch)";
 
-/// A panel: its name and unit, whether its course is reliable (otherwise its interval is hatched), and at each time the value and the ends of
-/// its interval.
+/// Name, unit, whether the course is known (otherwise the interval is hatched), and at each time value and ends of the interval.
 struct TimelinePanel<'a>(&'a str, &'static str, bool, Vec<[f64; 3]>);
 
-/// Draws the tensions of a recording, each on a scale of its own. Times of unreliable frames are shaded; below stands the distance of what
-/// was seen from what was simulated, mm, above the labels of every tier but the prompt, which is that of a whole recording.
+/// Draws the tensions of a recording, each on its own scale, and below them the distance of measured from simulated points, mm. Frames that
+/// cannot be trusted are shaded. Labels stand above, except those of the prompt, which belongs to a whole recording.
 pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let frames = &one.tracked.frames;
     let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
     let known: Vec<&str> = courses.iter().filter(|c| c.known).map(|c| c.muscle.as_str()).collect();
-    let told = format!(
+    let summary = format!(
         "Tension over time of {} muscles with 95 % intervals; known courses: {}; the others are hatched.",
         courses.len(),
         if known.is_empty() { "none".to_owned() } else { known.join(", ") }
     );
-    let (mut svg, top) = Svg::new(&one.name, &told, WIDTH);
+    let (mut svg, top) = Svg::new(&one.name, &summary, WIDTH);
     svg.elements += "<defs><pattern id=\"hatch\" width=\"9\" height=\"9\" patternUnits=\"userSpaceOnUse\" \
         patternTransform=\"rotate(45)\"><rect width=\"9\" height=\"9\" fill=\"#f7f7f7\"/>\
         <line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"9\" stroke=\"#bdbdbd\" stroke-width=\"3\"/></pattern></defs>\n";

@@ -1,4 +1,4 @@
-//! Pictures of bodies in space from the side, the front and the top; of a tongue with the muscles that act in colour.
+//! Bodies in space from the side, the front and the top; active muscles of a tongue are coloured.
 
 use std::collections::BTreeMap;
 
@@ -13,13 +13,13 @@ use crate::surgery::OperationRecord;
 use tongue_core::body::{Body, Mesh};
 use tongue_core::geometry::Point;
 
-/// From where it is seen: what is across, up, and towards the viewer.
+/// Name of a view, and the unit vectors to the right, upwards and towards the viewer.
 const VIEWS: [(&str, [Vector3<f64>; 3]); 3] = [
     ("left side", [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0), Vector3::new(0.0, -1.0, 0.0)]),
     ("front", [Vector3::new(0.0, -1.0, 0.0), Vector3::new(0.0, 0.0, 1.0), Vector3::new(-1.0, 0.0, 0.0)]),
     ("top", [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)]),
 ];
-/// Colours of the muscles of a body, by their common name, in its order (Tol 2021, "muted" and "light").
+/// Colours of the groups of muscles of a body, in its order (Tol 2021, "muted" and "light").
 const COLOURS: [[f64; 3]; 11] = [
     [204.0, 102.0, 119.0],
     [51.0, 34.0, 136.0],
@@ -35,15 +35,16 @@ const COLOURS: [[f64; 3]; 11] = [
 ];
 const TISSUE: [f64; 3] = [214.0, 205.0, 205.0];
 const SOLID: [f64; 3] = [205.0, 222.0, 240.0];
+/// Muscles with a smaller activation keep the colour of the tissue.
 const ACTIVE: f64 = 5e-3;
-/// Colours of operated tissue, of the shape below, and of the operated part of that.
+/// Colours of operated tissue, of the shape below, and of the operated part of the shape below.
 const FILLING: [f64; 3] = [110.0, 110.0, 110.0];
 const UNDER: &str = "#ececec";
 const GONE: &str = "#b0b0b0";
 const SAMPLE: f64 = 34.0;
 
-/// Draws a body in space over itself at rest (light), or after surgery over itself before it, with the operated region and the way of the
-/// tip. An element has the colour of the most active muscle that runs through it. Positions of all nodes are in m.
+/// Draws a body in space over its shape at rest (light), or after surgery over its shape before it. An element has the colour of the most
+/// active muscle through it. Positions of all nodes are in m.
 pub fn views(
     body: &Body<3>,
     positions: &[Vector3<f64>],
@@ -59,7 +60,7 @@ pub fn views(
         COLOURS[group % COLOURS.len()]
     };
     let of_element = most_active(body, activations);
-    // Elements keep their numbers unless some are removed.
+    // If elements were removed, the indices of the others have changed.
     let is_filled = before.is_some_and(|b| b.body.mesh.hexahedra.len() == body.mesh.hexahedra.len());
     let operated = |element: &usize| before.is_some_and(|b| b.elements.contains(element));
     let faces = body.mesh.outward_quadrilaterals().into_iter().map(|(element, nodes)| {
@@ -117,7 +118,6 @@ pub fn views(
     Ok(drawing.draw(title))
 }
 
-/// Draws a body of tetrahedra in the same way, in one colour.
 pub fn solid(mesh: &Mesh<3>, positions: &[Vector3<f64>], title: &str) -> Result<Svg, ReportError> {
     check(mesh, positions, &vec![0.0; mesh.muscles.len()])?;
     let (nodes, cells) = (mesh.nodes.len(), mesh.cells.len());
@@ -131,27 +131,25 @@ pub fn solid(mesh: &Mesh<3>, positions: &[Vector3<f64>], title: &str) -> Result<
     Ok(drawing.draw(title))
 }
 
-/// A surface in parallel projection over another shape of it (light).
+/// A surface in parallel projection over another shape, which is light.
 #[derive(Default)]
 struct Drawing<'a> {
     what: String,
     /// Corners counter-clockwise as seen from outside, and colour, 0 to 255.
     faces: Vec<(Vec<usize>, [f64; 3])>,
     positions: &'a [Vector3<f64>],
-    /// Faces of the shape below, with their colour; empty if they are those of the surface.
+    /// Faces of the shape below with their colours; empty if they are those of `faces`.
     under: Vec<(Vec<usize>, &'static str)>,
     under_positions: &'a [Vector3<f64>],
-    /// Entries of the legend.
     names: Vec<(String, [f64; 3])>,
-    /// Whether left and right are written.
     sides: bool,
-    /// The faces of the region whose silhouette is drawn: of each corner the number of its node and its place, m.
+    /// The faces of the region whose silhouette is drawn: index and position, m, of each corner.
     outlined: Vec<[(usize, Vector3<f64>); 4]>,
-    /// Places of the tip, in the order of its way: name, place, fill.
+    /// Name, position, m, and fill of the tip's places, in the order in which a line joins them.
     tips: Vec<(String, Vector3<f64>, &'static str)>,
 }
 
-/// Twice the normal of a face, which points out of the body.
+/// A normal of a face that points out of the body; its length is twice the area of the face.
 fn normal(f: &[usize], x: &[Vector3<f64>]) -> Vector3<f64> {
     (x[f[2]] - x[f[0]]).cross(&(x[f[f.len() - 1]] - x[f[1]]))
 }
@@ -160,9 +158,9 @@ impl Drawing<'_> {
     fn draw(&self, title: &str) -> Svg {
         let (rest, positions) = (self.under_positions, self.positions);
         let below = if self.under.is_empty() { "itself at rest" } else { "itself before surgery" };
-        let shown =
+        let description =
             format!("{} from the side, the front and the top: deformed, over {below} (light).", self.what);
-        let (mut svg, top) = Svg::new(title, &shown, WIDTH);
+        let (mut svg, top) = Svg::new(title, &description, WIDTH);
         let seen =
             |p: &Vector3<f64>, [across, up, _]: &[Vector3<f64>; 3]| Point::new(p.dot(across), p.dot(up));
         let on_surface: Vec<usize> = self.faces.iter().flat_map(|(f, _)| f.iter().copied()).collect();
@@ -221,7 +219,7 @@ impl Drawing<'_> {
         svg.finish((bottom + MARGIN).max(below + height) + LEGEND_ROW + 2.0 * MARGIN)
     }
 
-    /// The shape below, then the faces of the surface that are turned to the viewer, the farthest first.
+    /// Draws the shape below, then the faces that are turned to the viewer, the farthest first.
     fn surface(&self, svg: &mut Svg, axes: &[Vector3<f64>; 3], place: &impl Fn(&Vector3<f64>) -> Px) {
         let (rest, positions) = (self.under_positions, self.positions);
         let is_seen = |f: &[usize], x: &[Vector3<f64>]| normal(f, x).dot(&axes[2]) > 0.0;
@@ -235,7 +233,7 @@ impl Drawing<'_> {
         let depth = |f: &[usize]| f.iter().map(|&n| positions[n].dot(&axes[2])).sum::<f64>();
         towards.sort_by(|a, b| depth(&a.0).total_cmp(&depth(&b.0)));
         for (f, colour) in towards {
-            // Light from above and from the viewer's left.
+            // The light comes from above and from the viewer's left.
             let normal = normal(f, positions).try_normalize(0.0).unwrap_or(axes[2]);
             let light = normal.dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
             let (d, fill) = (closed([f.iter().map(|&n| place(&positions[n]))]), shaded(*colour, light));
@@ -246,7 +244,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// The edges of the outlined region between a face that is turned to the viewer and one that is not.
+    /// Edges of the outlined region between a face that is turned to the viewer and one that is not.
     fn silhouette(&self, axes: &[Vector3<f64>; 3]) -> impl Iterator<Item = [Vector3<f64>; 2]> {
         let mut edges: BTreeMap<[usize; 2], ([Vector3<f64>; 2], usize)> = BTreeMap::new();
         for face in &self.outlined {
@@ -261,14 +259,14 @@ impl Drawing<'_> {
     }
 }
 
-/// A colour, 0 to 255, of a face that looks into the light by so much, from 0 to 1.
+/// A colour, 0 to 255, darkened for a face on which the light falls with this cosine.
 fn shaded(colour: [f64; 3], light: f64) -> String {
     let light = 0.6 + 0.4 * light.max(0.0);
     let [r, g, b] = colour.map(|c: f64| (c * light.min(1.0)) as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// A bar of a round length, about a fifth of a width, m, below the pictures.
+/// Draws a scale bar of a round length, at most a fifth of `width`, m.
 fn scale(svg: &mut Svg, width: f64, per_m: f64, top: f64) {
     let tens = 10f64.powf((0.2 * width).log10().floor());
     let length = [5.0, 2.0, 1.0].into_iter().map(|s| s * tens).find(|l| *l <= 0.2 * width).unwrap_or(tens);

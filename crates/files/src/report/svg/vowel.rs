@@ -1,4 +1,4 @@
-//! A vowel: the tongue in its tract, the vowel chart, the areas and the transfer function.
+//! A vowel: the tongue in its vocal tract, the vowel chart, the areas and the transfer function.
 
 use nalgebra::SVector;
 
@@ -11,7 +11,7 @@ use tongue_core::body::Mesh;
 use tongue_infer::acoustics::MeanVowel;
 
 const WALL: &str = "#a04000";
-const HEARD: &str = "#08519c";
+const ACCENT: &str = "#08519c";
 const MEAN: &str = "#777777";
 const LOWER: f64 = 250.0;
 const CHART: f64 = 330.0;
@@ -21,24 +21,23 @@ pub struct VowelPicture<'a> {
     pub mesh: &'a Mesh<2>,
     pub positions: &'a [SVector<f64, 2>],
     pub sound: &'a SoundRecord,
-    /// Published means.
     pub means: &'a [MeanVowel],
     pub title: &'a str,
 }
 
-pub fn vowel(shown: &VowelPicture<'_>) -> Result<Svg, ReportError> {
-    super::check(shown.mesh, shown.positions, &vec![0.0; shown.mesh.muscles.len()])?;
-    let (mut svg, top) = Svg::new(shown.title, &description(shown), WIDTH);
+pub fn vowel(picture: &VowelPicture<'_>) -> Result<Svg, ReportError> {
+    super::check(picture.mesh, picture.positions, &vec![0.0; picture.mesh.muscles.len()])?;
+    let (mut svg, top) = Svg::new(picture.title, &description(picture), WIDTH);
     let top = top + MARGIN;
-    let below = tract(&mut svg, shown, top).max(chart(&mut svg, shown, top)) + 2.0 * MARGIN;
-    areas(&mut svg, &shown.sound.area_function, below);
+    let below = tract(&mut svg, picture, top).max(chart(&mut svg, picture, top)) + 2.0 * MARGIN;
+    areas(&mut svg, &picture.sound.area_function, below);
     let lower = below + LOWER + BELOW;
-    transfer(&mut svg, shown.sound, lower);
+    transfer(&mut svg, picture.sound, lower);
     Ok(svg.finish(lower + LOWER + BELOW))
 }
 
-fn description(shown: &VowelPicture<'_>) -> String {
-    let sound = shown.sound;
+fn description(picture: &VowelPicture<'_>) -> String {
+    let sound = picture.sound;
     let each: Vec<String> = sound
         .formants_hz
         .iter()
@@ -53,29 +52,29 @@ fn description(shown: &VowelPicture<'_>) -> String {
     )
 }
 
-/// The midsagittal section; returns its lower end, px.
-fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
-    let across = shown.sound.across_mm.iter();
+/// Draws the midsagittal section; returns its lower end, px.
+fn tract(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
+    let across = picture.sound.across_mm.iter();
     let across = across.map(|ends| ends.map(|[x, y]| SVector::from([1e-3 * x, 1e-3 * y])).into());
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
-    let bounds = Bounds::of(outer.iter().chain(&inner).chain(shown.positions)).outwards(0.003, 0.01);
+    let bounds = Bounds::of(outer.iter().chain(&inner).chain(picture.positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
-    svg.fill(&ring(&view, shown.mesh, shown.positions), REST_TISSUE);
+    svg.fill(&ring(&view, picture.mesh, picture.positions), REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
         svg.line(view.place(o), view.place(i), RULE, 1.0);
     }
-    svg.stroke(&ring(&view, shown.mesh, shown.positions), DEFORMED, 2.6);
-    for (wall, colour, width) in [(inner, HEARD, 2.0), (outer, WALL, 3.0)] {
+    svg.stroke(&ring(&view, picture.mesh, picture.positions), DEFORMED, 2.6);
+    for (wall, colour, width) in [(inner, ACCENT, 2.0), (outer, WALL, 3.0)] {
         svg.stroke(&data([Vec::from_iter(wall.iter().map(|p| view.place(p)))]), colour, width);
     }
     view.axes(svg, ["front \u{2190} x (mm) \u{2192} back", "y (mm)"]);
     view.end()[1] + BELOW
 }
 
-/// First against second formant with the axes of phonetics; returns its lower end, px.
-fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
-    let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
-    let all = shown.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
+/// Draws the first formant against the second one with the axes of phonetics; returns the lower end, px.
+fn chart(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
+    let heard = [0, 1].map(|i| picture.sound.formants_hz.get(i).copied().unwrap_or(0.0));
+    let all = picture.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
     let plot = Plot::linear(
         [0.5 * WIDTH + LEFT + MARGIN, top],
         [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
@@ -83,15 +82,15 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
         [around(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
-    for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in shown.means {
+    for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in picture.means {
         svg.text(plot.place(*f2, *f1), Anchor::Middle, FontFace::Plain, vowel);
     }
-    svg.dot(plot.place(heard[1], heard[0]), 9.0, HEARD, HEARD);
+    svg.dot(plot.place(heard[1], heard[0]), 9.0, ACCENT, ACCENT);
     let foot = top + CHART + BELOW;
     let left = plot.corner[0] - LEFT + MARGIN;
-    svg.dot([left + 9.0, foot], 9.0, HEARD, HEARD);
+    svg.dot([left + 9.0, foot], 9.0, ACCENT, ACCENT);
     svg.text([left + 28.0, foot], Anchor::Start, FontFace::Plain, "heard here");
-    if !shown.means.is_empty() {
+    if !picture.means.is_empty() {
         svg.text(
             [left, foot + 1.4 * TEXT],
             Anchor::Start,
@@ -114,7 +113,7 @@ fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
     let names = ["glottis \u{2190} along the tract (mm) \u{2192} lips", "area (cm²)"];
     plot.axes(svg, names.map(Axis::Named));
     let steps = rows.iter().flat_map(|r| [[end(r) - r.length_mm, r.area_cm2], [end(r), r.area_cm2]]);
-    svg.stroke(&plot.path(steps), HEARD, 2.5);
+    svg.stroke(&plot.path(steps), ACCENT, 2.5);
 }
 
 fn transfer(svg: &mut Svg, sound: &SoundRecord, top: f64) {

@@ -6,11 +6,10 @@ use super::plot::{Axis, Plot, Scale};
 use super::{INK, LegendEntry, MARGIN, Px, Svg, WIDTH, closed, data};
 use crate::report::ReportError;
 
-/// Colours of Okabe and Ito (2008) with contrast to white; neighbours in the list differ in lightness too.
+/// Colours of Okabe and Ito (2008) that contrast with white; neighbours in the list differ in lightness too.
 const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
-/// Shapes of markers, which distinguish curves without colour: corners and the direction of the first, rad.
+/// Shapes of markers, which distinguish curves without colour: number of corners, and direction of the first corner, rad.
 const SHAPES: [(u32, f64); 5] = [(24, 0.0), (4, FRAC_PI_4), (3, -FRAC_PI_2), (4, 0.0), (3, FRAC_PI_2)];
-/// Maximum number of curves: each shape filled and hollow.
 const MOST_CURVES: usize = 2 * SHAPES.len();
 
 const PLOT: f64 = 520.0;
@@ -22,12 +21,10 @@ const MARK: f64 = 10.5;
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrecisionCurve {
     pub name: String,
-    /// Cost and error of each run, joined in this order; points that are not positive and finite are left
-    /// out, because the axes are logarithmic.
+    /// Cost and error of each run, joined in this order; points that are not positive and finite have no place on logarithmic axes.
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draws the curves. `x` and `y` are the names of the axes with units.
 pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
     let curves = curves.iter().map(|c| {
         let points =
@@ -38,11 +35,11 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
     if curves.is_empty() || curves.len() > MOST_CURVES {
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
     }
-    let told = curves.iter().map(|(name, points)| {
+    let summary = curves.iter().map(|(name, points)| {
         let points: Vec<String> = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
         format!("{name}: {}.", points.join(" "))
     });
-    let described = format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "));
+    let described = format!("{y} against {x}. {}", summary.collect::<Vec<_>>().join(" "));
     let (mut svg, top) = Svg::new(title, &described, WIDTH);
     let entries = curves.iter().enumerate().map(|(number, (name, _))| {
         LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {

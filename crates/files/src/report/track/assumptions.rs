@@ -1,4 +1,4 @@
-//! What results of tracking stand on (prior, placement), how well they repeat, and the formants of tracked frames as records.
+//! Assumptions of tracking (prior, placement), its repeatability, and the formants of tracked frames.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -16,14 +16,14 @@ use tongue_infer::track::{
     BaselinePredictor, CourseSummary, FrameStatus, Interval, Repeatability, Repeated, TrackSettings, Tracked,
 };
 
-/// Ends of the 95 % interval of a tension before anything is seen, N per metre of thickness.
+/// Ends of the 95 % interval of a tension without data, N per metre of thickness.
 pub fn prior_interval_n(settings: &TrackSettings) -> [f64; 2] {
     [-TWO_SIDED_95, TWO_SIDED_95].map(|z| settings.link.prior_quantile(z))
 }
 
-/// The prior: standard deviations of a muscle's level, the same in all frames, and of its course, both before the link; median and 95 %
-/// interval of a tension before anything is seen, all N per metre of thickness; standard deviations of the errors of a contour, mm, that
-/// last for `memory_s` and that all frames share; seed and number of the draws.
+/// The prior: standard deviations of a muscle's level, which is the same in all frames, and of its course, both before the link; median and
+/// 95 % interval of a tension without data, all in N per metre of thickness; standard deviations, mm, of the errors of a contour that last
+/// for `memory_s`, and of those that all frames share; seed and number of the draws.
 pub(super) fn prior<S: Serializer>(settings: &TrackSettings, serializer: S) -> Result<S::Ok, S::Error> {
     let TrackSettings { link, memory_s, errors, seed, draws, .. } = settings;
     let record = json!({
@@ -41,8 +41,8 @@ pub(super) fn prior<S: Serializer>(settings: &TrackSettings, serializer: S) -> R
     record.serialize(serializer)
 }
 
-/// Where coils placed the body, numbers with the ends of their 95 % intervals: its size over that before, its turn from the axes of the
-/// recording from back towards up, and the place of the middle of its outline; and every coil's distance behind the tip, along the body at
+/// Where coils placed the body, each number with the ends of its 95 % interval: its size over that before, its turn from the axes of the
+/// recording from back towards up, and the place of the middle of its outline; and each coil's distance behind the tip along the body at
 /// rest.
 pub(super) fn placement<S: Serializer>(found: &Option<Placement>, serializer: S) -> Result<S::Ok, S::Error> {
     let Some(found) = found else { return serializer.serialize_none() };
@@ -81,7 +81,7 @@ pub fn repeated(repeats: &Repeatability) -> String {
     format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
 }
 
-/// The columns of `repeats.csv`; those with a heading stand on the page and on the terminal.
+/// The columns of `repeats.csv`; the page and the terminal show those with a heading.
 pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repeated)>> {
     type RowColumn<'a> = Column<'a, (String, Repeated)>;
     let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
@@ -105,7 +105,7 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
     ]
 }
 
-/// What is known of each muscle; levels are medians over the frames.
+/// The page's and the terminal's table of muscles; levels are medians over the frames.
 pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     type RowColumn<'a> = Column<'a, CourseSummary>;
     fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
@@ -135,7 +135,7 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     columns
 }
 
-/// How well held-out points were predicted, by the model and by others.
+/// How well held-out points were predicted, by the model and by other predictors.
 pub fn held_out_columns<'a>() -> Vec<Column<'a, BaselinePredictor>> {
     type RowColumn<'a> = Column<'a, BaselinePredictor>;
     vec![
@@ -146,20 +146,19 @@ pub fn held_out_columns<'a>() -> Vec<Column<'a, BaselinePredictor>> {
     ]
 }
 
-/// What the formants of a run are those of, and how far they are known.
+/// The tract and the lips of the formants of a run, and how well the formants are known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FormantsRecord {
     pub tract: String,
     pub lip_opening_mm: f64,
     pub lip_protrusion_mm: f64,
-    /// Number of frames that have formants.
     pub frames: usize,
-    /// Number of the other frames by the reason why they have none.
+    /// Number of frames without formants, by the reason.
     pub without: BTreeMap<&'static str, usize>,
     pub sd_hz_is: &'static str,
-    /// Standard deviation by the errors of estimated walls, as a part of the frequency; it is not in `sd_hz`.
+    /// Standard deviation that errors of the walls cause, as a part of the frequency; it is not in `sd_hz`.
     pub tract_sd_part: f64,
-    /// Medians over the frames: frequency and `sd_hz` of each formant, Hz.
+    /// Medians over the frames: frequency and `sd_hz` of each formant.
     pub medians_hz: Vec<[f64; 2]>,
 }
 
@@ -203,7 +202,6 @@ impl FormantsRecord {
     }
 }
 
-/// Why a frame has no formants.
 fn why_none(frame: &Tracked) -> &'static str {
     match frame.status {
         FrameStatus::Gap => "nothing was seen",

@@ -1,4 +1,4 @@
-//! Pictures of a recording: for the page as compact numbers, which its script draws, and as files.
+//! Figures of a recording: packed numbers that the page's script draws, and files.
 
 use std::io;
 
@@ -15,10 +15,10 @@ use tongue_input::measured::recording::Waveform;
 
 const MOST_FRAMES: usize = 2000;
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-/// The largest packed number; the one above stands for a missing one.
+/// The largest code of a packed number; the next one marks a missing number.
 const LARGEST: f64 = 4094.0;
 
-/// Numbers in a range, each in two characters: the range's ends and the text.
+/// Numbers in a range, each in two characters: the ends of the range, and the text.
 #[derive(Serialize)]
 struct Packed(f64, f64, String);
 
@@ -38,18 +38,18 @@ impl Packed {
         if low > high { Self(0.0, 0.0, text) } else { Self(rounded(low), rounded(high), text) }
     }
 
-    /// Coordinates in millimetres, x and y in turn.
+    /// Coordinates in mm, x and y in turn.
     fn of_points(points: impl Iterator<Item = Option<Point>>) -> Self {
         Self::of(points.flat_map(|p| p.map_or([f64::NAN; 2], |p| [1e3 * p.x, 1e3 * p.y])))
     }
 }
 
-/// Enough digits for a picture.
+/// A number rounded to 1e-4, which is enough for a figure.
 fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-fn drawn(mesh: &Mesh<2>) -> Vec<usize> {
+fn drawn_nodes(mesh: &Mesh<2>) -> Vec<usize> {
     let lines = mesh.muscles.iter().flat_map(|m| m.nodes.iter().copied());
     let mut nodes: Vec<usize> = lines.chain(mesh.outlines().concat()).chain(mesh.fixed.clone()).collect();
     nodes.sort_unstable();
@@ -57,12 +57,11 @@ fn drawn(mesh: &Mesh<2>) -> Vec<usize> {
     nodes
 }
 
-/// What the figures of all recordings share: the parts of the body, as numbers of the drawn nodes; `number` is the place of a muscle among
-/// the contracting ones.
+/// The body in the figures of all recordings. Nodes are indices of the drawn ones; `number` is the index of a contracting muscle.
 pub(super) fn shared(record: &TrackRecord) -> Value {
     let TrackResults { body, contracting, palate, .. } = &record.results;
     let mesh = &body.mesh;
-    let drawn = drawn(mesh);
+    let drawn = drawn_nodes(mesh);
     let places =
         |nodes: &[usize]| nodes.iter().filter_map(|n| drawn.binary_search(n).ok()).collect::<Vec<usize>>();
     let lines =
@@ -79,8 +78,8 @@ pub(super) fn shared(record: &TrackRecord) -> Value {
     })
 }
 
-/// The figure of a recording. `doubtful` has a character for each frame, 1 where it cannot be trusted; `courses` and `levels` have median and
-/// ends of the interval for every muscle; of the frames in `shown` there are times, tensions, nodes and measured points.
+/// The figure of a recording. `doubtful` has a character for each frame, 1 where it cannot be trusted; `courses` and `levels` have median
+/// and ends of the interval for every muscle; times, tensions, nodes and measured points are those of the frames that are shown.
 pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     let frames: Vec<&Tracked> =
         one.tracked.frames.iter().step_by(one.tracked.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
@@ -90,7 +89,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
             .map(|i| ENDS.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i])))))
             .collect()
     };
-    let drawn = drawn(&results.body.mesh);
+    let drawn = drawn_nodes(&results.body.mesh);
     let nodes = shown().flat_map(|f| drawn.iter().map(|n| f.positions.get(*n).copied()));
     json!({
         "times": Packed::of(frames.iter().map(|f| f.time_s)),
@@ -109,7 +108,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     })
 }
 
-/// The sound while frames were recorded: time of its beginning and width of a bin, s, and of each bin the smallest and the largest sample.
+/// The sound between the first and the last frame: beginning and width of a bin, s, and smallest and largest sample of each bin. bin.
 fn drawn_sound(sound: &Waveform, frames: &[&Tracked]) -> Option<(f64, f64, [Packed; 2])> {
     const MOST_BINS: usize = 2000;
     let [from_s, to_s] = [frames.first()?, frames.last()?].map(|f| f.time_s);
@@ -164,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn packed_numbers_are_as_near_as_their_range_allows_and_missing_ones_are_told() {
+    fn packed_numbers_are_as_near_as_their_range_allows_and_missing_ones_are_marked() {
         let values = [-3.5, 0.0, f64::NAN, 60.25, 12.0];
         let Packed(low, high, text) = Packed::of(values.into_iter());
         let digit = |c: u8| DIGITS.iter().position(|d| *d == c).unwrap() as f64;

@@ -38,18 +38,18 @@ pub struct RecordingResult {
     pub speaker: Option<String>,
     pub labels: Vec<Label>,
     pub freed: Vec<String>,
-    /// The measured points of the frames that are shown, m: contour, sensors and bones.
+    /// Contour, sensors and bones as they were measured in the frames that are shown, m.
     pub marks: Vec<Vec<Option<Point>>>,
-    /// Whether its face looks to the right in the file.
+    /// Whether the face looks to the right in the file.
     pub mirrored: bool,
-    /// Its frames have the faults that were found before the fit and in it.
+    /// The frames have the faults found before the fit and in it.
     pub tracked: TrackedRecording,
-    /// The sound that was recorded with it, where there is a file.
+    /// The sound that was recorded with it, if it has a file.
     pub sound: Option<Waveform>,
 }
 
 impl RecordingResult {
-    /// Of a recording that was tracked; `freed` are the names of the free bones.
+    /// `freed` are the names of the bones whose displacement was an unknown.
     pub fn new<'b>(
         ScreenedRecording { seen, sound, faults, .. }: &ScreenedRecording,
         freed: impl Iterator<Item = &'b str>,
@@ -75,7 +75,7 @@ impl RecordingResult {
         }
     }
 
-    /// The labels in figures: those of every tier but the prompt, which is that of a whole recording; none where they are too many.
+    /// The labels that figures show: all but those of the prompt, which belongs to a whole recording; none if there are more than 60.
     pub(super) fn shown_labels(&self) -> Vec<&Label> {
         const MOST: usize = 60;
         let [first, last] =
@@ -90,9 +90,9 @@ impl RecordingResult {
 /// The frames of all recordings. A frame is made into a record when it is written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackResults {
-    /// The body of all recordings, which have rest shapes of their own.
+    /// The body of all recordings; each recording has its own shape at rest.
     pub body: Body<2>,
-    /// Names of the contracting muscles, and their numbers in the body.
+    /// Names of the contracting muscles; `contracting` has their indices in the body.
     pub muscles: Vec<String>,
     pub contracting: Vec<usize>,
     pub palate: Vec<Point>,
@@ -104,7 +104,7 @@ impl TrackResults {
         self.recordings.iter().flat_map(|r| r.tracked.frames.iter().map(move |frame| (r, frame)))
     }
 
-    /// Means over labelled stretches of the recordings, less those over the whole recording.
+    /// Means over labelled time spans, less those over the whole recording.
     fn segments(&self) -> impl Iterator<Item = (&RecordingResult, &Label, &LabelMean)> {
         self.recordings.iter().flat_map(|one| {
             one.tracked.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s)))
@@ -116,9 +116,9 @@ impl TrackResults {
     }
 
     /// A frame as JSON, with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`), courses (tensions
-    /// less their mean over the recording), distances of the fitted points (null if there are none), and for held-out points the distance
-    /// across the contour from the predicted place to the measured one (its interval is null where too few points judge it); for
-    /// displacements of bones that were not seen the range of 95 % of their draws.
+    /// less their mean over the recording), distances of the fitted points (null if there are none), and of held-out points the distance
+    /// across the contour from the predicted place to the measured one (its interval is null where too few points judge it). Displacements
+    /// of bones that were not seen have the range of 95 % of their draws.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let [levels, courses] =
             [&frame.levels, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));
@@ -162,7 +162,7 @@ impl TrackResults {
         record
     }
 
-    /// A labelled stretch as JSON: courses, N per metre of thickness, medians and ends of their 95 % intervals.
+    /// A labelled time span as JSON: medians and ends of the 95 % intervals of courses, N per metre of thickness.
     fn segment(&self, (one, label, mean): (&RecordingResult, &Label, &LabelMean)) -> Value {
         json!({
             "recording": one.name,
@@ -194,7 +194,7 @@ fn is_empty(value: &Value) -> bool {
 }
 
 impl Serialize for TrackResults {
-    /// The keys `segments`, if there are any, and `frames`.
+    /// The keys are `segments`, if there are any, and `frames`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeMap as _;
         let mut map = serializer.serialize_map(None)?;
@@ -228,7 +228,7 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-/// The name of a status as outputs write it.
+/// The name of a status in outputs.
 pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
@@ -245,19 +245,19 @@ pub struct TrackRecord {
     pub recordings: Vec<String>,
     #[serde(rename = "tongue")]
     pub body: String,
-    /// Origin of its rest shape; null for a given body.
+    /// Origin of the shape at rest; null for a body that is used as it was given.
     pub rest: Option<tongue_infer::adapt::RestShapeMethod>,
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "assumptions::placement")]
     pub placement: Option<Placement>,
     #[serde(rename = "prior", serialize_with = "assumptions::prior")]
     pub settings: TrackSettings,
     pub statuses: BTreeMap<String, usize>,
-    /// Why recordings cannot be trusted: the reason for an exit status of 3.
+    /// Why recordings cannot be trusted; then the exit status is 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub untrusted: Option<String>,
-    /// Median over the frames of the root mean square distance, mm.
+    /// Median over the frames of the root mean square distance.
     pub median_rms_mm: Option<f64>,
-    /// Differences between labels, a comparison for each tier that distinguishes.
+    /// Differences between labels, for each tier in which several labels repeat.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Comparison>,
     pub courses: Vec<CourseSummary>,

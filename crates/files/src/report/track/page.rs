@@ -1,4 +1,4 @@
-//! The page of a run: one HTML file without a network. The figure of a recording is drawn when it is opened.
+//! The page of a run: one HTML file that needs no network. Its script draws the figure of a recording when it is opened.
 
 use std::io::{self, Write};
 
@@ -95,7 +95,7 @@ fn contrasts(compared: &Comparison) -> Markup {
     let muscles: Vec<String> = Vec::from_iter(
         compared.muscles.iter().map(|m| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" })),
     );
-    // The longer list stands below each other.
+    // The longer of the two lists runs down.
     let is_turned = labels.len() < muscles.len();
     let (across, down) = if is_turned { (&labels, &muscles) } else { (&muscles, &labels) };
     let mean = |i: usize, j: usize| {

@@ -1,4 +1,4 @@
-//! Tracking as tables: tidy CSV, and OpenSim's. Rows are made while they are written.
+//! Tables of tracking: CSV with a row for each value, and OpenSim's. Rows are made while they are written.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -34,7 +34,7 @@ pub fn track_csv(record: &TrackRecord) -> impl Export {
     }
 }
 
-/// The differences between labels: a row for each muscle and two labels of a tier.
+/// Differences between labels: a row for each muscle and two labels of a tier.
 pub fn contrasts(comparisons: &[Comparison]) -> Table {
     let rows: Vec<(&str, &Contrast)> =
         comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one))).collect();
@@ -97,8 +97,8 @@ pub fn segments_csv(results: &TrackResults) -> impl Export {
     }
 }
 
-/// Draws of the tensions over labels in long form, for mixed models: a row for each label, part of it, muscle and draw. The draws of one
-/// number belong together in all recordings of a speaker that show the same bones.
+/// Draws of the tensions over labels, for mixed models: a row for each label, part of it, muscle and draw. Draws of the same number belong
+/// together in all recordings of a speaker that show the same bones.
 pub fn draws_csv(results: &TrackResults) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let columns =
@@ -131,8 +131,7 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
 }
 
 impl RecordingResult {
-    /// The recording for OpenSim: tensions and courses with the ends of their intervals, displacements of freed bones, and the number of
-    /// resolved directions over time.
+    /// For OpenSim: tensions and courses with their intervals, displacements of free bones, and the number of resolved directions.
     pub fn sto(&self, muscles: &[String]) -> StoTable {
         let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
         let axes =

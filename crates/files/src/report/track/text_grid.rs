@@ -1,4 +1,4 @@
-//! Stretches of a recording in which the 95 % interval of a muscle's course excludes 0, as a TextGrid for Praat and EMU.
+//! The times in which the 95 % interval of a muscle's course excludes 0, as a TextGrid for Praat and EMU.
 
 use std::io::{self, Write};
 
@@ -7,21 +7,21 @@ use crate::report::ssff::LONGEST_STEP;
 use tongue_core::statistics::upper_median;
 use tongue_infer::track::Tracked;
 
-/// A stretch with a word, and its ends, s.
+/// A text, and the ends of its time span, s.
 type WordInterval = (&'static str, [f64; 2]);
 
 impl RecordingResult {
-    /// A tier for each muscle, with stretches in which the 95 % interval of its course excludes 0 in every frame, and every frame can be
-    /// trusted: `above` or `below` its mean over the recording. Borders lie in the middle between frames; a step much longer than usual is
-    /// a hole, whose borders lie half a usual step from the frames beside it. The format is that of Praat's manual, "TextGrid file formats".
+    /// Writes a tier for each muscle, with `above` or `below` over the times in which the 95 % interval of its course lies above or below 0
+    /// in every frame and every frame can be trusted. Borders lie in the middle between frames. A step much longer than usual is a hole,
+    /// whose borders lie half a usual step from the frames beside it. The format is that of Praat's manual, "TextGrid file formats".
     pub fn write_text_grid(&self, muscles: &[String], out: &mut dyn Write) -> io::Result<()> {
-        // Without words the whole recording is one stretch.
-        let [first, last] = self.stretches(|_| "").first().map_or([0.0, 1.0], |(_, ends)| *ends);
+        // With one text for all frames there is one span, if there are no holes.
+        let [first, last] = self.spans(|_| "").first().map_or([0.0, 1.0], |(_, ends)| *ends);
         let whole = format!("xmin = {first}\nxmax = {last}\n");
         writeln!(out, "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n{whole}tiers? <exists>")?;
         writeln!(out, "size = {}\nitem []:", muscles.len())?;
         for (number, muscle) in muscles.iter().enumerate() {
-            let stretches = self.stretches(|f| match &f.courses[number] {
+            let spans = self.spans(|f| match &f.courses[number] {
                 _ if !f.status.is_trusted() => "",
                 course if course.low > 0.0 => "above",
                 course if course.high < 0.0 => "below",
@@ -29,8 +29,8 @@ impl RecordingResult {
             });
             let name = muscle.replace('"', "\"\"");
             write!(out, "item [{}]:\nclass = \"IntervalTier\"\nname = \"{name}\"\n{whole}", number + 1)?;
-            writeln!(out, "intervals: size = {}", stretches.len())?;
-            for (i, (word, [from_s, to_s])) in stretches.iter().enumerate() {
+            writeln!(out, "intervals: size = {}", spans.len())?;
+            for (i, (word, [from_s, to_s])) in spans.iter().enumerate() {
                 write!(out, "intervals [{}]:\nxmin = {from_s}\nxmax = {to_s}\n", i + 1)?;
                 writeln!(out, "text = \"{word}\"")?;
             }
@@ -38,8 +38,8 @@ impl RecordingResult {
         Ok(())
     }
 
-    /// The whole recording in stretches in which the word for the frames is the same; holes have none.
-    fn stretches(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<WordInterval> {
+    /// The whole recording in time spans in which all frames have the same text; a hole has none.
+    fn spans(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<WordInterval> {
         let times: Vec<f64> = self.tracked.frames.iter().map(|f| f.time_s).collect();
         let usual_s = upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
         let mut out: Vec<WordInterval> = Vec::new();
@@ -73,7 +73,7 @@ mod tests {
     use tongue_input::measured::recording::text_grid;
 
     #[test]
-    fn the_file_is_read_back_with_the_stretches_that_are_sure() {
+    fn the_file_is_read_back_with_the_spans_that_are_sure() {
         let (sure, less) = ((1.0, 5.0, "converged"), (-5.0, -1.0, "converged"));
         let frames = [(-1.0, 1.0, "gap"), sure, sure, less, (1.0, 2.0, "out_of_reach"), sure, sure];
         let mut frames: Vec<Tracked> = frames.iter().enumerate().map(|(i, (low, high, status))| {
@@ -84,7 +84,6 @@ mod tests {
             });
             serde_json::from_value(frame).unwrap()
         }).collect();
-        // A hole before the last frame.
         frames[6].time_s = 5.0;
         let of_frames = |frames: &[Tracked]| RecordingResult {
             tracked: TrackedRecording { frames: frames.to_vec(), ..TrackedRecording::default() },

@@ -1,10 +1,9 @@
-//! Journal of a batch: the file of its finished jobs, which a killed run goes on after and `merge` joins with those of
-//! other shards.
+//! Journal of a batch: the file of its finished jobs, after which a killed run resumes, and which `merge` joins with those of other shards.
 //!
-//! It is a file of lines. The first has the version, the inputs and the arguments of the command; every other has a
-//! checksum, a space and one finished job as JSON. The checksum includes the inputs, so that a line that is damaged or
-//! of another batch is not accepted, and its job is done again. A line is appended in one write; an incomplete last
-//! line is cut off. A journal of other inputs or of another version is replaced by a new one.
+//! Its first line has the version, the inputs and the arguments of the command; every other line has a checksum, a space and one finished
+//! job as JSON. The checksum includes the inputs, so that a line that is damaged or of another batch is not accepted, and its job is done
+//! again. A line is appended in one write; an incomplete last line is cut off. A journal of other inputs or of another version is replaced
+//! by a new one.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -31,7 +30,6 @@ struct JournalHeader {
     arguments: Vec<String>,
 }
 
-/// The arguments of the command whose jobs are in the journal at `path`.
 pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let fail = |source| ReportError::Journal { path: path.to_owned(), source };
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
@@ -49,7 +47,7 @@ pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     Ok(header.arguments)
 }
 
-/// Refuses anything but a regular file before it is opened: opening a pipe waits, and a link leads elsewhere.
+/// Refuses anything but a regular file before it is opened: opening a pipe would wait, and a link leads elsewhere.
 fn regular(path: &Path) -> io::Result<()> {
     match std::fs::symlink_metadata(path) {
         Ok(found) if !found.is_file() => {
@@ -62,13 +60,12 @@ fn regular(path: &Path) -> io::Result<()> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JournalEntry<T> {
     pub job: usize,
-    /// Its duration, s. It is in no output file, because these are the same after every run.
+    /// Duration of the job. It is in no output file, because these are the same after every run.
     pub wall_s: f64,
-    /// The record, or why the job failed.
     pub result: Result<T, String>,
 }
 
-/// The line of a finished job: in which of the files, and where.
+/// Where the line of a finished job is: index of its file, and its place in it, bytes.
 #[derive(Debug)]
 struct JournalPlace {
     file: usize,
@@ -76,10 +73,10 @@ struct JournalPlace {
     length: usize,
 }
 
-/// The finished jobs of a batch: those of one journal, locked against other runs, or of all its shards together.
+/// The finished jobs of one journal, or of the journals of all shards; other runs are locked out.
 #[derive(Debug)]
 pub struct Journal {
-    /// The journals; only the first is written into, up to `end`.
+    /// Only the first file is written to, from `end` on.
     files: Vec<(PathBuf, File)>,
     end: u64,
     /// Hash of the inputs, which every checksum includes.
@@ -89,9 +86,8 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal at `path` for a batch of `jobs` jobs of a command with `arguments`. It resumes a
-    /// journal with the same `key`, the hash of the inputs, or else begins a new one; [`Journal::notes`] says
-    /// what was left out.
+    /// Opens the journal at `path` for a batch of `jobs` jobs of a command with `arguments`. A journal with the same `key`, the hash of the
+    /// inputs, is resumed; another one is replaced. [`Journal::notes`] says what was left out.
     pub fn open(path: PathBuf, key: &str, arguments: &[String], jobs: usize) -> Result<Self, ReportError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
@@ -147,7 +143,7 @@ impl Journal {
         }
     }
 
-    /// Reads the finished jobs of a file of the batch with this header. What the file is of, if it is of another batch.
+    /// Reads the finished jobs of a file. If the file has another header, returns what it is of in words.
     fn scan(&mut self, file: usize, header: &JournalHeader, jobs: usize) -> io::Result<Option<String>> {
         let mut reader = BufReader::new(self.files[file].1.try_clone()?);
         let mut line = Vec::new();
@@ -231,7 +227,7 @@ impl Journal {
         Ok(())
     }
 
-    /// The entry of a job, or those fields of it that `T` has; `None` if it is not done.
+    /// The entry of a job, or those fields of it that `T` has; `None` if the job is not finished.
     pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<JournalEntry<T>>, ReportError> {
         let Some(JournalPlace { file, offset, length }) = self.done.get(&job) else { return Ok(None) };
         let mut bytes = vec![0; *length];
@@ -258,7 +254,7 @@ impl Journal {
         sha256(&[&self.key, json])[..DIGITS].to_owned()
     }
 
-    /// What a line has after its checksum; `None` if the line is damaged.
+    /// The content of a line after its checksum; `None` if the line is damaged.
     fn read_line<E: DeserializeOwned>(&self, line: &[u8]) -> Option<E> {
         let (sum, json) = std::str::from_utf8(line).ok()?.trim_end_matches('\n').split_once(' ')?;
         (sum == self.checksum(json)).then(|| serde_json::from_str(json).ok())?

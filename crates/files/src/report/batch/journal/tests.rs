@@ -52,8 +52,8 @@ fn after_a_change_of_any_byte_only_unchanged_entries_are_read() {
             for job in (0..JOBS).filter(|job| journal.has(*job)).collect::<Vec<_>>() {
                 assert_eq!(journal.read(job).unwrap(), Some(entry(job)), "byte {at} as {other}");
             }
-            let told = !journal.notes().is_empty() || damaged == bytes || journal.len() == 2;
-            assert!(told, "byte {at} as {other}");
+            let is_noted = !journal.notes().is_empty() || damaged == bytes || journal.len() == 2;
+            assert!(is_noted, "byte {at} as {other}");
             for job in 0..JOBS {
                 if !journal.has(job) {
                     journal.append(&entry(job)).unwrap();

@@ -1,5 +1,3 @@
-//! The part of a batch's page for one fit.
-
 use maud::{Markup, PreEscaped, html};
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
@@ -11,28 +9,27 @@ use crate::report::{ByMuscle, ReportError, probability, status_name};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Certainty;
 
-/// Residual at which a cell of the heat map has its full colour.
+/// Residual at which a cell of the table of residuals has its full colour.
 const FULL_COLOUR: f64 = 0.25;
 
+/// Displacements of all nodes from rest, µm.
 pub fn displacements(positions: &[SVector<f64, 2>], mesh: &Mesh<2>) -> Vec<[i64; 2]> {
     let ways = positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
     ways.map(|way| [way.x, way.y].map(micrometres)).collect()
 }
 
-/// What the page shows of one fit, ready to be put in its places.
+/// What the page has of one fit: pieces of HTML, and numbers for its script.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PageFit {
     pub number: usize,
-    /// `S2 /a/ ratio`.
     pub label: String,
     pub heat_row: String,
     pub table_row: String,
     pub detail: String,
     pub posterior_row: String,
     pub moved: Vec<[i64; 2]>,
-    /// Names of the contracting muscles, which have a tension.
     pub active: Vec<String>,
-    /// One for every muscle that was fitted.
+    /// For the figure of tensions, in the order of columns; `None` for muscles without a tension of their own.
     pub tensions: Vec<Option<f64>>,
 }
 
@@ -41,7 +38,7 @@ pub fn micrometres(metres: f64) -> i64 {
 }
 
 impl PageFit {
-    /// Of a record, with the displacements and the ridges of its posterior (SVG); `muscles` are those of the mesh in the order of columns.
+    /// `ridges` are those of the posterior (SVG); `muscles` are the names of the mesh's muscles in the order of columns.
     pub fn new(
         number: usize,
         r: &AssessedRecord,
@@ -94,7 +91,7 @@ fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     }
 }
 
-/// Vermilion for 1, blue for -1: colours that colour-blind readers can distinguish.
+/// Vermilion for 1 and blue for -1, which colour-blind readers can distinguish.
 fn shade(part: f64) -> String {
     let strength = 0.85 * part.abs().min(1.0);
     let rgb = if part > 0.0 { "213 94 0" } else { "0 114 178" };
@@ -105,7 +102,7 @@ fn status(r: &AssessedRecord) -> String {
     status_name(&r.fit().answer.status).replace('_', " ")
 }
 
-/// The columns of the table of fits behind subject and vowel.
+/// The columns of the table of fits that follow subject and vowel.
 pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
     type RowColumn<'a> = Column<'a, AssessedRecord>;
     let mut columns: Vec<RowColumn<'_>> = vec![
@@ -127,10 +124,9 @@ pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
     columns
 }
 
-/// Row of the posterior: the change of every muscle's tension from the baseline, in deeper colour the surer
-/// its sign.
+/// A row of the posterior: the change of every tension from the baseline, in deeper colour the surer its sign.
 fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
-    // Adding zero removes the sign of -0.
+    // Adding zero turns -0 into 0.
     let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
     html! {
@@ -198,7 +194,7 @@ fn tensions(values: &ByMuscle<f64>) -> String {
     all.join(", ") + " N"
 }
 
-/// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
+/// Figure 4.9 of the thesis for this fit, with only a label as its title.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
     let target = &r.fit().matched.target;
     let title =

@@ -1,7 +1,4 @@
-//! The page of a batch: one HTML file without a network, in light and dark.
-//!
-//! The text is made here and in `fit.rs`; sorting, the slider and the choice of a shape are in the script
-//! `page.js`.
+//! The page of a batch: one HTML file that needs no network, in light and dark. Its script `page.js` sorts tables and moves the shape.
 
 mod fit;
 
@@ -18,7 +15,7 @@ use tongue_core::body::Mesh;
 
 pub use self::fit::{PageFit, displacements};
 
-/// Maximum number of fits on the page; a table of thousands is too large for a browser.
+/// Most fits on the page, because a table of thousands is too large for a browser.
 pub const MOST_FITS: usize = 200;
 
 const SCRIPT: &str = include_str!("page.js");
@@ -34,7 +31,7 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Resu
             (passive(&batch.summary.passive))
             section {
                 h2 { "Every fit" }
-                p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons to trust or to doubt the answer." }
+                p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons for doubt." }
                 @for f in fits { (PreEscaped(&f.detail)) }
             }
             (others(batch))
@@ -87,7 +84,7 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
     html! {
         section {
             h2 { "Residuals" }
-            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks contracting muscles, which the fit has to hit." }
+            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks muscles that the fit has to meet." }
             (tongue_page::sortable("heat", with(&["subject", "vowel", "target"], muscles), &html! {
                 @for f in fits { (PreEscaped(&f.heat_row)) }
             }))
@@ -102,7 +99,7 @@ fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
         @if !rows.is_empty() {
             section {
                 h2 { "Which muscles pull harder than in the baseline" }
-                p { "Of the posterior of every row: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; below it the probability, and the 95 % interval of the change F − F0 of the tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
+                p { "What the posterior of every row says: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; then the probability, and the 95 % interval of the change F − F0 of the tension. A posterior uses all measured stretches of a row, so each row is listed once; its ridges are below, with the fit. posterior.csv has all numbers." }
                 (tongue_page::sortable("posteriors", with(&["subject", "vowel", "baseline"], muscles), &html! {
                     @for row in &rows { (PreEscaped(*row)) }
                 }))
@@ -122,7 +119,7 @@ fn viewer(fits: &[PageFit]) -> Markup {
                 " " output #part { "100 %" }
             }
             svg #tongue role="img" aria-label="Mesh of the tongue between rest and the fitted shape" {}
-            p.legend { "Grey: rest. Thick: contracting muscles; thin: passive. Front of the mouth to the left; the line that leaves the view goes on to the styloid process." }
+            p.legend { "Grey: rest. Thick: contracting muscles; thin: passive. The front of the mouth is to the left; a line that leaves the view goes on to its bone." }
         }
     }
 }
@@ -157,16 +154,16 @@ fn others(batch: &Batch<'_>) -> Markup {
 }
 
 pub fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
-    let found: Vec<_> = fits.iter().map(|f| (f.label.as_str(), f.tensions.as_slice())).collect();
-    svg::tensions(muscles, &found, "Tensions that the fits found")
+    let fits: Vec<_> = fits.iter().map(|f| (f.label.as_str(), f.tensions.as_slice())).collect();
+    svg::tensions(muscles, &fits, "Tensions that the fits found")
 }
 
-/// Headings before those of the muscles.
+/// Headings, followed by those of the muscles.
 fn with<'a>(first: &'a [&str], muscles: &'a [String]) -> impl Iterator<Item = &'a str> {
     first.iter().copied().chain(muscles.iter().map(String::as_str))
 }
 
-/// The mesh once, and for every fit the displacements as integers in µm.
+/// The mesh, and for every fit the displacements of its nodes; lengths are integers in µm.
 fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
     let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
     let coloured = mesh.muscles.iter().zip(colours(&mesh.muscle_names()));
@@ -182,6 +179,6 @@ fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
         "view": [low[0], -high[1], high[0] - low[0], high[1] - low[1]], "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
     })
     .to_string()
-    // In a script element only this sequence could end the text.
+    // This is the only sequence that could end a script element.
     .replace("</", "<\\/")
 }
