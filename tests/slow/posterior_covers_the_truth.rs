@@ -7,8 +7,8 @@ use tongue_fit::geometry::Point;
 use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
-    AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
-    fitted_stretches, sample, short_run,
+    AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Report,
+    Sampling, fitted_stretches, sample, short_run,
 };
 
 use crate::cases;
@@ -62,12 +62,19 @@ fn of_kind(unknowns: &[Number], found: &[Found], kind: &str) -> String {
 struct Coverage {
     numbers: Vec<Counted>,
     /// For each of [`EXTRA_INTERVALS`], the number of intervals that contain the truth, and the number of intervals.
-    others: [[usize; 2]; 3],
+    others: [[usize; 2]; 4],
+    /// Number of cases whose lengths are said to contradict the model ([`Summary::contradiction`](tongue_infer::posterior::Summary)).
+    contradicted: usize,
 }
 
-/// Intervals besides those of the numbers: of the stretches that fit all measurements, and of the verdict.
-const EXTRA_INTERVALS: [&str; 3] =
-    ["fitted stretches", "tensions of the short run", "hyoid of the short run"];
+/// Intervals besides those of the numbers: of the stretches that fit all measurements, of the verdict, and of each measured stretch by the
+/// others.
+const EXTRA_INTERVALS: [&str; 4] = [
+    "fitted stretches",
+    "tensions of the short run",
+    "hyoid of the short run",
+    "stretches predicted by the others",
+];
 
 impl Coverage {
     fn of_kind(&self, kind: &str) -> impl Iterator<Item = &Counted> + Clone {
@@ -135,6 +142,7 @@ impl Coverage {
             let part = 100.0 * held as f64 / all as f64;
             eprintln!("{what}: {kind}, {held} of {all} held, {part:.1} %");
         }
+        eprintln!("{what}: {} of {cases} cases are said to contradict the model", self.contradicted);
         eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.numbers.len());
         kinds.into_iter().map(|kind| self.held(kind)).collect()
     }
@@ -153,6 +161,12 @@ impl Coverage {
         for (kind, [held, all]) in EXTRA_INTERVALS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
             assert!((held as f64 / all as f64 - 0.95).abs() < four_errors(all), "{kind}: {held} of {all}");
         }
+        assert!(
+            self.contradicted * 20 <= self.cases(),
+            "{} of {} contradicted",
+            self.contradicted,
+            self.cases()
+        );
         found
     }
 }
@@ -262,10 +276,20 @@ fn coverage_with(
                 let held = own.clone().filter(|n| interval(n).holds((n.value)(&drawn))).count();
                 [held, own.count()]
             };
-            (each, [[held.count(), fitted.len()], of_short_run("F"), of_short_run("hyoid")])
+            let summary =
+                has_verdict.then(|| Report::of_each(&posterior, true, number as u64).remove(0).summary);
+            let summary = summary.flatten();
+            let by_others = summary.iter().flat_map(|summary| &summary.stretches.0);
+            let by_others: Vec<bool> = by_others
+                .filter_map(|(_, s)| s.left_out.as_ref().map(|left_out| left_out.spread.holds(s.measured)))
+                .collect();
+            let by_others = [by_others.iter().filter(|held| **held).count(), by_others.len()];
+            let contradicted = summary.is_some_and(|summary| summary.contradiction().is_some());
+            let fitted = [held.count(), fitted.len()];
+            (each, ([fitted, of_short_run("F"), of_short_run("hyoid"), by_others], contradicted))
         })
     });
-    let (told, others): (Vec<Vec<Found>>, Vec<[[usize; 2]; 3]>) = cases.into_iter().flatten().unzip();
+    let (told, others): (Vec<Vec<Found>>, Vec<([[usize; 2]; 4], bool)>) = cases.into_iter().flatten().unzip();
     assert!(told.len() * 50 >= count * 49, "{} of {count} are told", told.len());
     let number = |(i, number): (usize, &Number)| Counted {
         kind: number.kind,
@@ -277,7 +301,8 @@ fn coverage_with(
     };
     Coverage {
         numbers: unknowns.iter().enumerate().map(number).collect(),
-        others: [0, 1, 2].map(|i| [0, 1].map(|j| others.iter().map(|of_case| of_case[i][j]).sum())),
+        others: [0, 1, 2, 3].map(|i| [0, 1].map(|j| others.iter().map(|(held, _)| held[i][j]).sum())),
+        contradicted: others.iter().filter(|(_, contradicted)| *contradicted).count(),
     }
 }
 
