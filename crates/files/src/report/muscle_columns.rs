@@ -95,7 +95,7 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("baseline_length_mm", "mm", "measured in the baseline", |r| json!(r.own(&r.target().baseline_mm))),
         ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
         ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
-        ("target_length_mm", "mm", "measured, in the size of the model", |r| json!(r.target_mm())),
+        ("target_length_mm", "mm", "measured length in the size of the model", |r| json!(r.target_mm())),
         ("simulated_length_mm", "mm", "length of the model", |r| json!(r.simulated_mm())),
         ("residual_mm", "mm", "simulated less target length", |r| {
             residual(Some(r.simulated_mm()), r.target_mm())

@@ -61,7 +61,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
             tension(r, |t| t.spread.interval_95[0].into())
         }),
         ("tension_high_95_n_per_m", "N/m", "upper end", |r| tension(r, |t| t.spread.interval_95[1].into())),
-        ("depends_on_prior", "", "whether that interval is the prior's rather than the data's", |r| {
+        ("depends_on_prior", "", "whether that interval depends more on the prior than on the data", |r| {
             tension(r, |t| t.depends_on_prior.into())
         }),
         ("measured_stretch", "", "measured length over that in the baseline", |r| {
@@ -168,7 +168,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("rest_to_baseline_rms_ratio", "", "distance of the model at rest from the baseline", |r| {
             r.of(|f| json!(f.rest_shape.map(|d| d.rms_ratio)))
         }),
-        ("smallest_singular_value_per_n", "1/N", "how weakly the fitted values answer to tensions", |r| {
+        ("smallest_singular_value_per_n", "1/N", "smallest singular value of the derivatives", |r| {
             r.of(|f| json!(f.fit().answer.identifiability.as_ref().and_then(|i| i.singular_values.last())))
         }),
         ("other_optima", "", "other local optima", |r| r.of(|f| f.other_optima.len().into())),
@@ -229,12 +229,13 @@ mod tests {
     fn explained() -> String {
         let by = Provenance::new("");
         format!(
-            "# Columns of the tables of fits\n\nOf `tongue-fit batch` and, the last, of `tongue-fit --vowel V`. Empty where a value does not exist.\n\n\
+            "# Columns of the tables of fits\n\nThese are the tables of `tongue-fit batch` and, the last one, of `tongue-fit --vowel V`. \
+             A cell is empty if its value does not exist.\n\n\
              ## fits.csv: a row for each fit, baseline and row that could not be fitted\n\n{}\n\
              ## muscles.csv: a row for each muscle of each fit\n\n{}\n\
              ## posterior.csv: a row for each muscle of each posterior (`--posterior N`)\n\n{}\n\
              ## fit.csv: a row for each muscle of one fit\n\n{}\n\
-             Then `version`, `command`, `tissue`, `body` and, of a continuum, `chosen`, as in every CSV file of one run.\n",
+             `version`, `command`, `tissue`, `body` and, for a continuum, `chosen` follow, as in every CSV file of one run.\n",
             column::explained(&fit_columns(&["MUSCLE".to_owned()], &by)),
             column::explained(&muscle_columns(&by)),
             column::explained(&posterior_columns(&by)),
