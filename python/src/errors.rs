@@ -19,10 +19,10 @@ pub fn refused(error: impl std::error::Error) -> PyErr {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {
-        let said = error.to_string();
+        let message = error.to_string();
         // As in the program, a cause that the text already contains is not repeated.
-        if !text.contains(&said) {
-            text = format!("{text}: {said}");
+        if !text.contains(&message) {
+            text = format!("{text}: {message}");
         }
         cause = error.source();
     }

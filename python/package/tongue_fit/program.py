@@ -214,7 +214,7 @@ def adapt(*recordings: File, threads: int | None = None, **options: Unpack[Adapt
     return _ran(Run, ["adapt", *recordings], threads, options, AdaptOptions, "recordings")
 
 
-@documented(TrackOptions, 'Levels and courses of tensions (N/m); `frame("track.csv")` has them by time and muscle.')
+@documented(TrackOptions, 'Tensions and their courses (N/m); `frame("track.csv")` has them by time and muscle.')
 def track(*recordings: File, threads: int | None = None, **options: Unpack[TrackOptions]) -> Run:
     """Tensions over time, from recordings (`tongue-fit track`)."""
     return _ran(Run, ["track", *recordings], threads, options, TrackOptions, "recordings")
