@@ -258,10 +258,10 @@ pub mod report {
         AnimationFrame, Conclusion, EscapeControl, FormantsRecord, Markdown, OfBody, Panel, Pvd,
         RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
         Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
-        courses_columns, discard_unfinished, draws_csv, fixed, formants_csv, held_out_columns,
-        limit_of_plane, over_speakers, panels, placed, prior_interval_n, probability, repeated,
-        repeats_columns, segments_csv, solid, status_name, tally, timelines, track_csv, views, vowel,
-        wrapped,
+        courses_columns, discard_unfinished, draws_csv, formants_csv, held_out_columns, limit_of_plane,
+        over_speakers, panels, placement_sentence, prior_interval_n, probability, repeats_columns,
+        repetitions_sentence, segments_csv, solid, status_name, tally, timelines, track_csv, views, vowel,
+        with_decimals, wrap_text,
     };
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
@@ -273,7 +273,7 @@ pub mod report {
     #[cfg(feature = "cli")]
     pub(crate) mod column {
         //! Columns of tables.
-        pub(crate) use tongue_files::report::column::{Column, headed, objects, table};
+        pub(crate) use tongue_files::report::column::{Column, columns_with_heading, objects, table};
     }
 
     #[cfg(feature = "files")]

@@ -66,8 +66,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
                 bail!("name recordings of the speaker, or --landmarks of one posture at rest");
             }
-            let (recordings, left_out) =
-                arguments.recordings.screened(&arguments.recordings.read()?, None)?;
+            let (recordings, left_out) = arguments.recordings.screen(&arguments.recordings.read()?, None)?;
             ScreenedRecording::check_points(&recordings, &given.body).into_diagnostic()?;
             is_whole = left_out.is_empty();
             implausible = ScreenedRecording::implausible(&recordings);
@@ -89,11 +88,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.folder("results/speaker")?;
     let mut doubts = speaker.doubts(&given.body);
     doubts.extend(implausible);
-    let said = text(&speaker, &given.body);
+    let summary = text(&speaker, &given.body);
     notes.splice(0..0, speaker.notes.iter().cloned());
     let record = record(&speaker, &given.body, &doubts, &notes);
     let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
-    output::answer(global, &Json(&record), &super::provenance(), &written, || said)?;
+    output::answer(global, &Json(&record), &super::provenance(), &written, || summary)?;
     if doubts.is_empty() {
         return Ok(if is_whole { Outcome::Good } else { Outcome::SomeRowsRefused });
     }

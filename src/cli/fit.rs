@@ -210,5 +210,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
         output::summary(&shown.text(), &written)?;
     }
-    Ok(Outcome::judged(conclusion.trusted, || conclusion.text))
+    Ok(Outcome::good_if(conclusion.trusted, || conclusion.text))
 }

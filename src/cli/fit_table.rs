@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use tongue_fit::inverse::{Fit, SolutionCurve};
 use tongue_fit::measured::TargetKind;
-use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
+use tongue_fit::report::{self, Conclusion, FitRecord, with_decimals};
 use tongue_fit::run::{Published, SampledPosterior};
 
 use super::posterior::{self, ACTIVE_BASELINE};
-use super::table::{counted, newtons, rows, wrapped};
+use super::table::{count_of, newtons, rows, wrap_sentence};
 use super::word;
 
 pub struct ShownFit<'a> {
@@ -41,7 +41,7 @@ impl ShownFit<'_> {
             text += &muscles(&self.record.fit, self.published);
         }
         if self.conclusion.trusted {
-            text += &wrapped(&format!("{}{}", self.conclusion.text, self.more()));
+            text += &wrap_sentence(&format!("{}{}", self.conclusion.text, self.more()));
         }
         text + &in_one_line(self.written)
     }
@@ -64,17 +64,18 @@ impl ShownFit<'_> {
         match &self.record.verdict {
             Some(verdict) => {
                 for sentence in verdict.sentences(target.baseline.label()) {
-                    text += &wrapped(&sentence);
+                    text += &wrap_sentence(&sentence);
                 }
                 if let Some(hyoid_mm) = verdict.hyoid_mm.filter(|_| self.is_verbose) {
-                    let [back, up] =
-                        hyoid_mm.map(|[low, high]| format!("{} to {} mm", fixed(low, 1), fixed(high, 1)));
-                    text += &wrapped(&format!("Hyoid, 95 %: back {back}, up {up}."));
+                    let [back, up] = hyoid_mm.map(|[low, high]| {
+                        format!("{} to {} mm", with_decimals(low, 1), with_decimals(high, 1))
+                    });
+                    text += &wrap_sentence(&format!("Hyoid, 95 %: back {back}, up {up}."));
                 }
             }
             None => {
                 let why = self.record.no_verdict.as_deref().unwrap_or("it was not asked for");
-                text += &wrapped(&format!("No verdict of which muscles pull harder: {why}."));
+                text += &wrap_sentence(&format!("No verdict of which muscles pull harder: {why}."));
             }
         }
         text
@@ -124,8 +125,11 @@ impl ShownFit<'_> {
         found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions()))));
         for curve in self.solution_curves() {
             if let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) {
-                let ranges =
-                    first.x.iter().zip(&last.x).map(|(a, b)| format!("{} to {}", fixed(*a, 1), fixed(*b, 1)));
+                let ranges = first
+                    .x
+                    .iter()
+                    .zip(&last.x)
+                    .map(|(a, b)| format!("{} to {}", with_decimals(*a, 1), with_decimals(*b, 1)));
                 found.push(("fits as well", ranges.collect()));
             }
         }
@@ -134,8 +138,8 @@ impl ShownFit<'_> {
             ("published (Kato 2014, 4.4.1)", tensions.map(|(_, tension)| newtons(tension)).collect())
         }));
         let shortens = target.active.iter().map(|&m| {
-            let measured = fixed(shortening_percent(target.measured_mm[m], target.baseline_mm[m]), 0);
-            format!("{} ({measured})", fixed(shortening_percent(lengths[m], fit.rest_lengths[m]), 0))
+            let measured = with_decimals(shortening_percent(target.measured_mm[m], target.baseline_mm[m]), 0);
+            format!("{} ({measured})", with_decimals(shortening_percent(lengths[m], fit.rest_lengths[m]), 0))
         });
         found.push(("shortens, % (measured)", shortens.collect()));
         let t = rows(&header, found, |(name, values)| std::iter::once(name.to_owned()).chain(values));
@@ -147,7 +151,7 @@ impl ShownFit<'_> {
         if names.is_empty() {
             return String::new();
         }
-        wrapped(&format!("not measured, so neither fitted nor compared, and given no tension: {names}"))
+        wrap_sentence(&format!("not measured, so neither fitted nor compared, and given no tension: {names}"))
     }
 
     fn search_outcome(&self) -> String {
@@ -162,12 +166,12 @@ impl ShownFit<'_> {
             1e3 * self.record.wall_s.unwrap_or_default()
         );
         for alarm in &self.record.alarms {
-            text += &wrapped(&format!("but {alarm}"));
+            text += &wrap_sentence(&format!("but {alarm}"));
         }
         let open = answer.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
         if open > 0 {
             let [equations, directions] = [(matched.target.fitted.len(), "equation"), (open, "direction")]
-                .map(|(n, what)| counted(n, what));
+                .map(|(n, what)| count_of(n, what));
             let _ = writeln!(
                 text,
                 "NOT UNIQUE: {equations} for {} tensions leave {directions} undetermined",
@@ -177,11 +181,11 @@ impl ShownFit<'_> {
         let names: Vec<String> = matched.target.active_names().into_iter().map(str::to_owned).collect();
         for curve in self.solution_curves() {
             let [before, after] = curve.ends.map(|end| end.text(&names));
-            text += &wrapped(&format!(
+            text += &wrap_sentence(&format!(
                 "the curve of tensions that fit as well ends where {before}, and where {after}"
             ));
         }
-        text + &wrapped(&report::limit_of_plane())
+        text + &wrap_sentence(&report::limit_of_plane())
     }
 }
 
@@ -212,8 +216,8 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         let residual = residuals[i];
         let mut row = vec![
             format!("{muscle}{mark}{doubt}"),
-            fixed(shortening_percent(target.measured_mm[i], target.baseline_mm[i]), 1) + " %",
-            fixed(shortening_percent(lengths[i], fit.rest_lengths[i]), 1) + " %",
+            with_decimals(shortening_percent(target.measured_mm[i], target.baseline_mm[i]), 1) + " %",
+            with_decimals(shortening_percent(lengths[i], fit.rest_lengths[i]), 1) + " %",
             format!("{:.3}", target.values[i]),
             format!("{:.3}", simulated[i]),
             if residual.abs() < 5e-4 { "0.000".into() } else { format!("{residual:+.3}") },

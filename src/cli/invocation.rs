@@ -83,7 +83,7 @@ impl Invocation {
         self.kept.is_some()
     }
 
-    pub fn printed(&self) -> [String; 2] {
+    pub fn captured_output(&self) -> [String; 2] {
         let text = |bytes: &Mutex<Vec<u8>>| {
             String::from_utf8_lossy(&bytes.lock().unwrap_or_else(PoisonError::into_inner)).into_owned()
         };

@@ -11,7 +11,7 @@ use tongue_fit::measured::lengths::{BrokenRow, Encoding, HalfWidth, Malformed, R
 use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
 use tongue_fit::suggest;
 
-use super::table::{left, listed};
+use super::table::{align_left, join_first};
 use super::{Global, Outcome, inputs, output, table, word};
 
 const MOST_LISTED: usize = 50;
@@ -179,16 +179,16 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
     line("text", text_format(reading));
     line("header", format!("line {}", reading.header_line));
     line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
-    let mut rows = table::counted(data.rows().len(), "row");
+    let mut rows = table::count_of(data.rows().len(), "row");
     if !reading.rows_without_lengths.is_empty() {
-        let lines = listed(reading.rows_without_lengths.iter().map(u64::to_string), MOST_LISTED, ", ");
+        let lines = join_first(reading.rows_without_lengths.iter().map(u64::to_string), MOST_LISTED, ", ");
         let _ = write!(rows, "; ignored, because they have no lengths: line {lines}");
     }
     line("rows", rows);
     if !reading.set_aside.is_empty() {
         let columns =
             reading.set_aside.iter().map(|s| format!("column {} {:?} ({})", s.column, s.name, s.why));
-        line("set aside", listed(columns, MOST_LISTED, &format!("\n{:20}", "")));
+        line("set aside", join_first(columns, MOST_LISTED, &format!("\n{:20}", "")));
     }
     let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(record));
     let substitutes = record.subjects.iter().filter_map(|s| {
@@ -206,7 +206,7 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
         ("fit", "refused", refused.collect()),
     ];
     let parts = parts.into_iter().filter(|(.., messages)| !messages.is_empty()).map(|(what, verb, all)| {
-        format!("{} {verb}:\n{}", table::counted(all.len(), what), listed(all, MOST_LISTED, "\n"))
+        format!("{} {verb}:\n{}", table::count_of(all.len(), what), join_first(all, MOST_LISTED, "\n"))
     });
     for part in substitutes.chain(record.unknown_muscles.iter().cloned()).chain(parts) {
         let _ = writeln!(text, "{part}");
@@ -226,8 +226,8 @@ fn text_format(reading: &Reading) -> String {
 
 fn muscles(data: &Dataset) -> comfy_table::Table {
     let mut t = table::table(&["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"]);
-    left(&mut t, 1);
-    left(&mut t, 5);
+    align_left(&mut t, 1);
+    align_left(&mut t, 5);
     for (n, column) in data.reading().columns.iter().enumerate() {
         let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
         let [shortest, longest] = [f64::min, f64::max]
@@ -261,7 +261,7 @@ fn half_width(column: &ReadColumn) -> String {
 fn subjects(record: &LengthRecord<'_>) -> String {
     let mut t = table::table(&["subject", "vowels", "baseline", "not measured"]);
     for column in 1..4 {
-        left(&mut t, column);
+        align_left(&mut t, column);
     }
     for subject in record.subjects.iter().take(MOST_LISTED) {
         let vowels = subject.rows.iter().map(|row| row.vowel.to_string());
@@ -269,9 +269,9 @@ fn subjects(record: &LengthRecord<'_>) -> String {
         let missing = missing.map(|row| format!("/{}/ {}", row.vowel, row.not_measured.join(", ")));
         t.add_row([
             subject.subject.to_owned(),
-            listed(vowels, MOST_LISTED, " "),
+            join_first(vowels, MOST_LISTED, " "),
             subject.baseline.map_or("none".to_owned(), Vowel::to_string),
-            listed(missing, MOST_LISTED, "\n"),
+            join_first(missing, MOST_LISTED, "\n"),
         ]);
     }
     match record.subjects.len().saturating_sub(MOST_LISTED) {

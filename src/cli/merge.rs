@@ -8,7 +8,7 @@ use tongue_fit::report::batch::Shard;
 use tongue_fit::report::batch::journal::{self, Journal};
 
 use super::batch::{self, PreparedBatch};
-use super::table::listed;
+use super::table::join_first;
 use super::{Cli, Command, Global, Outcome, line_of, output};
 
 const MOST_NAMED: usize = 5;
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     ensure!(
         unfinished.is_empty(),
         "not every shard is done, so nothing is written: {}. Run each again: {} --shard I/N",
-        listed(unfinished, MOST_NAMED, "; "),
+        join_first(unfinished, MOST_NAMED, "; "),
         line_of(words)
     );
 

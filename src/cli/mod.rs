@@ -49,7 +49,7 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub use invocation::Called;
 use invocation::{Invocation, line_of, provenance, words_of_the_result};
-use outcome::{Outcome, untrusted, word};
+use outcome::{Outcome, untrusted_sentence, word};
 
 const FAILED: u8 = 1;
 
@@ -162,7 +162,7 @@ pub fn run(words: Vec<OsString>) -> u8 {
     Invocation::begin(words, cli.global.volume());
     interrupt::remove_unfinished_files_on_signals();
     interrupt::report_files_that_become_too_large();
-    ended(option_checks::check(&Cli::command(), &matches).and_then(|()| {
+    exit_status(option_checks::check(&Cli::command(), &matches).and_then(|()| {
         if cli.global.threads.is_some() {
             start_threads(&cli.global, rayon::ThreadPoolBuilder::build_global)?;
         }
@@ -186,18 +186,18 @@ pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
     let invocation = Invocation::call(words, cli.global.volume(), Arc::clone(stop));
     invocation.enter();
     let of_threads = Arc::clone(&invocation);
-    let status = ended(option_checks::check(&Cli::command(), &matches).and_then(|()| {
+    let status = exit_status(option_checks::check(&Cli::command(), &matches).and_then(|()| {
         let threads = start_threads(&cli.global, |threads| {
             threads.start_handler(move |_| of_threads.enter()).stack_size(STACK).build()
         })?;
         threads.install(|| cli.run())
     }));
-    let [stdout, stderr] = invocation.printed();
+    let [stdout, stderr] = invocation.captured_output();
     Called { status, stdout, stderr }
 }
 
 /// The exit status of a command that has ended; an error, or why a result cannot be trusted, is printed.
-fn ended(result: miette::Result<Outcome>) -> u8 {
+fn exit_status(result: miette::Result<Outcome>) -> u8 {
     match result {
         Ok(Outcome::Good) => 0,
         Ok(Outcome::Untrustworthy(why)) => {

@@ -97,7 +97,7 @@ fn answer(
     })?;
     let doubtful = all.iter().filter(|a| a.status != SolveStatus::Converged || !a.alarms.is_empty());
     let doubtful: Vec<&str> = doubtful.map(|a| a.name.as_str()).collect();
-    Ok(Outcome::judged(doubtful.is_empty(), || {
+    Ok(Outcome::good_if(doubtful.is_empty(), || {
         format!("no equilibrium that can be trusted where these pull alone: {}", doubtful.join(", "))
     }))
 }
@@ -108,7 +108,7 @@ fn text<'a>(
     columns: &[Column<'a, EffectRow<'a>>],
     surface: &str,
 ) -> String {
-    let t = table::of(columns, &all.iter().map(MuscleEffect::own).collect::<Vec<_>>());
+    let t = table::from_columns(columns, &all.iter().map(MuscleEffect::own).collect::<Vec<_>>());
     let doubtful = all.iter().filter(|a| !a.alarms.is_empty());
     let doubts: String = doubtful.map(|a| format!("but of {}: {}\n", a.name, a.alarm_texts())).collect();
     format!(

@@ -17,7 +17,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    pub fn judged(good: bool, why: impl FnOnce() -> String) -> Self {
+    pub fn good_if(good: bool, why: impl FnOnce() -> String) -> Self {
         Self::of_reason((!good).then(why))
     }
 
@@ -37,17 +37,18 @@ impl Outcome {
     /// The outcome of a result with its alarms; `failed` says why the result failed, if it did.
     pub fn of_alarms(failed: Option<String>, alarms: &[Alarm]) -> Self {
         let why: Vec<String> = failed.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect();
-        Self::judged(why.is_empty(), || why.join("; "))
+        Self::good_if(why.is_empty(), || why.join("; "))
     }
 }
 
 /// A sentence about the results whose status is not one of `good`; `None` if there are none.
-pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
+pub fn untrusted_sentence(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
     let all: usize = statuses.values().sum();
     let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();
     let count: usize = bad.iter().map(|(_, n)| **n).sum();
-    (!bad.is_empty())
-        .then(|| format!("{count} of the {all} {what} cannot be trusted ({})", super::table::ended(bad)))
+    (!bad.is_empty()).then(|| {
+        format!("{count} of the {all} {what} cannot be trusted ({})", super::table::status_counts(bad))
+    })
 }
 
 pub fn word(status: &impl serde::Serialize) -> String {

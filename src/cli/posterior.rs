@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
 use tongue_fit::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
-use tongue_fit::report::{fixed, probability};
+use tongue_fit::report::{probability, with_decimals};
 use tongue_fit::run::SampledPosterior;
 use tongue_fit::system::Model;
 
@@ -145,7 +145,7 @@ fn contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
 }
 
 fn range(ends: [f64; 2], digits: usize) -> String {
-    format!("{} to {}", fixed(ends[0], digits), fixed(ends[1], digits))
+    format!("{} to {}", with_decimals(ends[0], digits), with_decimals(ends[1], digits))
 }
 
 fn changes(summary: &Summary) -> String {
@@ -154,7 +154,7 @@ fn changes(summary: &Summary) -> String {
         let tension = &summary.tensions_n.0[i].1;
         [
             muscle.clone(),
-            fixed(change.spread.median, 0),
+            with_decimals(change.spread.median, 0),
             range(change.spread.interval_50, 0),
             format!("{}{}", interval(&change.spread), if change.depends_on_prior { "°" } else { "" }),
             format!(

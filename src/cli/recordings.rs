@@ -166,7 +166,7 @@ impl Arguments {
     }
 
     /// Recordings of one speaker without outliers, and a sentence for each recording that is left out.
-    pub fn screened(
+    pub fn screen(
         &self,
         read: &[Loaded],
         of_body: Option<&[Point]>,

@@ -7,7 +7,7 @@ use tongue_fit::report;
 use tongue_fit::scene::run::SceneOutcome;
 use tongue_fit::scene::{ScenePlan, force_unit};
 
-use super::table::{self, left, newtons, rows};
+use super::table::{self, align_left, newtons, rows};
 use super::word;
 
 const REASON: usize = 50;
@@ -20,14 +20,14 @@ pub fn plan(plan: &ScenePlan) -> String {
         } else {
             ["-".to_owned(), String::new(), String::new()]
         };
-        [e.effect.to_owned(), mark, elements, cost, report::wrapped(&e.why, REASON).join("\n")]
+        [e.effect.to_owned(), mark, elements, cost, report::wrap_text(&e.why, REASON).join("\n")]
     });
-    left(&mut t, 4);
+    align_left(&mut t, 4);
     let _ = writeln!(text, "{t}\n");
     let mut t = rows(&["muscle", "", "why"], &plan.muscles, |m| {
         [m.muscle.as_str(), if m.contracting { "on" } else { "-" }, &m.why]
     });
-    left(&mut t, 2);
+    align_left(&mut t, 2);
     if !plan.muscles.is_empty() {
         let _ = writeln!(text, "{t}\n");
     }
@@ -159,6 +159,6 @@ pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
 }
 
 fn vector(v: &[f64]) -> String {
-    let parts: Vec<String> = v.iter().map(|x| report::fixed(*x, 3)).collect();
+    let parts: Vec<String> = v.iter().map(|x| report::with_decimals(*x, 3)).collect();
     format!("({})", parts.join(", "))
 }

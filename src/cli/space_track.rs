@@ -16,7 +16,7 @@ use tongue_fit::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTra
 use tongue_fit::system::TissueModel;
 
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, recordings, table, untrusted, word};
+use super::{Global, Outcome, output, recordings, table, untrusted_sentence, word};
 
 /// Smaller shares of a muscle in a combination are not printed.
 const SHARE: f64 = 0.2;
@@ -111,7 +111,7 @@ impl Arguments {
             FitStatus::Converged if !frame.alarms.is_empty() => "with alarms".to_owned(),
             status => word(&status),
         }));
-        let doubtful = untrusted(&statuses, &["converged"], "frames");
+        let doubtful = untrusted_sentence(&statuses, &["converged"], "frames");
         let untrusted = implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
         let record = SpaceTrackRecord { body: body.what.clone(), untrusted, frames, notes, wall_s };
         let out = global.folder(folder)?;
@@ -154,7 +154,7 @@ fn recorded(
     recordings: &recordings::Arguments,
     as_is: bool,
 ) -> miette::Result<(Recorded, Vec<String>, Option<String>)> {
-    let (screened, left_out) = recordings.screened(&recordings.read()?, None)?;
+    let (screened, left_out) = recordings.screen(&recordings.read()?, None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
     // The built-in body has the outline of the tongue in the plane, whose bones are where recordings mark them.

@@ -23,7 +23,7 @@ pub(super) fn table(header: &[&str]) -> Table {
     t
 }
 
-pub(super) fn left(t: &mut Table, column: usize) {
+pub(super) fn align_left(t: &mut Table, column: usize) {
     align(t, column, CellAlignment::Left);
 }
 
@@ -48,13 +48,13 @@ pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
 /// Letters in a line of a heading.
 const HEADING: usize = 12;
 
-pub(super) fn of<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) -> Table {
-    let (headings, shown) = column::headed(columns);
-    let headings: Vec<String> = headings.iter().map(|h| report::wrapped(h, HEADING).join("\n")).collect();
+pub(super) fn from_columns<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) -> Table {
+    let (headings, shown) = column::columns_with_heading(columns);
+    let headings: Vec<String> = headings.iter().map(|h| report::wrap_text(h, HEADING).join("\n")).collect();
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-    let mut t = rows(&headings, items, |item| shown.iter().map(|c| c.shown(item)));
+    let mut t = rows(&headings, items, |item| shown.iter().map(|c| c.page_text(item)));
     let to_the_left = shown.iter().enumerate().filter(|(_, column)| !column.is_to_the_right(items));
-    to_the_left.for_each(|(number, _)| left(&mut t, number));
+    to_the_left.for_each(|(number, _)| align_left(&mut t, number));
     t
 }
 
@@ -69,7 +69,7 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 pub fn simulation(record: &SimulationRecord) -> String {
     let (solution, pulls) = (&record.found.solution, &record.pulls.values().0);
     let ended = format!("{:?} in {} iterations", solution.status, solution.iterations);
-    let (ratios, told) = match &record.of_body {
+    let (ratios, summary) = match &record.of_body {
         OfBody::Pulled { ratios, min_area_ratio, max_area_ratio, .. } => {
             let areas = of_rest("areas", *min_area_ratio, *max_area_ratio);
             let force = solution.max_residual_force;
@@ -77,7 +77,7 @@ pub fn simulation(record: &SimulationRecord) -> String {
         }
         OfBody::Hexahedra(of) => {
             let [back, right, up] = of.foremost_moved_mm;
-            let told = format!(
+            let summary = format!(
                 "the tip{}: {}; all nodes: {:.2} mm (RMS)\n{ended} and {} factorisations of {} unknowns{}; {}{}",
                 of.tip_node.map_or_else(String::new, |node| format!(" (node {node})")),
                 displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]),
@@ -88,7 +88,7 @@ pub fn simulation(record: &SimulationRecord) -> String {
                 of_rest("volumes", of.min_volume_ratio, of.max_volume_ratio),
                 of.operation.as_ref().map_or_else(String::new, operation),
             );
-            (None, told)
+            (None, summary)
         }
     };
     let reference = ratios.into_iter().flatten().find(|(_, ratio)| *ratio == 1.0);
@@ -103,7 +103,7 @@ pub fn simulation(record: &SimulationRecord) -> String {
         let begin = [muscle.clone(), pull, format!("{:.2}", record.lengths_mm.0[i].1)];
         begin.into_iter().chain(ratio).chain([format!("{:.3}", record.stretches.0[i].1)])
     });
-    let text = format!("{t}\n{told}");
+    let text = format!("{t}\n{summary}");
     let inverted = match solution.status {
         statics::SolveStatus::Inverted => "A CELL IS INVERTED: no effect in this model prevents that\n",
         _ => "",
@@ -113,12 +113,12 @@ pub fn simulation(record: &SimulationRecord) -> String {
 
 /// Text such as `3.1 mm forward, 0.4 up`: each distance, mm, with the first of its directions, or with the second if it is negative.
 fn displacement<const N: usize>(moved: [(f64, [&str; 2]); N]) -> String {
-    let told = moved.iter().filter(|(mm, _)| mm.abs() >= 0.05).enumerate().map(|(i, (mm, names))| {
+    let parts = moved.iter().filter(|(mm, _)| mm.abs() >= 0.05).enumerate().map(|(i, (mm, names))| {
         let unit = if i == 0 { " mm" } else { "" };
         format!("{:.1}{unit} {}", mm.abs(), names[usize::from(*mm < 0.0)])
     });
-    let told: Vec<String> = told.collect();
-    if told.is_empty() { "stays".to_owned() } else { told.join(", ") }
+    let parts: Vec<String> = parts.collect();
+    if parts.is_empty() { "stays".to_owned() } else { parts.join(", ") }
 }
 
 pub fn forward_up([forward, up]: [f64; 2]) -> String {
@@ -215,7 +215,7 @@ pub(super) fn newtons(tension: f64) -> String {
 }
 
 /// The first `most` parts, and the number of the others.
-pub(super) fn listed(parts: impl IntoIterator<Item = String>, most: usize, between: &str) -> String {
+pub(super) fn join_first(parts: impl IntoIterator<Item = String>, most: usize, between: &str) -> String {
     let mut parts: Vec<String> = parts.into_iter().collect();
     let more = parts.len().saturating_sub(most);
     parts.truncate(most);
@@ -224,25 +224,25 @@ pub(super) fn listed(parts: impl IntoIterator<Item = String>, most: usize, betwe
 }
 
 /// Text such as `12 converged, 1 target not met`.
-pub(super) fn ended<'a>(statuses: impl IntoIterator<Item = (&'a String, &'a usize)>) -> String {
+pub(super) fn status_counts<'a>(statuses: impl IntoIterator<Item = (&'a String, &'a usize)>) -> String {
     let each = statuses.into_iter().map(|(status, n)| format!("{n} {}", status.replace('_', " ")));
     each.collect::<Vec<_>>().join(", ")
 }
 
-pub(super) fn counted(n: usize, what: &str) -> String {
+pub(super) fn count_of(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
     let mut text = format!(
         "passive stretches of {} of {}, from /{}/; each subject predicted from the other ones\n\n",
-        counted(study.fits, "fit"),
-        counted(study.subjects.len(), "subject"),
+        count_of(study.fits, "fit"),
+        count_of(study.subjects.len(), "subject"),
         study.baseline
     );
-    let _ = writeln!(text, "{}\n", of(&validate::opponents(study), &study.opponents));
+    let _ = writeln!(text, "{}\n", from_columns(&validate::opponents(study), &study.opponents));
     if let Some(posterior) = &study.posterior {
-        let scores = of(&validate::scores(), &posterior.scores);
+        let scores = from_columns(&validate::scores(), &posterior.scores);
         let _ =
             writeln!(text, "\none muscle left out, as a distribution\n\n{scores}\n{}\n", posterior.verdict);
     }
@@ -250,7 +250,7 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
 }
 
 pub(super) fn difference(c: &Contrast) -> String {
-    let [by, low, high] = c.size().map(|n| report::fixed(n, 1));
+    let [by, low, high] = c.size().map(|n| report::with_decimals(n, 1));
     let sure = report::probability(c.probability_more.max(1.0 - c.probability_more));
     format!("{}, by {by} ({low} to {high}) N/m, P {sure}", c.said().unwrap_or_default())
 }
@@ -261,11 +261,11 @@ pub fn most_agree(all: &[OverSpeakers]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let said: Vec<String> = all.iter().filter_map(OverSpeakers::said).collect();
+    let sentences: Vec<String> = all.iter().filter_map(OverSpeakers::said).collect();
     let title = "differences between labels in which most speakers agree";
     let intervals = "intervals are of the mean over speakers, without errors that all share";
-    let count = format!("{} of {}", said.len(), all.len());
-    format!("{title} ({count}; {intervals})\n{}\n", listed(said, MOST, "\n"))
+    let count = format!("{} of {}", sentences.len(), all.len());
+    format!("{title} ({count}; {intervals})\n{}\n", join_first(sentences, MOST, "\n"))
 }
 
 pub fn operation(o: &OperationRecord) -> String {
@@ -303,6 +303,6 @@ const COLUMNS: usize = 100;
 const INDENT: &str = "  ";
 
 /// A sentence in lines of the terminal's width.
-pub fn wrapped(sentence: &str) -> String {
-    report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
+pub fn wrap_sentence(sentence: &str) -> String {
+    report::wrap_text(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }

@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if let Some(name) = speakers.first().filter(|_| unnamed > 0) {
-        let count = super::table::counted(unnamed, "recording");
+        let count = super::table::count_of(unnamed, "recording");
         output::note(&format!("{count} without the name of a speaker: taken for {name}'s"));
     }
     let done = one(arguments, read, &global.folder("results/track")?, None)?;
@@ -132,7 +132,7 @@ fn one(
     // The palate of a drawn body is the speaker's only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
-    let (recordings, mut left_out) = arguments.recordings.screened(&read, palate)?;
+    let (recordings, mut left_out) = arguments.recordings.screen(&read, palate)?;
     let contracting = contracting(arguments, &given.body)?;
     let hide = hidden(arguments, &recordings)?;
     let settings = TrackSettings {
@@ -171,14 +171,14 @@ fn one(
         );
     }
     let journal = track_run::journal(&run, &given, out, &seen, &format!("{sound:?}"))?;
-    let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
+    let sound = sound.map(|read| read.into_tract_around(&speaker.body, wall)).transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
         });
     };
     let unknown = (shape.as_ref(), contact.as_ref());
-    let (journal, found) = track_run::resumed(journal, seen.len(), |watch| {
+    let (journal, found) = track_run::resume(journal, seen.len(), |watch| {
         run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
     })?;
     let (results, met, unmet) = run.results(&recordings, found);
@@ -203,7 +203,7 @@ fn one(
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.tracked.rest));
-    let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body), recordings)?;
+    let body = BodyFile::new(&body, &run.basis.model, speaker.adaptation_after_tracking(&body), recordings)?;
     let by = super::provenance().with_tissue(TissueModel::of(&speaker.body.mesh));
     let written = track_files::write(out, &record, &body, &by, &arguments.files)?;
     journal.remove().into_diagnostic()?;
@@ -235,7 +235,7 @@ fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<Str
 
 fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
     let statuses = tally(frames.iter().map(|f| status_name(&f.status)));
-    super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
+    super::untrusted_sentence(&statuses, &["converged", "unresolved", "gap"], "frames")
 }
 
 fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usize>> {

@@ -14,7 +14,7 @@ use tongue_fit::track::{TrackedRecording, Watch};
 use super::recordings::GivenRecordings;
 use super::{batch, output};
 
-/// The given body, or one adapted to these recordings with a progress bar.
+/// The given body, or one adapted to these recordings while a progress bar is shown.
 pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
     let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))?;
     let made = made.into_diagnostic()?;
@@ -51,7 +51,7 @@ pub fn journal(
 const MOST_KEPT: usize = 5000;
 
 /// The results of all `count` recordings: those in the journal, and those of the search, which are added to it.
-pub fn resumed(
+pub fn resume(
     journal: Journal,
     count: usize,
     search: impl FnOnce(&Watch<'_>) -> miette::Result<()>,

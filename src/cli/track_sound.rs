@@ -56,7 +56,7 @@ pub struct ReadSound {
 
 impl ReadSound {
     /// The tract around a body, with the traced palate of the recordings, and the lips in all frames.
-    pub fn around(
+    pub fn into_tract_around(
         self,
         body: &Body<2>,
         palate: Option<&[Point]>,

@@ -42,7 +42,7 @@ pub fn run(
     if unnamed > 0 {
         output::note(&format!(
             "left out: {} without the name of a speaker",
-            table::counted(unnamed, "recording")
+            table::count_of(unnamed, "recording")
         ));
     }
     let (mut speakers, mut comparisons, mut is_whole): (_, Vec<Comparison>, _) =
@@ -116,7 +116,7 @@ fn text(record: &SpeakersRecord) -> String {
             s.problem.clone().unwrap_or_default(),
         ]
     });
-    (3..5).for_each(|column| table::left(&mut t, column));
+    (3..5).for_each(|column| table::align_left(&mut t, column));
     let agree = match &record.over_speakers[..] {
         [] => {
             "no two labels were repeated by two speakers or more, so that nothing is counted over speakers\n"

@@ -3,31 +3,31 @@
 use std::fmt::Write as _;
 
 use tongue_fit::report::{
-    TrackRecord, courses_columns, fixed, held_out_columns, placed, prior_interval_n, repeated,
-    repeats_columns,
+    TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
+    repetitions_sentence, with_decimals,
 };
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW};
 
-use super::table::{self, counted, difference, listed};
+use super::table::{self, count_of, difference, join_first};
 
 pub fn track(record: &TrackRecord) -> String {
     let frames = || record.results.frames().map(|(_, frame)| frame);
     let mut text = format!(
         "{} of {}",
-        counted(record.results.frames().count(), "frame"),
-        counted(record.recordings.len(), "recording")
+        count_of(record.results.frames().count(), "frame"),
+        count_of(record.recordings.len(), "recording")
     );
-    let _ = writeln!(text, ": {}", table::ended(&record.statuses));
+    let _ = writeln!(text, ": {}", table::status_counts(&record.statuses));
     if let Some(rms) = record.median_rms_mm {
         let _ = writeln!(text, "contour and sensors met to {rms:.2} mm (RMS, median over the frames)");
     }
     if let Some(placement) = &record.placement {
-        let _ = writeln!(text, "{}", placed(placement));
+        let _ = writeln!(text, "{}", placement_sentence(placement));
     }
     let compared = record.comparisons.first();
     text += &compared.map(contrasts).unwrap_or_default();
-    let t = table::of(&courses_columns(record), &record.courses);
+    let t = table::from_columns(&courses_columns(record), &record.courses);
     let ([low, high], link) = (prior_interval_n(&record.settings), &record.settings.link);
     let _ = writeln!(
         text,
@@ -47,11 +47,11 @@ pub fn track(record: &TrackRecord) -> String {
     );
     text += &other_ways(record);
     if let Some(repeats) = &record.repeats {
-        let t = table::of(&repeats_columns(repeats), &repeats.muscles.0);
-        let _ = writeln!(text, "\n{}\n{t}", repeated(repeats));
+        let t = table::from_columns(&repeats_columns(repeats), &repeats.muscles.0);
+        let _ = writeln!(text, "\n{}\n{t}", repetitions_sentence(repeats));
     }
     if let Some(formants) = &record.formants {
-        let _ = writeln!(text, "{}", formants.said(frames().count()));
+        let _ = writeln!(text, "{}", formants.sentence(frames().count()));
     }
     for (bone, end) in freed(record) {
         let _ = writeln!(
@@ -61,7 +61,7 @@ pub fn track(record: &TrackRecord) -> String {
     }
     if let Some(held) = &record.held_out {
         let all = &held.opponents;
-        let t = table::of(&held_out_columns(), all);
+        let t = table::from_columns(&held_out_columns(), all);
         let _ = writeln!(text, "\n{} held out; trained on {}\n{t}", held.points.join(", "), held.trained_on);
         let model = all.iter().find(|o| o.name == "the model").map_or(0.0, |model| model.median_mm);
         let better: Vec<&str> = all.iter().filter(|o| o.median_mm < model).map(|o| o.name.as_str()).collect();
@@ -79,7 +79,7 @@ pub fn track(record: &TrackRecord) -> String {
 fn contrasts(compared: &Comparison) -> String {
     const MOST: usize = 20;
     let decided = compared.decided().into_iter().map(difference);
-    format!("\n{}\n{}", compared.said(), lines(listed(decided, MOST, "\n")))
+    format!("\n{}\n{}", compared.said(), lines(join_first(decided, MOST, "\n")))
 }
 
 fn lines(text: String) -> String {
@@ -113,7 +113,7 @@ fn other_ways(record: &TrackRecord) -> String {
             1e3 * f.reached_rms_m.unwrap_or(f64::NAN)
         )
     });
-    text + &lines(listed(off, 10, "\n"))
+    text + &lines(join_first(off, 10, "\n"))
 }
 
 fn freed(record: &TrackRecord) -> Vec<(String, String)> {
@@ -126,7 +126,9 @@ fn freed(record: &TrackRecord) -> Vec<(String, String)> {
         let all: Vec<&Displacement> =
             own.flat_map(|(r, i)| r.tracked.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
         let axes = [0, 1].map(|a| {
-            let of = |end: &dyn Fn(&Displacement) -> f64| fixed(1e3 * median(all.iter().map(|b| end(b))), 1);
+            let of = |end: &dyn Fn(&Displacement) -> f64| {
+                with_decimals(1e3 * median(all.iter().map(|b| end(b))), 1)
+            };
             format!("{} ({} to {})", of(&|b| b.shift_m[a]), of(&|b| b.low_m[a]), of(&|b| b.high_m[a]))
         });
         (name.replace('_', " "), axes.join(", "))

@@ -224,7 +224,7 @@ pub fn run(
             let alarms = alarms::barrier(record.guarded).into_iter().chain(strain).map(|a| a.to_string());
             Outcome::of_reason(alarms.reduce(|all, next| format!("{all}; {next}")))
         }
-        other => Outcome::judged(false, || format!("the motion stopped early ({})", word(&other))),
+        other => Outcome::good_if(false, || format!("the motion stopped early ({})", word(&other))),
     })
 }
 

@@ -60,8 +60,8 @@ impl Surgery {
     pub fn operate(&self, body: &Body<3>) -> Result<Operated, SimulationError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
-                let said = format!("scar is {}; it must lie above 0 and be at most 1e6", self.scar);
-                return Err(SimulationError::Refused(said));
+                let message = format!("scar is {}; it must lie above 0 and be at most 1e6", self.scar);
+                return Err(SimulationError::Refused(message));
             }
             FillingKind::Scar => Filling::Scar(self.scar),
             FillingKind::Flap => Filling::Flap,
@@ -75,8 +75,8 @@ impl Surgery {
             elements.extend(body.elements_in(&region, side).map_err(|fault| wrong(fault.to_string()))?);
         }
         if elements.is_empty() {
-            let said = "no region is given; name at least one, such as left:box:-20,20,-40,40,15,60";
-            return Err(SimulationError::Refused(said.to_owned()));
+            let message = "no region is given; name at least one, such as left:box:-20,20,-40,40,15,60";
+            return Err(SimulationError::Refused(message.to_owned()));
         }
         Ok(body.operated(&elements, filling)?)
     }

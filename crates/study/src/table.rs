@@ -15,7 +15,7 @@ pub fn markdown<'a, T: Serialize + 'a>(
     let columns = Vec::from_iter(fields.filter(|field| !without.contains(&field.as_str())).map(|field| {
         let (own, field) = (field.clone(), field.clone());
         Column::of_page(heading(&own), move |row: &Value| row[&own].clone())
-            .shown_as(move |row| cell(&field, &row[&field]))
+            .with_text(move |row| cell(&field, &row[&field]))
     }));
     Ok(column::markdown(&columns, &rows) + "\n")
 }

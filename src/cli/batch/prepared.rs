@@ -13,7 +13,7 @@ use tongue_fit::report::{OutputDir, Provenance, ReportError};
 use tongue_fit::run::{BatchRun, RowPosteriors};
 
 use super::Arguments;
-use crate::cli::table::{counted, ended, left, most_agree, rows, wrapped};
+use crate::cli::table::{align_left, count_of, most_agree, rows, status_counts, wrap_sentence};
 use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, table};
 
 const MOST_NOTES: usize = 10;
@@ -117,13 +117,13 @@ impl PreparedBatch {
             return Ok(Outcome::SomeRowsRefused);
         }
         let untold = summary.posteriors_untold;
-        let untold = (untold > 0).then(|| format!("{} cannot be reported", counted(untold, "posterior")));
+        let untold = (untold > 0).then(|| format!("{} cannot be reported", count_of(untold, "posterior")));
         let contradicted = summary.posteriors_contradicted;
         let contradicted =
             (contradicted > 0).then(|| format!("{} the measured lengths", contradict(contradicted)));
-        let fits = outcome::untrusted(&summary.statuses, &["converged"], "fits");
+        let fits = outcome::untrusted_sentence(&summary.statuses, &["converged"], "fits");
         let why: Vec<String> = fits.into_iter().chain(untold).chain(contradicted).collect();
-        Ok(Outcome::judged(why.is_empty(), || why.join("; ")))
+        Ok(Outcome::good_if(why.is_empty(), || why.join("; ")))
     }
 
     pub fn tell_what_is_left_out(&self) {
@@ -145,7 +145,7 @@ impl PreparedBatch {
         if !subjects.is_empty() {
             output::note(&format!(
                 "no /ɯ/ for {}: fitted against /{}/ and marked so; --baseline chooses another",
-                table::listed(subjects, MOST_NOTES, ", "),
+                table::join_first(subjects, MOST_NOTES, ", "),
                 batch::SUBSTITUTE_BASELINE
             ));
         }
@@ -163,10 +163,10 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
     let _ = writeln!(
         text,
         "passive stretches, RMS (†: against a substitute baseline)\n{}\n\n{} in {wall_s:.1} s: {}\n{}, {} not fitted, {} unreadable",
-        table::of(&PassiveGroup::columns(), &s.passive),
-        counted(s.fits, "fit"),
-        ended(&s.statuses),
-        counted(s.baselines, "baseline"),
+        table::from_columns(&PassiveGroup::columns(), &s.passive),
+        count_of(s.fits, "fit"),
+        status_counts(&s.statuses),
+        count_of(s.baselines, "baseline"),
         s.not_fitted,
         s.unreadable_rows
     );
@@ -178,7 +178,7 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
         let _ = writeln!(
             text,
             "{} without results; the alarms of their fits in batch.json say why, and more draws usually help",
-            counted(s.posteriors_untold, "posterior")
+            count_of(s.posteriors_untold, "posterior")
         );
     }
     if s.posteriors_contradicted > 0 {
@@ -227,7 +227,7 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     let (mut verdicts, mut lines) = (String::new(), Vec::new());
     for number in 0..batch.jobs.len() {
         if let Some((_, fit)) = batch.fits.read(number).into_diagnostic()? {
-            verdicts.extend(fit.verdict.iter().map(|verdict| wrapped(verdict)));
+            verdicts.extend(fit.verdict.iter().map(|verdict| wrap_sentence(verdict)));
             lines.push(fit.line);
         }
     }
@@ -239,7 +239,7 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     let mut t = rows(&columns.iter().map(|&c| header[c]).collect::<Vec<_>>(), &lines, |line| {
         columns.iter().map(|&c| line[c].as_str())
     });
-    (1..columns.len() - 3).for_each(|column| left(&mut t, column));
+    (1..columns.len() - 3).for_each(|column| align_left(&mut t, column));
     let gap = if verdicts.is_empty() { "" } else { "\n" };
     Ok(format!("{verdicts}{gap}{t}\n\n"))
 }
@@ -247,7 +247,7 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
 fn contradict(posteriors: usize) -> String {
     format!(
         "{} {}",
-        counted(posteriors, "posterior"),
+        count_of(posteriors, "posterior"),
         if posteriors == 1 { "contradicts" } else { "contradict" }
     )
 }

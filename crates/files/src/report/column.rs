@@ -41,14 +41,14 @@ impl<'a, R: 'a> Column<'a, R> {
     /// A column that only pages and the terminal have.
     pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let heading = heading.into();
-        Self::new(heading.clone(), "", "", value).headed(heading)
+        Self::new(heading.clone(), "", "", value).with_heading(heading)
     }
 
-    pub(super) fn named(self, name: &'static str) -> Self {
+    pub(super) fn with_name(self, name: &'static str) -> Self {
         Self { name: name.into(), ..self }
     }
 
-    pub fn headed(self, heading: impl Into<Cow<'static, str>>) -> Self {
+    pub fn with_heading(self, heading: impl Into<Cow<'static, str>>) -> Self {
         Self { heading: Some(heading.into()), ..self }
     }
 
@@ -63,15 +63,15 @@ impl<'a, R: 'a> Column<'a, R> {
 
     fn numbers(self, text: impl Fn(f64) -> String + 'a) -> Self {
         let value = self.value.clone();
-        self.shown_as(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
+        self.with_text(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
     }
 
-    pub fn shown_as(self, text: impl Fn(&R) -> String + 'a) -> Self {
+    pub fn with_text(self, text: impl Fn(&R) -> String + 'a) -> Self {
         Self { text: Some(Rc::new(text)), ..self }
     }
 
-    pub fn shown_as_text(self, text: impl Fn(&R) -> String + 'a) -> Self {
-        Self { is_text: true, ..self.shown_as(text) }
+    pub fn with_text_on_the_left(self, text: impl Fn(&R) -> String + 'a) -> Self {
+        Self { is_text: true, ..self.with_text(text) }
     }
 
     pub fn in_csv_alone(self) -> Self {
@@ -79,7 +79,7 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 
     /// The column for rows that contain a row of this one.
-    pub fn within<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
+    pub fn for_rows_with<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
         let Self { name, unit, meaning, value, heading, text, is_text } = self;
         let value = Rc::new(move |row: &Q| value(part(row)));
         let text = text.map(|text| Rc::new(move |row: &Q| text(part(row))) as CellValue<'a, Q, String>);
@@ -92,7 +92,7 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 
     /// The value of a row on pages and on the terminal; a dash if there is none.
-    pub fn shown(&self, row: &R) -> String {
+    pub fn page_text(&self, row: &R) -> String {
         match &self.text {
             Some(text) => text(row),
             None => Some(self.cell(row)).filter(|t| !t.is_empty()).unwrap_or_else(|| "–".to_owned()),
@@ -132,17 +132,20 @@ pub fn objects<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Vec<Value> {
 }
 
 /// The headings of the columns that pages and the terminal show, and these columns.
-pub fn headed<'c, 'a, R: 'a>(columns: &'c [Column<'a, R>]) -> (Vec<&'c str>, Vec<&'c Column<'a, R>>) {
+pub fn columns_with_heading<'c, 'a, R: 'a>(
+    columns: &'c [Column<'a, R>],
+) -> (Vec<&'c str>, Vec<&'c Column<'a, R>>) {
     columns.iter().filter_map(|c| Some((c.heading.as_deref()?, c))).unzip()
 }
 
 pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
-    let (headings, shown) = headed(columns);
+    let (headings, shown) = columns_with_heading(columns);
     let head =
         headings.iter().map(|h| if h.is_empty() { " ".to_owned() } else { format!(" {h} ") }).collect();
     let rule = |c: &Column<'a, R>| if c.is_to_the_right(rows) { "--:" } else { "---" }.to_owned();
     let rules = line(shown.iter().map(|c| rule(c)).collect());
-    let row = |row: &R| line(shown.iter().map(|c| format!(" {} ", c.shown(row).replace('|', "/"))).collect());
+    let row =
+        |row: &R| line(shown.iter().map(|c| format!(" {} ", c.page_text(row).replace('|', "/"))).collect());
     rows.iter().map(row).fold(line(head) + &rules, |text, row| text + &row)
 }
 
@@ -151,11 +154,11 @@ fn line(cells: Vec<String>) -> String {
 }
 
 #[cfg(all(test, feature = "files"))]
-pub(crate) fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
+pub(crate) fn explanations<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
     type Explained<'a, R> = Column<'a, Column<'a, R>>;
     let of = [
         Explained::of_page("column", |c| format!("`{}`", c.name).into()),
-        Explained::of_page("unit", |c| c.unit.into()).shown_as(|c| c.unit.to_owned()),
+        Explained::of_page("unit", |c| c.unit.into()).with_text(|c| c.unit.to_owned()),
         Explained::of_page("meaning", |c| c.meaning.into()),
     ];
     markdown(&of, columns)

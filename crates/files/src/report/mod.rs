@@ -35,7 +35,7 @@ pub use ssff::{Ssff, StoTable};
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
     changes, panels, parts, ridges, scatter, solid, solution_curve, timelines, tongue, views, vowel,
-    work_precision, wrapped,
+    work_precision, wrap_text,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
@@ -43,8 +43,8 @@ pub use tongue_page::TonguePage;
 #[cfg(feature = "files")]
 pub use track::TrackPage;
 pub use track::{
-    FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns, draws_csv, fixed,
-    formants_csv, held_out_columns, over_speakers, placed, prior_interval_n, probability, repeated,
-    repeats_columns, segments_csv, status_name, tally, track_csv,
+    FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns, draws_csv,
+    formants_csv, held_out_columns, over_speakers, placement_sentence, prior_interval_n, probability,
+    repeats_columns, repetitions_sentence, segments_csv, status_name, tally, track_csv, with_decimals,
 };
 pub use vtu::{Msh, Pvd, Vtu};

@@ -55,7 +55,7 @@ impl OfMuscle<'_> {
     }
 }
 
-/// The columns of `fit.csv`, as [`picked`] takes them.
+/// The columns of `fit.csv`, as [`select_columns`] takes them.
 pub(super) const OF_ONE_FIT: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,\
     tension_n_per_m,rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
     target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
@@ -66,7 +66,7 @@ impl FitRecord {
         let rows: Vec<_> = (0..self.fit.matched.muscles.len())
             .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
             .collect();
-        column::table(&picked(OF_ONE_FIT), &rows).text(&self.made_by)
+        column::table(&select_columns(OF_ONE_FIT), &rows).text(&self.made_by)
     }
 }
 
@@ -118,12 +118,27 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
 }
 
 /// The columns with these names, in this order; `a b` gives the column `a` the name `b`.
-pub(super) fn picked<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle<'a>>> {
+pub(super) fn select_columns<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle<'a>>> {
     let all = columns();
-    let picked = Vec::from_iter(names.split(',').filter_map(|name| {
+    let selected = Vec::from_iter(names.split(',').filter_map(|name| {
         let (name, shown) = name.split_once(' ').unwrap_or((name, name));
-        Some(all.iter().find(|c| c.name == name)?.clone().named(shown))
+        Some(all.iter().find(|c| c.name == name)?.clone().with_name(shown))
     }));
-    debug_assert_eq!(picked.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
-    picked
+    debug_assert_eq!(selected.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
+    selected
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_in_the_list_for_one_fit_is_a_column() {
+        let all = columns();
+        for name in OF_ONE_FIT.split(',') {
+            let (column, _) = name.split_once(' ').unwrap_or((name, name));
+            assert!(all.iter().any(|c| c.name == column), "{column:?}");
+        }
+        assert_eq!(select_columns(OF_ONE_FIT).len(), OF_ONE_FIT.split(',').count());
+    }
 }

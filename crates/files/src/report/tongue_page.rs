@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 use serde_json::{Value, json};
 
-use super::column::{Column, headed};
+use super::column::{Column, columns_with_heading};
 use super::export::{Export, Provenance};
 use super::record::FitRecord;
 use crate::run::{BodySource, Kind, PlaneBody};
@@ -103,12 +103,12 @@ pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> 
 }
 
 pub fn of<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
-    let (headings, shown) = headed(columns);
-    table(headings, &html! { @for row in rows { tr { @for c in &shown { td { (c.shown(row)) } } } } })
+    let (headings, shown) = columns_with_heading(columns);
+    table(headings, &html! { @for row in rows { tr { @for c in &shown { td { (c.page_text(row)) } } } } })
 }
 
 pub fn cells<'a, R: 'a>(columns: &[Column<'a, R>], row: &R) -> Markup {
-    html! { @for c in headed(columns).1 { td data-v=[c.number(row)] { (c.shown(row)) } } }
+    html! { @for c in columns_with_heading(columns).1 { td data-v=[c.number(row)] { (c.page_text(row)) } } }
 }
 
 pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use super::ReportError;
 use super::export::{Export, Provenance};
 use super::space::volume;
-use super::svg::{check, escaped};
+use super::svg::{check, escape_xml};
 use tongue_core::body::space::mean_axis;
 use tongue_core::body::{Body, Bone, Mesh};
 use tongue_core::geometry::{hexahedron, simplex};
@@ -111,9 +111,9 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let [ratio, tension] =
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
         let mut all = vec![
-            floats(ratio, 1, texts(&mut mean(ratios.collect()).into_iter()), repeated("1", lines)),
-            floats("stretch", 1, repeated("1", count), texts(&mut { stretches })),
-            floats(tension, 1, repeated("0", count), texts(&mut { tensions })),
+            floats(ratio, 1, texts(&mut mean(ratios.collect()).into_iter()), repeat("1", lines)),
+            floats("stretch", 1, repeat("1", count), texts(&mut { stretches })),
+            floats(tension, 1, repeat("0", count), texts(&mut { tensions })),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
@@ -125,11 +125,11 @@ impl<'a, const D: usize> Vtu<'a, D> {
             let fibre =
                 texts(&mut stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f))));
             all.extend([
-                floats("strain", 9, strain, repeated(NO_TENSOR, lines)),
-                floats("cauchy_stress_pa", 9, cauchy, repeated(NO_TENSOR, lines)),
-                floats("von_mises_pa", 1, mises, repeated("0", lines)),
-                floats("pressure_pa", 1, pressure, repeated("0", lines)),
-                floats("fibre_stress_pa", 1, fibre, repeated("0", lines)),
+                floats("strain", 9, strain, repeat(NO_TENSOR, lines)),
+                floats("cauchy_stress_pa", 9, cauchy, repeat(NO_TENSOR, lines)),
+                floats("von_mises_pa", 1, mises, repeat("0", lines)),
+                floats("pressure_pa", 1, pressure, repeat("0", lines)),
+                floats("fibre_stress_pa", 1, fibre, repeat("0", lines)),
             ]);
         }
         all
@@ -158,7 +158,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
     }
 }
 
-fn repeated(value: &str, count: usize) -> Vec<String> {
+fn repeat(value: &str, count: usize) -> Vec<String> {
     vec![value.to_owned(); count]
 }
 
@@ -275,7 +275,7 @@ fn write_grid<const D: usize>(
 fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
     write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
     for (name, value) in by.entries() {
-        write!(out, " {name}=\"{}\"", escaped(&value))?;
+        write!(out, " {name}=\"{}\"", escape_xml(&value))?;
     }
     writeln!(out, "?>\n<VTKFile type=\"{kind}\" version=\"0.1\" byte_order=\"LittleEndian\">")
 }
@@ -306,7 +306,7 @@ impl Export for Pvd {
         begin(out, "Collection", by)?;
         out.write_all(b"<Collection>\n")?;
         for (time, file) in &self.0 {
-            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escaped(file))?;
+            writeln!(out, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>", escape_xml(file))?;
         }
         out.write_all(b"</Collection>\n</VTKFile>\n")
     }

@@ -16,7 +16,7 @@ use super::fit::{FitRun, VerdictSource};
 use super::posterior::PosteriorRun;
 use crate::report::batch::record::AssessedRecord;
 use crate::report::batch::{
-    BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fitted, passive_groups,
+    BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fit_outputs, passive_groups,
 };
 use crate::report::{Provenance, ReportError, tally};
 
@@ -85,7 +85,7 @@ impl BatchRun {
             Err(e) => return Ok(Err(e.to_string())),
         };
         let posterior = posterior.and_then(|p| p.as_ref().ok());
-        fitted(on_page.then_some(number), &record, (&body.mesh, muscles), posterior, provenance).map(Ok)
+        fit_outputs(on_page.then_some(number), &record, (&body.mesh, muscles), posterior, provenance).map(Ok)
     }
 
     /// If subjects are sampled jointly, samples those in `jobs`; [`Self::fit`] takes their posteriors from there.

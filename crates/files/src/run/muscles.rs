@@ -154,8 +154,8 @@ impl EffectRow<'_> {
         }
         columns.push(
             RowColumn::new("stretch", "", "its length over that at rest", |r| r.stretch().into())
-                .headed("its length")
-                .shown_as(|r| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0))),
+                .with_heading("its length")
+                .with_text(|r| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0))),
         );
         let what = "displacement of the foremost, highest or rearmost point of the surface at rest";
         for (end, place) in ["tip", "top", "root"].into_iter().enumerate() {
@@ -164,13 +164,17 @@ impl EffectRow<'_> {
                 let column = RowColumn::new(format!("{place}_{way}_mm"), "mm", what, move |r| {
                     r.alone.moved_mm[end][axis].into()
                 });
-                columns.push(column.headed(heading).shown_as(move |r| tenths(r.alone.moved_mm[end][axis])));
+                columns.push(
+                    column.with_heading(heading).with_text(move |r| tenths(r.alone.moved_mm[end][axis])),
+                );
             }
         }
         if in_space {
             let wider =
                 RowColumn::new("wider_mm", "mm", "how much wider the body is", |r| json!(r.alone.wider_mm));
-            columns.push(wider.headed("wider").shown_as(|r| tenths(r.alone.wider_mm.unwrap_or_default())));
+            columns.push(
+                wider.with_heading("wider").with_text(|r| tenths(r.alone.wider_mm.unwrap_or_default())),
+            );
         }
         columns.push(
             RowColumn::new("alarms", "", "reasons for doubt", |r| r.alone.alarm_texts().into())

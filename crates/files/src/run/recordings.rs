@@ -13,7 +13,7 @@ use tongue_input::measured::recording::{
     check_plausibility, other_size, remove_outliers,
 };
 
-use super::track::{TrackRun, known};
+use super::track::{TrackRun, given_body};
 use crate::report::RecordingResult;
 use crate::simulation::SimulationError;
 
@@ -200,7 +200,7 @@ impl TrackRun<'_> {
         ScreenedRecording::check_points(recordings, self.basis.body)?;
         let mut notes = ScreenedRecording::notes(recordings, self.basis.body, self.free_bones);
         if self.is_given {
-            let bones = known(self.basis.body.clone(), self.adaptation).followed;
+            let bones = given_body(self.basis.body.clone(), self.adaptation).followed;
             recordings.iter().try_for_each(|one| check_frame(&one.seen, &bones))?;
         } else {
             let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();

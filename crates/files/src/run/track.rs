@@ -56,7 +56,7 @@ impl TrackedBody {
     }
 
     /// The adaptation of the body as it is displayed, whose shape at rest may have been found in tracking.
-    pub fn tracked(&self, displayed: &Body<2>) -> Adaptation {
+    pub fn adaptation_after_tracking(&self, displayed: &Body<2>) -> Adaptation {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
         let own = Adaptation { marks_m: marks.collect(), ..Adaptation::default() };
         let before = self.adaptation.clone().unwrap_or(own);
@@ -87,7 +87,7 @@ impl TrackRun<'_> {
         progress: &dyn Fn(usize, usize),
     ) -> Result<TrackedBody, SimulationError> {
         if self.is_given {
-            return Ok(known(self.basis.body.clone(), self.adaptation));
+            return Ok(given_body(self.basis.body.clone(), self.adaptation));
         }
         let made = self.basis.to_recordings(seen, self.rest, self.hide, progress)?;
         let adaptation = made.adaptation();
@@ -95,7 +95,7 @@ impl TrackRun<'_> {
             similarity: Some(made.similarity),
             rms_m: made.rms_m,
             placement: made.placement,
-            ..known(made.body, Some(&adaptation))
+            ..given_body(made.body, Some(&adaptation))
         })
     }
 
@@ -287,7 +287,7 @@ fn sessions(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
     out
 }
 
-pub(super) fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
+pub(super) fn given_body(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
     let followed = match adaptation {
         Some(a) => a.followed(&body),
         None => {

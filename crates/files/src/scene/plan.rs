@@ -74,7 +74,7 @@ impl Planned {
     }
 
     /// A decision that depends only on whether the effect is asked for.
-    pub fn asked(effect: &'static str, asked: bool) -> Self {
+    pub fn by_request(effect: &'static str, asked: bool) -> Self {
         if asked { Self::yes(effect, "asked for") } else { Self::no(effect, "not asked for") }
     }
 }

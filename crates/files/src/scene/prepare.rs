@@ -58,11 +58,11 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     let mut additions =
         Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
     let coefficients = system::coefficients(&body.mesh, &model)?;
-    decisions.push(Planned::asked("gravity", scene.effects.gravity.is_some()));
+    decisions.push(Planned::by_request("gravity", scene.effects.gravity.is_some()));
     if let Some(gravity) = gravity(scene, &body, &model)? {
         additions.add_gravity(gravity);
     }
-    decisions.push(Planned::asked("contact", scene.effects.contact.is_some()));
+    decisions.push(Planned::by_request("contact", scene.effects.contact.is_some()));
     let wall = contact(scene, &body, coefficients.tissue_stiffness)?;
     if let Some(wall) = &wall {
         additions.add_contact(wall.clone());
@@ -226,7 +226,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
     vec![
         Planned::yes("springs", "needed: the tissue is made of them"),
         pulling("muscle", "chain", ["contracts", "contract"], &how),
-        Planned::asked("incompressibility", scene.effects.incompressibility == Some(true)),
+        Planned::by_request("incompressibility", scene.effects.incompressibility == Some(true)),
         if body.mesh.in_tissue().iter().all(|inside| *inside) {
             Planned::no("straight paths", "no muscle runs outside the tissue")
         } else {

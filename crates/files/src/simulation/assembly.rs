@@ -47,7 +47,7 @@ impl Assemble for Model {
         for name in muscles {
             let fibres = fibres(body, name.as_ref())?;
             if contracting.contains(&fibres[0]) {
-                return Err(SimulationError::repeated(name.as_ref()));
+                return Err(SimulationError::repeated_name(name.as_ref()));
             }
             contracting.extend(fibres);
         }
@@ -131,7 +131,7 @@ impl<const D: usize> Assembly<D> {
             check_tension(muscle, tension)?;
             let fibres = self.pulling(muscle)?;
             if seen.contains(&fibres[0]) {
-                return Err(SimulationError::repeated(muscle));
+                return Err(SimulationError::repeated_name(muscle));
             }
             fibres.iter().for_each(|&fibre| all[fibre] = tension);
             seen.extend(fibres);

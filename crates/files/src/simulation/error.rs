@@ -52,7 +52,7 @@ impl SimulationError {
         Self::Refused(format!("{key}: cannot read \"{path}\": {source}"))
     }
 
-    pub(super) fn repeated(name: &str) -> Self {
+    pub(super) fn repeated_name(name: &str) -> Self {
         Self::Refused(format!("{name} is given twice; give each name once"))
     }
 
@@ -66,14 +66,14 @@ impl SimulationError {
 }
 
 /// `value` if it is `good`, otherwise an error that says what it must be.
-pub(super) fn checked(name: &str, value: f64, good: bool, must: &str) -> Result<f64, SimulationError> {
+pub(super) fn check_number(name: &str, value: f64, good: bool, must: &str) -> Result<f64, SimulationError> {
     good.then_some(value).ok_or_else(|| SimulationError::value(name, value, must))
 }
 
 pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> {
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";
-    checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
+    check_number(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
 }
 
 /// Reads texts such as `GGa=12` as indices of the body's muscles and their tensions, N (2D: per metre of thickness).
@@ -95,7 +95,7 @@ pub fn read_tensions<const D: usize>(
         check_tension(name, tension).map_err(|e| bad(e.to_string()))?;
         limits::TENSION.check(tension).map_err(|beyond| bad(beyond.to_string()))?;
         if out.iter().any(|(m, _)| *m == muscle) {
-            return Err(bad(SimulationError::repeated(name).to_string()));
+            return Err(bad(SimulationError::repeated_name(name).to_string()));
         }
         out.push((muscle, tension));
     }

@@ -7,7 +7,7 @@ use tongue_infer::inverse::{
 };
 use tongue_input::measured::Target;
 
-use super::error::checked;
+use super::error::check_number;
 use super::{Assembly, Estimate, SimulationError};
 
 #[derive(Debug, Clone, Default)]
@@ -24,7 +24,7 @@ impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
 }
 
 impl<const D: usize> Assembly<D> {
-    /// A target as observations of this body: of every fitted muscle with its range of rounding, and of every other measured muscle.
+    /// The observations of this body for a target: its fitted muscles, and the other measured ones.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
         let matched = TargetOnBody::new(&self.body().mesh, target)?;
         let system = self.system();
@@ -83,9 +83,14 @@ impl<const D: usize> InverseProblem<D> {
     /// The problem with other bounds of a tension, N (2D: per metre of thickness).
     pub fn with_bounds(mut self, muscle: &str, lower: f64, upper: f64) -> Result<Self, SimulationError> {
         let name = format!("the lower bound of {muscle}");
-        checked(&name, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
+        check_number(&name, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
         let good = upper.is_finite() && upper > lower;
-        checked(&format!("the upper bound of {muscle}"), upper, good, "finite and above the lower bound")?;
+        check_number(
+            &format!("the upper bound of {muscle}"),
+            upper,
+            good,
+            "finite and above the lower bound",
+        )?;
         let unknown = self.tension_of(muscle)?;
         (unknown.lower, unknown.upper) = (lower, upper);
         Ok(self)
@@ -93,7 +98,7 @@ impl<const D: usize> InverseProblem<D> {
 
     /// The problem with a normal prior of a tension: its mean and standard deviation, N (2D: per metre of thickness).
     pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, SimulationError> {
-        checked(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
+        check_number(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
         let weight = weight(muscle, sd)?;
         self.tension_of(muscle)?.prior = Some(Prior { mean, weight });
         Ok(self)
@@ -107,9 +112,9 @@ impl<const D: usize> InverseProblem<D> {
     /// other bone holds the body.
     pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, SimulationError> {
         let nodes = self.assembly.bone(bone)?;
-        checked(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
+        check_number(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
         if self.bone_names.iter().any(|name| name == bone) {
-            return Err(SimulationError::repeated(bone));
+            return Err(SimulationError::repeated_name(bone));
         }
         let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
         let freed = MovableBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
@@ -205,5 +210,5 @@ const POSITIVE: &str = "positive and finite";
 
 fn weight(name: &str, sd: f64) -> Result<f64, SimulationError> {
     let what = format!("the standard deviation of {name}");
-    checked(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)
+    check_number(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::error::checked;
+use super::error::check_number;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
 use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion};
@@ -140,9 +140,9 @@ impl<const D: usize> Assembly<D> {
         samples: usize,
     ) -> Result<Trajectory<D>, SimulationError> {
         let is_time = |t: f64| t.is_finite() && t >= SHORTEST_S;
-        checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
-        checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
-        checked("the time of the ramp", ramp_s, ramp_s <= t_end_s, "at most the time to the end")?;
+        check_number("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
+        check_number("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
+        check_number("the time of the ramp", ramp_s, ramp_s <= t_end_s, "at most the time to the end")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
         let motion = Motion::new(self.system(), tensions)?;
         let mut integrator =

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use tongue_core::statics::{self, SolveSettings, Workspace};
 
-use super::error::checked;
+use super::error::check_number;
 use super::{Assembly, Shape, SimulationError};
 
 /// Solves equilibria of an [`Assembly`], one after another. Each thread needs one of its own, since a solve writes to its memory.
@@ -96,7 +96,7 @@ impl<const D: usize> Solver<D> {
     pub fn shift_bone(&mut self, bone: &str, shift: SVector<f64, D>) -> Result<(), SimulationError> {
         let nodes = self.assembly.bone(bone)?;
         for &part in shift.iter() {
-            checked(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;
+            check_number(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;
         }
         self.workspace.carry_bone(self.assembly.system(), nodes, shift);
         Ok(())

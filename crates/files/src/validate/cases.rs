@@ -84,7 +84,7 @@ pub fn permutations(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
     orders
 }
 
-pub fn renamed(lengths: &Lengths, order: &[usize]) -> Lengths {
+pub fn with_muscle_order(lengths: &Lengths, order: &[usize]) -> Lengths {
     Lengths {
         length_mm: order.iter().map(|&o| lengths.length_mm[o]).collect(),
         half_width_mm: order.iter().map(|&o| lengths.half_width_mm[o]).collect(),

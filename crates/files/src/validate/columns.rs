@@ -19,37 +19,37 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     type RowColumn<'a> = Column<'a, ScoredOpponent>;
     vec![
         RowColumn::new("name", "", "the opponent", |o| o.name.as_str().into())
-            .headed("opponent")
-            .shown_as(|o| o.name.replace('_', " ")),
+            .with_heading("opponent")
+            .with_text(|o| o.name.replace('_', " ")),
         RowColumn::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
             o.tuned_parameters.into()
         })
-        .headed("tuned"),
+        .with_heading("tuned"),
         RowColumn::new("rms", "", "root mean square error over fits", |o| o.rms.into())
-            .headed("RMS")
+            .with_heading("RMS")
             .decimals(3),
         RowColumn::new("low", "", "lower end of the middle 95 % of its bootstraps over fits", |o| {
             o.low.into()
         })
-        .headed("95 % of bootstraps")
-        .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
+        .with_heading("95 % of bootstraps")
+        .with_text_on_the_left(|o| format!("{:.3}–{:.3}", o.low, o.high)),
         RowColumn::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
         RowColumn::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
             o.worse_than_no_change.into()
         })
-        .shown_as(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
+        .with_text(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
         RowColumn::new(
             "better_than_constant",
             "",
             "part of the bootstraps in which it is better than the constant",
             |o| o.better_than_constant.into(),
         )
-        .headed("better than the constant")
+        .with_heading("better than the constant")
         .per_cent(1),
         RowColumn::new("correlation", "", "correlation of predicted and measured stretches", |o| {
             o.correlation.into()
         })
-        .headed("r")
+        .with_heading("r")
         .decimals(2),
     ]
 }
@@ -94,12 +94,12 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
         RowColumn::of_page("baseline", |r| format!("/{}/", r.0.baseline).into()),
         RowColumn::of_page("subjects", |r| r.0.subjects.join(", ").into()),
     ];
-    columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
+    columns.extend(scores().into_iter().map(|column| column.for_rows_with(|r: &BaselineScore<'s>| r.1)));
     // The warning is about the posterior of a speaker's rows with a hyoid that tilts.
     let warning = move |r: &BaselineScore<'s>| {
         if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
     };
-    columns.push(RowColumn::of_page("", move |r| warning(r).into()).shown_as(warning));
+    columns.push(RowColumn::of_page("", move |r| warning(r).into()).with_text(warning));
     columns
 }
 

@@ -59,8 +59,8 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
         study.poisson_ratio,
     );
     let columns = columns::opponents(study).into_iter().map(|column| match &*column.name {
-        "name" => column.shown_as(|o| format!("`{}` {}", o.name, o.what)),
-        "rms" => column.shown_as(|o| format!("**{:.3}**", o.rms)),
+        "name" => column.with_text(|o| format!("`{}` {}", o.name, o.what)),
+        "rms" => column.with_text(|o| format!("**{:.3}**", o.rms)),
         _ => column,
     });
     p += &markdown(&columns.collect::<Vec<_>>(), &study.opponents);

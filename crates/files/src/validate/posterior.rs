@@ -17,12 +17,12 @@ use tongue_infer::posterior::{
 };
 use tongue_input::measured::{Dataset, Vowel};
 
-use super::cases::{Case, cases, of_rows, permutations, renamed, subjects};
+use super::cases::{Case, cases, of_rows, permutations, subjects, with_muscle_order};
 use super::scored::{
-    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, scored, scored_predictions,
+    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, score, scored_predictions,
     verdict, warning,
 };
-use super::statistics::{best_shrunk, expected};
+use super::statistics::{best_shrunk, conditional_normal};
 
 use super::Progress;
 use crate::simulation::SimulationError;
@@ -158,7 +158,8 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     };
     Vec::from_iter(case.each_left_out().enumerate().map(|(m, unseen)| {
         let measured = case.target().values[m];
-        let gaussian = expected(others, &unseen, how).map(|e| normal(e[m].0, e[m].1.sqrt(), measured));
+        let gaussian =
+            conditional_normal(others, &unseen, how).map(|e| normal(e[m].0, e[m].1.sqrt(), measured));
         [(spread > 0.0).then(|| normal(1.0, spread, measured)), gaussian]
     }))
 }
@@ -211,9 +212,9 @@ pub fn study(
     }
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in permutations(data.muscles().len(), most_permutations.min(MOST_PERMUTATIONS), seed) {
-        let all = of_rows(data, &body.mesh, baseline, |lengths| renamed(lengths, &order));
+        let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
         if let Ok(predicted) = predictors.all(&all, &[PosteriorKind::Row]) {
-            let found = scored(FIRST_POSTERIOR, &all, &predicted, |_| true);
+            let found = score(FIRST_POSTERIOR, &all, &predicted, |_| true);
             permuted_rms.push(found.rms);
             permuted_log_score.push(found.log_score);
         }

@@ -53,7 +53,7 @@ pub struct ScoredPrediction {
     pub effective: f64,
 }
 
-pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
+pub fn score(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
     let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
     let each: Vec<(f64, &LeftOut)> = Vec::from_iter(rows.flat_map(|(case, row)| {
         row.iter().enumerate().filter_map(|(m, p)| Some((case.target().values[m], p[which].as_ref()?)))
@@ -73,7 +73,7 @@ pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl F
 }
 
 pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
-    let each = (0..OPPONENTS.len()).map(|which| scored(which, all, predicted, &is_in));
+    let each = (0..OPPONENTS.len()).map(|which| score(which, all, predicted, &is_in));
     each.filter(|s| s.predictions > 0).collect()
 }
 

@@ -42,7 +42,7 @@ pub fn constant<'a>(training: impl IntoIterator<Item = &'a Case>) -> f64 {
 
 /// Mean and variance of each stretch given the seen ones, under a normal distribution fitted to other subjects; seen stretches have zero
 /// variance. `None` with fewer than two rows to learn from.
-pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64, f64)>> {
+pub fn conditional_normal(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64, f64)>> {
     let muscles = &case.target().muscles;
     let row = |c: &&Case| muscles.iter().map(|m| c.stretch_of(m)).collect::<Option<Vec<f64>>>();
     let rows: Vec<DVector<f64>> = training.iter().filter_map(row).map(DVector::from_vec).collect();
@@ -93,7 +93,7 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
             let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
             left.into_iter()
                 .flat_map(Case::each_left_out)
-                .map(|case| match expected(&inner, &case, how) {
+                .map(|case| match conditional_normal(&inner, &case, how) {
                     Some(found) => case.error(&found.into_iter().map(|(mean, _)| mean).collect::<Vec<_>>()),
                     None => case.error(&vec![1.0; case.target().muscles.len()]),
                 })

@@ -39,7 +39,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
         };
         let setting = format!("force tolerance {tolerance:.0e} N");
         let run = Run { method: NEWTON, setting, ended: s.status.into(), ..Run::default() };
-        runs.push(run.measured(
+        runs.push(run.with_measurements(
             scene.differences(workspace.positions(), &reference),
             (seconds, repeats),
             counts,
@@ -71,7 +71,7 @@ fn runs_to_equilibrium(
     let mut runs: Vec<Run> = Vec::new();
     for stop in &outcome.stops {
         let errors = scene.differences(&stop.positions, reference);
-        runs.push(to(stop.time).measured(errors, (stop.seconds, outcome.repeats), stop.counts));
+        runs.push(to(stop.time).with_measurements(errors, (stop.seconds, outcome.repeats), stop.counts));
     }
     if let Some(why) = outcome.missing {
         let next = if runs.is_empty() { times.last() } else { times.get(runs.len()) };

@@ -67,7 +67,12 @@ pub struct Run {
 
 impl Run {
     /// Sets the errors (of a position, mm, and of a ratio), the median time (s) with the number of repeats, and the cost.
-    pub fn measured(self, errors: (f64, f64), (seconds, repeats): (f64, usize), counts: StepCounts) -> Self {
+    pub fn with_measurements(
+        self,
+        errors: (f64, f64),
+        (seconds, repeats): (f64, usize),
+        counts: StepCounts,
+    ) -> Self {
         Self {
             error_mm: Some(errors.0),
             ratio_error: Some(errors.1),

@@ -36,7 +36,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
             runs.push(match (missing, stops.last()) {
                 (None, Some(last)) => {
                     let errors = along(scene, &stops, &reference.stops);
-                    run.measured(errors, (last.seconds, repeats), last.counts)
+                    run.with_measurements(errors, (last.seconds, repeats), last.counts)
                 }
                 (why, _) => Run { ended: why.unwrap_or_else(|| Ended::Failed("no state".into())), ..run },
             });

@@ -26,22 +26,22 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     };
     for nu in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
         let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &with_ratio(nu), &PUBLISHED_A)?;
-        solved(format!("nu = {nu}"), &system, &tensions);
+        solve_case(format!("nu = {nu}"), &system, &tensions);
     }
     let continuum = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?.mesh;
     for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
         let TestTensions { system, tensions, .. } =
             TestTensions::new(&continuum, &with_ratio(nu), &PUBLISHED_A)?;
-        solved(format!("nu = {nu}, continuum"), &system, &tensions);
+        solve_case(format!("nu = {nu}, continuum"), &system, &tensions);
     }
     let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
         let changed = with_factors(&mesh, system.contracting(), factor, 1.0)?;
-        solved(format!("kappa_s x {factor:e}"), &changed, &tensions);
+        solve_case(format!("kappa_s x {factor:e}"), &changed, &tensions);
     }
     for contrast in [1e-6, 1e-3, 1e3, 1e6] {
         let changed = with_factors(&mesh, system.contracting(), 1.0, contrast)?;
-        solved(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
+        solve_case(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
     }
     for nu in [0.0, 0.5] {
         let refused = TestTensions::new(&mesh, &with_ratio(nu), &PUBLISHED_A).err().map(|e| e.to_string());
@@ -91,11 +91,11 @@ pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> 
     for flatness in [1e-1, 1e-3, 1e-6] {
         let mut mesh = good.clone();
         mesh.nodes.iter_mut().for_each(|p| p.y *= flatness);
-        rows.push(solved(format!("slivers: height x {flatness:e}"), &mesh, 5.0)?);
+        rows.push(solve_case(format!("slivers: height x {flatness:e}"), &mesh, 5.0)?);
     }
     let mut pinned = good.clone();
     pinned.fixed = vec![0];
-    rows.push(solved("one bone point only".to_owned(), &pinned, 5.0)?);
+    rows.push(solve_case("one bone point only".to_owned(), &pinned, 5.0)?);
 
     type Damage = fn(&mut Mesh<2>);
     let broken: [(&str, Damage); 8] = [
@@ -125,11 +125,11 @@ pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> 
     }
     let side = if extent == HowMany::Full { 224 } else { 71 };
     let mesh = bodies::lattice(side, side, 0.05 / side as f64);
-    rows.push(solved(format!("{} nodes", side * side), &mesh, 0.05)?);
+    rows.push(solve_case(format!("{} nodes", side * side), &mesh, 0.05)?);
     Ok(rows)
 }
 
-fn solved(variant: String, mesh: &Mesh<2>, load: f64) -> Result<HardCase, SystemError> {
+fn solve_case(variant: String, mesh: &Mesh<2>, load: f64) -> Result<HardCase, SystemError> {
     let clock = Instant::now();
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);

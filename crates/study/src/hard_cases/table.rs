@@ -100,7 +100,7 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
         Of::of_page("converged", |(_, rows)| count(rows, |r| r.converged).into()),
         Of::of_page("promise kept", |(_, rows)| count(rows, |r| r.kept).into()),
         Of::of_page("with the barrier active", |(_, rows)| count(rows, |r| r.guarded > 0).into()),
-        Of::of_page("on the branch from rest", |_| Value::Null).shown_as_text(move |(_, rows)| {
+        Of::of_page("on the branch from rest", |_| Value::Null).with_text_on_the_left(move |(_, rows)| {
             match count(rows, |r| r.branch_ends_at.is_some()) {
                 0 => String::new(),
                 followed => format!("{} of {followed}", count(rows, HardCase::is_on_branch)),

@@ -140,7 +140,7 @@ pub struct RowPosterior {
 }
 
 /// The parts of all outputs of a finished fit, with the posterior of its row. `on_page` is its number if it may be on the page.
-pub fn fitted(
+pub fn fit_outputs(
     on_page: Option<usize>,
     record: &AssessedRecord,
     (mesh, muscles): (&Mesh<2>, &[String]),
@@ -162,7 +162,7 @@ pub fn fitted(
             tables::of_posterior(record, provenance),
         ],
         line: line(record),
-        verdict: record.verdict().map(|said| format!("{}: {said}", record.row())),
+        verdict: record.verdict().map(|verdict| format!("{}: {verdict}", record.row())),
         shown: shown.transpose()?,
         record: serde_json::to_value(record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
     })

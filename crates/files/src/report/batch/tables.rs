@@ -38,7 +38,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     fn left_out(r: &OfMuscle<'_>, value: fn(&LeftOut) -> f64) -> Value {
         json!(summary(r).and_then(|s| s.stretches.get(r.name())?.left_out.as_ref()).map(value))
     }
-    let mut columns = muscle_columns::picked("subject,vowel,baseline,muscle");
+    let mut columns = muscle_columns::select_columns("subject,vowel,baseline,muscle");
     columns.extend(column::columns::<OfMuscle<'a>, _>([
         ("status", "", "whether the chains have mixed", |r| {
             json!(r.record.posterior.as_ref().map(|p| p.diagnostics.status))
@@ -236,10 +236,10 @@ mod tests {
              ## posterior.csv: a row for each muscle of each posterior (`--posterior N`)\n\n{}\n\
              ## fit.csv: a row for each muscle of one fit\n\n{}\n\
              `version`, `command`, `tissue`, `body` and, for a continuum, `chosen` follow, as in every CSV file of one run.\n",
-            column::explained(&fit_columns(&["MUSCLE".to_owned()], &by)),
-            column::explained(&muscle_columns(&by)),
-            column::explained(&posterior_columns(&by)),
-            column::explained(&muscle_columns::picked(muscle_columns::OF_ONE_FIT))
+            column::explanations(&fit_columns(&["MUSCLE".to_owned()], &by)),
+            column::explanations(&muscle_columns(&by)),
+            column::explanations(&posterior_columns(&by)),
+            column::explanations(&muscle_columns::select_columns(muscle_columns::OF_ONE_FIT))
         )
     }
 

@@ -8,8 +8,8 @@ use super::axes::{BELOW, LEFT, PlotView};
 use super::labels::point_at;
 use super::muscle_lines::{arrow, bone, bones, label_places, lines, muscle};
 use super::section::{
-    DEFORMED, EDGES, LegendContent, REST, REST_TISSUE, check, dots, draw_palate, frame, legend, ring,
-    tissue_edges,
+    DEFORMED, EDGES, LegendContent, REST, REST_TISSUE, check, dots, draw_palate, legend, picture_bounds,
+    ring, tissue_edges,
 };
 use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH, data};
 use crate::report::ReportError;
@@ -36,7 +36,7 @@ pub fn animation(
     title: &str,
 ) -> Result<Svg, ReportError> {
     if !mirrored {
-        return drawn(mesh, palate, frames, seen, ["front", "back"], title);
+        return animation_svg(mesh, palate, frames, seen, ["front", "back"], title);
     }
     let over =
         |points: &[SVector<f64, 2>]| points.iter().map(|p| SVector::from([-p.x, p.y])).collect::<Vec<_>>();
@@ -44,11 +44,11 @@ pub fn animation(
     let frames: Vec<AnimationFrame> =
         frames.iter().map(|f| AnimationFrame { positions: over(&f.positions), ..f.clone() }).collect();
     let seen: Vec<Vec<_>> = seen.iter().map(|points| over(points)).collect();
-    drawn(&mesh, &over(palate), &frames, &seen, ["back", "front"], title)
+    animation_svg(&mesh, &over(palate), &frames, &seen, ["back", "front"], title)
 }
 
-/// `ends` are the names of the left and the right side.
-fn drawn(
+/// The animation as SVG; `ends`: what lies to the left and to the right, for the description and the axis.
+fn animation_svg(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
     frames: &[AnimationFrame],
@@ -71,7 +71,8 @@ fn drawn(
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
-    let view = PlotView::new(frame(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let view =
+        PlotView::new(picture_bounds(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     draw_palate(&mut svg, &view, mesh, palate);

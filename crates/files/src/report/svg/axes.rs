@@ -19,7 +19,7 @@ pub(in crate::report) struct Bounds {
 
 impl Bounds {
     /// The bounding rectangle of points, m; its low is above its high if there are none.
-    pub fn of<'a>(points: impl IntoIterator<Item = &'a SVector<f64, 2>>) -> Self {
+    pub fn of_points<'a>(points: impl IntoIterator<Item = &'a SVector<f64, 2>>) -> Self {
         let none = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         points.into_iter().fold(none, |b, p| Self {
             low: [b.low[0].min(p.x), b.low[1].min(p.y)],
@@ -31,7 +31,7 @@ impl Bounds {
         [0, 1].map(|i| (self.high[i] - self.low[i]).max(0.0))
     }
 
-    pub fn with(self, other: Self) -> Self {
+    pub fn union(self, other: Self) -> Self {
         Self {
             low: [0, 1].map(|i| self.low[i].min(other.low[i])),
             high: [0, 1].map(|i| self.high[i].max(other.high[i])),
@@ -47,7 +47,7 @@ impl Bounds {
     }
 
     /// Extended to an aspect ratio between 1 : 2 and 4 : 3, so that a figure of any body fits a page.
-    pub(crate) fn paged(self) -> Self {
+    pub(crate) fn with_page_proportions(self) -> Self {
         let [w, h] = self.size();
         let size = [w.max(0.75 * h), h.max(0.5 * w)];
         let middle = [0, 1].map(|i| 0.5 * (self.low[i] + self.high[i]));
@@ -156,7 +156,7 @@ fn tick(value: f64) -> String {
     format!("{value:.0}").replace('-', "\u{2212}")
 }
 
-/// Between five and eleven round numbers in a range.
+/// Round numbers in a range, four to eleven of them.
 pub(super) fn ticks(range: RangeInclusive<f64>) -> Vec<f64> {
     let (low, high) = range.into_inner();
     let span = (high - low).max(1e-9);

@@ -1,6 +1,6 @@
 //! Grouped bars (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
-use super::plot::{Axis, Plot, around};
+use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
 use crate::report::ReportError;
 use tongue_infer::posterior::{Posterior, Quantiles};
@@ -93,7 +93,7 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str
     let (low, high) = (values.clone().fold(base, f64::min), values.fold(base, f64::max));
     // Parts of a whole end at 1, so that their axis needs no margin.
     let room = if base == 0.0 { 0.0 } else { 0.02 };
-    let [low, high] = around(low.min(base - 0.1) - room, high.max(base + 0.1) + room);
+    let [low, high] = round_range(low.min(base - 0.1) - room, high.max(base + 0.1) + room);
     let groups = labels.len() as f64;
     let plot = Plot::linear([AXIS, top], [WIDTH - MARGIN - AXIS, PLOT], [0.0, groups], [low.max(0.0), high]);
     plot.axes(svg, [Axis::Nothing, Axis::Named(axis)]);

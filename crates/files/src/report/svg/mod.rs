@@ -29,7 +29,7 @@ pub use muscles::{Panel, panels};
 pub use plot::{Scatter, scatter};
 pub(super) use section::check;
 #[cfg(feature = "files")]
-pub(super) use section::frame;
+pub(super) use section::picture_bounds;
 pub use section::{SectionPicture, tongue};
 pub use solution_curve::solution_curve;
 #[cfg(feature = "files")]
@@ -98,7 +98,7 @@ impl Svg {
             height: 0,
             elements: String::new(),
         };
-        let mut lines = wrapped(&svg.title, ((width - 2.0 * MARGIN) / (TITLE * BOLD_LETTER)) as usize);
+        let mut lines = wrap_text(&svg.title, ((width - 2.0 * MARGIN) / (TITLE * BOLD_LETTER)) as usize);
         lines.truncate(TITLE_LINES);
         let mut top = MARGIN;
         for line in lines {
@@ -187,7 +187,7 @@ impl Svg {
         let _ = writeln!(
             self.elements,
             "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}{more}>{}</text>",
-            escaped(&printable(text))
+            escape_xml(&printable(text))
         );
     }
 }
@@ -202,8 +202,8 @@ impl Svg {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n<desc>{}</desc>\n{metadata}\
              <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{elements}</svg>\n",
-            escaped(title),
-            escaped(description)
+            escape_xml(title),
+            escape_xml(description)
         )
     }
 }
@@ -217,7 +217,7 @@ impl fmt::Display for Svg {
 
 impl Export for Svg {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let entries = by.entries().map(|(name, value)| format!("{name}: {}", escaped(&printable(&value))));
+        let entries = by.entries().map(|(name, value)| format!("{name}: {}", escape_xml(&printable(&value))));
         let metadata = format!("<metadata>{}</metadata>\n", entries.collect::<Vec<_>>().join("\n"));
         let mut text = String::new();
         self.render(&mut text, &metadata).map_err(io::Error::other)?;
@@ -248,12 +248,12 @@ fn printable(text: &str) -> String {
         .collect()
 }
 
-pub(super) fn escaped(text: &str) -> String {
+pub(super) fn escape_xml(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The words of `text` in lines of at most `most` letters; a longer word has a line of its own.
-pub fn wrapped(text: &str, most: usize) -> Vec<String> {
+pub fn wrap_text(text: &str, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, SVector};
 
 use super::axes::{PlotView, ticks};
 use super::labels::{self, MuscleLabel, colours};
-use super::plot::{Plot, around};
+use super::plot::{Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
 
@@ -113,7 +113,7 @@ pub(super) fn fill(
         Some((now * rest.try_inverse()?).singular_values().max())
     });
     let stretches = stretches.collect::<Option<Vec<f64>>>()?;
-    let scale = [1.0, around(1.0, stretches.iter().copied().fold(1.01, f64::max))[1]];
+    let scale = [1.0, round_range(1.0, stretches.iter().copied().fold(1.01, f64::max))[1]];
     for paint in COLOURS {
         let of = mesh.cells.iter().zip(&stretches).filter(|(_, s)| colour(**s, scale) == paint);
         let d =

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::axes::PlotView;
 use super::muscle_lines::{arrow, bone, bones, lines, muscle};
-use super::section::{DEFORMED, REST, REST_TISSUE, check, draw_palate, frame, ring};
+use super::section::{DEFORMED, REST, REST_TISSUE, check, draw_palate, picture_bounds, ring};
 use super::{Anchor, FontFace, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -43,7 +43,7 @@ pub fn panels(
     let description =
         format!("Midsagittal sections, front to the left, all with the same axes. {}", summary.join(" "));
     let (mut svg, top) = Svg::new(title, &description, width);
-    let bounds = frame(mesh, palate, panels.iter().map(|p| p.positions.as_slice()));
+    let bounds = picture_bounds(mesh, palate, panels.iter().map(|p| p.positions.as_slice()));
     let mut bottom = top;
     for (nth, panel) in panels.iter().enumerate() {
         let [row, column] = [nth / columns, nth % columns];

@@ -65,7 +65,7 @@ fn power(exponent: i32) -> String {
 }
 
 /// The smallest range between round numbers that contains these values.
-pub(super) fn around(low: f64, high: f64) -> [f64; 2] {
+pub(super) fn round_range(low: f64, high: f64) -> [f64; 2] {
     let marks = ticks(low..=high);
     let step = marks.get(1).map_or(1.0, |second| second - marks[0]);
     [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step]
@@ -151,7 +151,7 @@ pub struct Scatter {
 
 pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     let values = panels.iter().flat_map(|p| p.points.iter().flat_map(|&(_, x, y)| [x, y]));
-    let ends = around(values.clone().fold(0.95, f64::min) - 0.02, values.fold(1.05, f64::max) + 0.02);
+    let ends = round_range(values.clone().fold(0.95, f64::min) - 0.02, values.fold(1.05, f64::max) + 0.02);
     let columns = COLUMNS.min(panels.len().max(1));
     let width = 2.0 * MARGIN + columns as f64 * (SIDE + AXIS);
     let summary: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.line)).collect();

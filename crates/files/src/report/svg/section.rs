@@ -65,7 +65,8 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
-    let view = PlotView::new(frame(mesh, palate, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let view =
+        PlotView::new(picture_bounds(mesh, palate, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     let colours = stretch.then(|| muscle_lines::fill(&mut svg, &view, mesh, positions)).flatten();
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
@@ -145,15 +146,16 @@ fn description(section: &SectionPicture<'_>) -> String {
 }
 
 /// The bounds of a picture: the tissue at rest with a margin and the palate near it, extended only for shapes that go beyond them.
-pub(in crate::report) fn frame<'a>(
+pub(in crate::report) fn picture_bounds<'a>(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
     shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>,
 ) -> Bounds {
     let inside = mesh.in_tissue();
     let all = mesh.cells.is_empty();
-    let tissue =
-        |x: &[SVector<f64, 2>]| Bounds::of(x.iter().zip(&inside).filter(|(_, t)| all || **t).map(|(p, _)| p));
+    let tissue = |x: &[SVector<f64, 2>]| {
+        Bounds::of_points(x.iter().zip(&inside).filter(|(_, t)| all || **t).map(|(p, _)| p))
+    };
     if mesh.nodes.is_empty() {
         return Bounds { low: [0.0; 2], high: [1e-3; 2] };
     }
@@ -163,9 +165,10 @@ pub(in crate::report) fn frame<'a>(
     let step = 0.5 * 10f64.powf(side.log10().floor());
     let room = rest.outwards(ROOM * side, step);
     let near = room.outwards(0.2 * side, step);
-    let palate = Bounds::of(palate.iter().filter(|p| near.contains(p))).outwards(PALATE_THICKNESS, step);
+    let palate =
+        Bounds::of_points(palate.iter().filter(|p| near.contains(p))).outwards(PALATE_THICKNESS, step);
     let shapes = shapes.into_iter().map(|x| tissue(x).outwards(0.0, step));
-    shapes.fold(room.with(palate), Bounds::with).paged()
+    shapes.fold(room.union(palate), Bounds::union).with_page_proportions()
 }
 
 pub(super) fn ring(view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {

@@ -1,7 +1,7 @@
 //! The tensions of many fits: a row for each fit, a column for each muscle, and a dot for each contracting muscle.
 
 use super::labels::colours;
-use super::plot::{Axis, Plot, around};
+use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT};
 
 /// Least width of the labels of the fits, width of a column, gap between columns and height of a row, px.
@@ -29,7 +29,8 @@ pub fn tensions(muscles: &[String], fits: &[FitTensions<'_>], title: &str) -> Sv
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
         let left = MARGIN + names + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
         // The vertical axis counts rows from the top.
-        let plot = Plot::linear([left, top], [COLUMN, height], around(0.0, most), [fits.len() as f64, 0.0]);
+        let plot =
+            Plot::linear([left, top], [COLUMN, height], round_range(0.0, most), [fits.len() as f64, 0.0]);
         plot.axes(&mut svg, [Axis::Numbers, Axis::Nothing]);
         svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, FontFace::Bold, name);
         for (nth, (_, tensions)) in fits.iter().enumerate() {

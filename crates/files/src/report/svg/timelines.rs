@@ -1,6 +1,6 @@
 //! Tensions over time with their 95 % intervals, a panel for each muscle, and the distance of measured from simulated points.
 
-use super::plot::{Axis, Plot, around};
+use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
 use crate::report::RecordingResult;
 use tongue_infer::track::CourseSummary;
@@ -77,7 +77,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
             [LEFT, top + (PANEL + GAP) * nth as f64],
             [x(ends[1]) - LEFT, PANEL],
             ends,
-            around(0.0, most),
+            round_range(0.0, most),
         );
         for i in (0..times.len()).filter(|i| !frames[*i].status.is_trusted()) {
             let side =

@@ -173,7 +173,7 @@ impl Drawing<'_> {
             let region = self.outlined.iter().flatten().map(|(_, p)| seen(p, &axes));
             let points: Vec<Point> =
                 points.chain(tips).chain(region).chain(on_surface.is_empty().then(Point::zeros)).collect();
-            Bounds::of(&points).outwards(margin, 0.5 * margin)
+            Bounds::of_points(&points).outwards(margin, 0.5 * margin)
         });
         let [side, front, above] = bounds.map(|b| b.size());
         let per_m = (WIDTH - 3.0 * MARGIN) / (side[0].max(above[0]) + front[0]);

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, PlotView};
-use super::plot::{Axis, Plot, around};
+use super::plot::{Axis, Plot, round_range};
 use super::section::{DEFORMED, REST_TISSUE, ring};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
@@ -57,7 +57,7 @@ fn tract(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
     let across = picture.sound.across_mm.iter();
     let across = across.map(|ends| ends.map(|[x, y]| SVector::from([1e-3 * x, 1e-3 * y])).into());
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
-    let bounds = Bounds::of(outer.iter().chain(&inner).chain(picture.positions)).outwards(0.003, 0.01);
+    let bounds = Bounds::of_points(outer.iter().chain(&inner).chain(picture.positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, picture.mesh, picture.positions), REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
@@ -78,8 +78,8 @@ fn chart(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
     let plot = Plot::linear(
         [0.5 * WIDTH + LEFT + MARGIN, top],
         [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
-        [around(600.0, all.clone().map(|f| f[1]).fold(2400.0, f64::max))[1], 600.0],
-        [around(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
+        [round_range(600.0, all.clone().map(|f| f[1]).fold(2400.0, f64::max))[1], 600.0],
+        [round_range(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in picture.means {
@@ -109,7 +109,7 @@ fn wide(top: f64, x: [f64; 2], y: [f64; 2]) -> Plot {
 fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
     let end = |r: &AreaRow| r.from_glottis_mm + 0.5 * r.length_mm;
     let most = rows.iter().map(|r| r.area_cm2).fold(1.0, f64::max);
-    let plot = wide(top, [0.0, rows.last().map_or(1.0, end)], around(0.0, most));
+    let plot = wide(top, [0.0, rows.last().map_or(1.0, end)], round_range(0.0, most));
     let names = ["glottis \u{2190} along the tract (mm) \u{2192} lips", "area (cm²)"];
     plot.axes(svg, names.map(Axis::Named));
     let steps = rows.iter().flat_map(|r| [[end(r) - r.length_mm, r.area_cm2], [end(r), r.area_cm2]]);
@@ -119,7 +119,7 @@ fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
 fn transfer(svg: &mut Svg, sound: &SoundRecord, top: f64) {
     let levels = sound.transfer_db.iter().map(|p| p[1]).filter(|v| v.is_finite());
     let (low, high) = levels.fold((0.0_f64, 10.0_f64), |(l, h), v| (l.min(v), h.max(v)));
-    let plot = wide(top, [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])], around(low, high));
+    let plot = wide(top, [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])], round_range(low, high));
     plot.axes(svg, ["frequency (Hz)", "level (dB)"].map(Axis::Named));
     for f in sound.formants_hz.iter().filter(|f| **f <= plot.x[1]) {
         svg.dashes(&plot.upright(*f), MEAN, 1.5);

@@ -6,7 +6,7 @@ use std::io::Write;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::{TrackRecord, TrackResults, fixed};
+use super::{TrackRecord, TrackResults, with_decimals};
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, csv};
 use tongue_core::statistics::{TWO_SIDED_95, upper_median};
@@ -58,7 +58,7 @@ pub(super) fn placement<S: Serializer>(found: &Option<Placement>, serializer: S)
     record.serialize(serializer)
 }
 
-pub fn placed(placement: &Placement) -> String {
+pub fn placement_sentence(placement: &Placement) -> String {
     let [back, up, turn, scale] = placement.intervals();
     let [back, up] = [back, up].map(|[_, low, high]| 0.5 * (1e3 * high - 1e3 * low));
     let [turn, low, high] = turn.map(f64::to_degrees);
@@ -76,7 +76,7 @@ pub fn placed(placement: &Placement) -> String {
     )
 }
 
-pub fn repeated(repeats: &Repeatability) -> String {
+pub fn repetitions_sentence(repeats: &Repeatability) -> String {
     let labels: Vec<String> = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
     format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
 }
@@ -87,7 +87,7 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
     let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
     fn number<'a>(name: &'static str, heading: &'static str, value: fn(&Repeated) -> f64) -> RowColumn<'a> {
         let column = RowColumn::new(name, "", "", move |(_, r)| value(r).into());
-        let column = column.headed(heading).shown_as(move |(_, r)| fixed(value(r), 2));
+        let column = column.with_heading(heading).with_text(move |(_, r)| with_decimals(value(r), 2));
         if heading.is_empty() { column.in_csv_alone() } else { column }
     }
     vec![
@@ -164,20 +164,21 @@ pub struct FormantsRecord {
 
 impl FormantsRecord {
     pub fn new(tract: &Tract, lips: &Articulation, results: &TrackResults) -> Self {
-        let told: Vec<&Tracked> =
+        let with_formants: Vec<&Tracked> =
             results.frames().map(|(_, f)| f).filter(|f| !f.formants.is_empty()).collect();
         let mut without = BTreeMap::new();
         for (_, frame) in results.frames().filter(|(_, f)| f.formants.is_empty()) {
             *without.entry(why_none(frame)).or_default() += 1;
         }
-        let count = told.first().map_or(0, |f| f.formants.len());
-        let median =
-            |of: &dyn Fn(&Tracked) -> f64| upper_median(told.iter().map(|f| of(f))).unwrap_or(f64::NAN);
+        let count = with_formants.first().map_or(0, |f| f.formants.len());
+        let median = |of: &dyn Fn(&Tracked) -> f64| {
+            upper_median(with_formants.iter().map(|f| of(f))).unwrap_or(f64::NAN)
+        };
         Self {
             tract: tract.name.clone(),
             lip_opening_mm: lips.lip_opening_mm,
             lip_protrusion_mm: lips.lip_protrusion_mm,
-            frames: told.len(),
+            frames: with_formants.len(),
             without,
             sd_hz_is: "spread of the draws between walls that count as known",
             tract_sd_part: TRACT_SD,
@@ -187,7 +188,7 @@ impl FormantsRecord {
         }
     }
 
-    pub fn said(&self, of: usize) -> String {
+    pub fn sentence(&self, of: usize) -> String {
         let all = self.medians_hz.iter().enumerate();
         let all: Vec<String> =
             all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1)).collect();
@@ -215,11 +216,11 @@ pub fn formants_csv(results: &TrackResults) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let rows = results.frames().flat_map(|(recording, frame)| {
             let begin = [recording.name.clone(), frame.time_s.to_string()];
-            let told = frame.formants.iter().enumerate().map(|(i, formant)| {
+            let formants = frame.formants.iter().enumerate().map(|(i, formant)| {
                 [format!("F{}", i + 1), formant.hz.to_string(), formant.sd_hz.to_string(), String::new()]
             });
             let none = frame.formants.is_empty().then(|| ["", "", "", why_none(frame)].map(str::to_owned));
-            told.chain(none).map(move |end| begin.clone().into_iter().chain(end)).collect::<Vec<_>>()
+            formants.chain(none).map(move |end| begin.clone().into_iter().chain(end)).collect::<Vec<_>>()
         });
         csv::write(out, by, "recording,time_s,formant,hz,sd_hz,why_none".split(','), rows, false)
     }

@@ -58,7 +58,7 @@ fn drawn_nodes(mesh: &Mesh<2>) -> Vec<usize> {
 }
 
 /// The body in the figures of all recordings. Nodes are indices of the drawn ones; `number` is the index of a contracting muscle.
-pub(super) fn shared(record: &TrackRecord) -> Value {
+pub(super) fn body_of_figures(record: &TrackRecord) -> Value {
     let TrackResults { body, contracting, palate, .. } = &record.results;
     let mesh = &body.mesh;
     let drawn = drawn_nodes(mesh);

@@ -9,8 +9,8 @@ mod tables;
 mod text_grid;
 
 pub use assumptions::{
-    FormantsRecord, courses_columns, formants_csv, held_out_columns, placed, prior_interval_n, repeated,
-    repeats_columns,
+    FormantsRecord, courses_columns, formants_csv, held_out_columns, placement_sentence, prior_interval_n,
+    repeats_columns, repetitions_sentence,
 };
 #[cfg(feature = "files")]
 pub use page::TrackPage;
@@ -218,11 +218,11 @@ impl Serialize for Each<'_> {
 /// A probability with two decimals, rounded towards one half, so that it does not seem to reach a limit that it stays below.
 pub fn probability(p: f64) -> String {
     let percent = if p < 0.5 { (100.0 * p - 1e-9).ceil() } else { (100.0 * p + 1e-9).floor() };
-    fixed(percent / 100.0, 2)
+    with_decimals(percent / 100.0, 2)
 }
 
 /// A number with this many decimals, and no minus sign if they are all zero.
-pub fn fixed(value: f64, decimals: usize) -> String {
+pub fn with_decimals(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let is_zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }

@@ -5,10 +5,10 @@ use std::io::{self, Write};
 use maud::{Markup, PreEscaped, html};
 use serde_json::Value;
 
-use super::figure::{figure, shared};
+use super::figure::{body_of_figures, figure};
 use super::{
-    TrackRecord, courses_columns, fixed, held_out_columns, placed, prior_interval_n, probability, repeated,
-    repeats_columns, status_name,
+    TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, probability,
+    repeats_columns, repetitions_sentence, status_name, with_decimals,
 };
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, tongue_page};
@@ -44,7 +44,7 @@ impl Export for TrackPage<'_> {
                 (held_out(record))
                 (doubtful_frames(record))
             }
-            script type="application/json" id="body" { (in_html(shared(record))) }
+            script type="application/json" id="body" { (in_html(body_of_figures(record))) }
             script { (PreEscaped(SCRIPT)) }
         };
         out.write_all(tongue_page::document("tongue-fit track", &body).as_bytes())
@@ -56,7 +56,7 @@ fn repeatability(record: &TrackRecord) -> Markup {
         @if let Some(repeats) = &record.repeats {
             section {
                 h2 { "What repeats" }
-                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeated(repeats)) "." }
+                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repetitions_sentence(repeats)) "." }
                 (tongue_page::of(&repeats_columns(repeats), &repeats.muscles.0))
             }
         }
@@ -73,7 +73,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
             p {
                 (record.results.frames().count()) " frames of " (record.recordings.len()) " recordings: "
                 @for (i, (status, n)) in record.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
-                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placed(placement)) } "."
+                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placement_sentence(placement)) } "."
                 @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
             }
             p {
@@ -95,7 +95,7 @@ fn contrasts(compared: &Comparison) -> Markup {
     let muscles: Vec<String> = Vec::from_iter(
         compared.muscles.iter().map(|m| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" })),
     );
-    // The longer of the two lists runs down.
+    // The longer of the two lists becomes the rows of the table.
     let is_turned = labels.len() < muscles.len();
     let (across, down) = if is_turned { (&labels, &muscles) } else { (&muscles, &labels) };
     let mean = |i: usize, j: usize| {
@@ -128,7 +128,7 @@ fn contrasts(compared: &Comparison) -> Markup {
 }
 
 fn with_interval([middle, low, high]: [f64; 3]) -> String {
-    format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
+    format!("{} ({} to {})", with_decimals(middle, 1), with_decimals(low, 1), with_decimals(high, 1))
 }
 
 fn muscle_summaries(record: &TrackRecord) -> Markup {

@@ -103,12 +103,12 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let columns =
             "speaker,recording,tier,label,repetition,part,time_s,muscle,draw,tension_n_per_m,course_n_per_m";
-        let mut said: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+        let mut repetitions: BTreeMap<(&str, &str), usize> = BTreeMap::new();
         let rows =
             results.recordings.iter().flat_map(|one| one.tracked.label_courses.iter().map(move |c| (one, c)));
         let rows = rows.flat_map(|(one, course)| {
             let label = &one.labels[course.label];
-            let repetition = said.entry((&label.tier, &label.name)).or_default();
+            let repetition = repetitions.entry((&label.tier, &label.name)).or_default();
             *repetition += 1;
             let speaker = one.speaker.clone().unwrap_or_default();
             let begin =

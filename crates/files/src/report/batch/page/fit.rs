@@ -110,14 +110,14 @@ pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
         RowColumn::of_page("target", |r| r.fit().matched.target.kind.name().into()),
         RowColumn::of_page("status", |r| status(r).into()),
         RowColumn::of_page("misfit", |r| r.fit().answer.misfit.into())
-            .shown_as(|r| format!("{:.1e}", r.fit().answer.misfit)),
+            .with_text(|r| format!("{:.1e}", r.fit().answer.misfit)),
         RowColumn::of_page("passive stretches", |r| r.passive.rms_stretch.into()).decimals(3),
         RowColumn::of_page("no change", |r| r.passive.no_change_rms_stretch.into()).decimals(3),
         RowColumn::of_page("alarms", |r| r.record.alarms.len().into()),
     ];
     columns.extend(muscles.iter().map(|m| {
         let tension = move |r: &AssessedRecord| r.fit().number(m).map_or(0.0, |m| r.fit().tension(m));
-        RowColumn::of_page(m.clone(), move |r| tension(r).into()).shown_as(move |r| {
+        RowColumn::of_page(m.clone(), move |r| tension(r).into()).with_text(move |r| {
             if r.fit().active_names().contains(m) { format!("{:.1}", tension(r)) } else { String::new() }
         })
     }));

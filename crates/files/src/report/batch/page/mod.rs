@@ -8,8 +8,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::Batch;
 use super::summary::PassiveGroup;
-use crate::report::column::headed;
-use crate::report::svg::{self, Svg, colours, frame};
+use crate::report::column::columns_with_heading;
+use crate::report::svg::{self, Svg, colours, picture_bounds};
 use crate::report::tongue_page;
 use tongue_core::body::Mesh;
 
@@ -73,7 +73,7 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
         section {
             h2 { "Muscles that do not contract" }
             p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
-            (tongue_page::sortable("passive", headed(&columns).0, &html! {
+            (tongue_page::sortable("passive", columns_with_heading(&columns).0, &html! {
                 @for g in groups { tr { (tongue_page::cells(&columns, g)) } }
             }))
         }
@@ -126,7 +126,7 @@ fn viewer(fits: &[PageFit]) -> Markup {
 
 fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
     let columns = fit::columns(muscles);
-    let headings = ["subject", "vowel"].into_iter().chain(headed(&columns).0);
+    let headings = ["subject", "vowel"].into_iter().chain(columns_with_heading(&columns).0);
     html! {
         section {
             h2 { "Tensions" }
@@ -170,7 +170,7 @@ fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
     let muscles: Vec<_> = coloured
         .map(|(m, colour)| serde_json::json!({"name": m.name, "nodes": m.nodes, "colour": colour}))
         .collect();
-    let view = frame(mesh, &[], []);
+    let view = picture_bounds(mesh, &[], []);
     let [low, high] = [view.low, view.high].map(|corner| corner.map(fit::micrometres));
     let shapes = Vec::from_iter(
         fits.iter().map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active})),
