@@ -87,14 +87,14 @@ impl SimulationRecord {
     /// `system` is that of the body or of its half. `pulls` are tensions, N (2D: N per metre of thickness), or activations, of all muscles.
     pub fn new<const D: usize>(
         body: &Body<D>,
-        (system, mut found): (&System<D>, Equilibrium),
+        (system, mut equilibrium): (&System<D>, Equilibrium),
         pulls: &[f64],
         positions: &[SVector<f64, D>],
         operation: Option<OperationRecord>,
         wall_s: f64,
     ) -> Self {
         let (mesh, names) = (&body.mesh, &body.mesh.muscle_names());
-        found.alarms.extend(alarms::of_shape(body, system, positions));
+        equilibrium.alarms.extend(alarms::of_shape(body, system, positions));
         let rest = if body.is_activated() { &mesh.nodes } else { system.rest() };
         let ends = mesh.muscles.iter().map(|m| m.ends());
         let [lengths, at_rest]: [Vec<f64>; 2] =
@@ -105,7 +105,7 @@ impl SimulationRecord {
             OfBody::Hexahedra(Box::new(HexahedraRecord::new(body, system, positions, operation)))
         } else {
             let (min_area_ratio, max_area_ratio) = system.tissue_ratios(positions);
-            let energy_j = found.solution.energy;
+            let energy_j = equilibrium.solution.energy;
             OfBody::Pulled { ratios: of_kind(TargetKind::Ratio), min_area_ratio, max_area_ratio, energy_j }
         };
         Self {
@@ -115,15 +115,15 @@ impl SimulationRecord {
             positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
             of_body,
             wall_s,
-            found,
+            found: equilibrium,
         }
     }
 }
 
 impl<const D: usize> Solved<D> {
     pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
-        let found = (&*self.system, self.found.clone());
-        SimulationRecord::new(body, found, &self.pulls, &self.positions, operation, self.wall_s)
+        let solved = (&*self.system, self.found.clone());
+        SimulationRecord::new(body, solved, &self.pulls, &self.positions, operation, self.wall_s)
     }
 }
 

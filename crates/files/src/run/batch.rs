@@ -104,8 +104,8 @@ impl BatchRun {
             }
         }
         speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
-        let found = parallel::map(&speakers, |rows| self.posteriors(how, rows, tell));
-        self.sampled = found.into_iter().flatten().collect();
+        let results = parallel::map(&speakers, |rows| self.posteriors(how, rows, tell));
+        self.sampled = results.into_iter().flatten().collect();
     }
 
     /// The settings of the posterior that is reported with a job; `None` if the job has none.

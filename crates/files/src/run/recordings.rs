@@ -211,18 +211,18 @@ impl TrackRun<'_> {
         Ok(notes)
     }
 
-    /// The results of `found`, each with its recording; a recording that the body cannot reach has a sentence that says why in their place.
+    /// The results of `tracked` with their recordings, and a sentence for each recording that the body cannot reach.
     pub fn results<'r>(
         &self,
         recordings: &'r [ScreenedRecording],
-        found: Vec<TrackedRecording>,
+        tracked: Vec<TrackedRecording>,
     ) -> (Vec<RecordingResult>, Vec<&'r AlignedRecording>, Vec<String>) {
         let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
-        for (one, found) in recordings.iter().zip(found) {
-            if let Some(why) = out_of_reach(&one.seen, &found.frames, !self.is_given) {
+        for (one, tracked) in recordings.iter().zip(tracked) {
+            if let Some(why) = out_of_reach(&one.seen, &tracked.frames, !self.is_given) {
                 unmet.push(format!("{}: {why}", one.seen.name));
             } else {
-                results.push(RecordingResult::new(one, self.freed(&one.seen), found));
+                results.push(RecordingResult::new(one, self.freed(&one.seen), tracked));
                 met.push(&one.seen);
             }
         }

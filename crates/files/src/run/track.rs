@@ -185,7 +185,7 @@ impl TrackRun<'_> {
                 TrackingContext { system: &system, followed: &speaker.followed, freed: &freed, shape };
             let watch = Watch {
                 is_wanted: &|number| (watch.is_wanted)(session[number]),
-                take: &|number, found| (watch.take)(session[number], found),
+                take: &|number, result| (watch.take)(session[number], result),
                 ..*watch
             };
             track::track(&context, frames, &settings, &watch)

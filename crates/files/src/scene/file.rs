@@ -303,8 +303,8 @@ pub fn names() -> impl Iterator<Item = &'static str> + Clone {
 
 pub fn shipped(name: &str) -> Result<Scene, SimulationError> {
     let unknown = || format!("unknown scene \"{name}\"; {}", choice::hint(name, names()));
-    let found = SHIPPED.iter().find(|(n, _)| *n == name);
-    let (name, text) = found.ok_or_else(|| SimulationError::Refused(unknown()))?;
+    let scene = SHIPPED.iter().find(|(n, _)| *n == name);
+    let (name, text) = scene.ok_or_else(|| SimulationError::Refused(unknown()))?;
     Scene::from_toml(text, &format!("targets/scenes/{name}.toml (embedded)"))
 }
 

@@ -176,19 +176,19 @@ pub(super) fn fit<const D: usize>(
         TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
     // The body of a scene is given, so its shape is taken as known.
     let context = TrackingContext::fixed(system);
-    let found = Watch::collect(|watch| track::track(&context, vec![vec![frame.clone()]], &settings, watch));
-    let found = found.ok()?.pop()?.frames.pop()?;
+    let tracked = Watch::collect(|watch| track::track(&context, vec![vec![frame.clone()]], &settings, watch));
+    let tracked = tracked.ok()?.pop()?.frames.pop()?;
     let of_body = |values: &[f64]| {
         let mut all = vec![0.0; system.muscle_count()];
         system.contracting().iter().zip(values).for_each(|(&muscle, value)| all[muscle] = *value);
         all
     };
     let fit = PointsFit {
-        status: found.status,
-        rms_mm: found.rms_m.map(|r| r * 1e3),
-        resolved: found.resolved,
-        low_n: of_body(&found.levels.iter().map(|l| l.low).collect::<Vec<_>>()),
-        high_n: of_body(&found.levels.iter().map(|l| l.high).collect::<Vec<_>>()),
+        status: tracked.status,
+        rms_mm: tracked.rms_m.map(|r| r * 1e3),
+        resolved: tracked.resolved,
+        low_n: of_body(&tracked.levels.iter().map(|l| l.low).collect::<Vec<_>>()),
+        high_n: of_body(&tracked.levels.iter().map(|l| l.high).collect::<Vec<_>>()),
     };
-    Some((of_body(&found.tensions_n()), fit))
+    Some((of_body(&tracked.tensions_n()), fit))
 }

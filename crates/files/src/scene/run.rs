@@ -54,8 +54,8 @@ pub fn run<const D: usize>(
     }
     let (mut solution, mut trajectory, mut sound, mut alarms) = (None, None, None, Vec::new());
     let positions = if let Some(workspace) = &mut workspace {
-        let found = equilibrium(prepared, workspace);
-        (solution, alarms) = (Some(found.solution), found.alarms);
+        let solved = equilibrium(prepared, workspace);
+        (solution, alarms) = (Some(solved.solution), solved.alarms);
         if scene.want == Want::Sound {
             sound = sound_record(prepared, vocal_tract::posture(scene), workspace)?;
         }
@@ -170,19 +170,19 @@ fn follow<const D: usize>(
     let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-3 * error_mm))?;
     let start = start.as_deref();
     let asked = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
-    let found = asked.run(integrator.as_mut(), &mut |_| ());
+    let sampled = asked.run(integrator.as_mut(), &mut |_| ());
     let posture = vocal_tract::posture(scene);
-    let moments = found.shapes.iter().map(|(time_s, positions)| Moment {
+    let moments = sampled.shapes.iter().map(|(time_s, positions)| Moment {
         time_s: *time_s,
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
         formants_hz: formants(prepared, &posture, positions),
     });
     let record = SceneMotion {
-        outcome: found.outcome,
-        part_of_way_to_equilibrium: found.part_of_way,
+        outcome: sampled.outcome,
+        part_of_way_to_equilibrium: sampled.part_of_way,
         moments: moments.collect(),
     };
-    Ok((record, found.end.positions))
+    Ok((record, sampled.end.positions))
 }
 
 fn muscles<const D: usize>(

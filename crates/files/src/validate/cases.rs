@@ -113,9 +113,9 @@ pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> 
     for position in (0..measurements.len()).rev().filter(|m| !case.target().active.contains(m)) {
         measurements = measurements.without(position);
     }
-    let found =
+    let estimate =
         Density::new(posterior_model, measurements).and_then(|mut density| MapEstimate::find(&mut density));
-    let Ok(MapEstimate { solved, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
+    let Ok(MapEstimate { solved, .. }) = estimate else { return vec![1.0; case.target().muscles.len()] };
     let numbers = case.matched.numbers[..case.target().muscles.len()].iter();
     let [vowel, baseline] = [0, 1].map(|shape| solved.shape(shape).1);
     numbers.map(|&n| vowel[n] / baseline[n]).collect()

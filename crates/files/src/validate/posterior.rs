@@ -109,7 +109,7 @@ impl Predictors {
             &self.posterior_model
         };
         let groups = kind.groups(all);
-        let found = parallel::map(&groups, |group| {
+        let predictions = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
             let mut density = Density::new(posterior_model, Measurements::together(&matched))?;
             let map_estimate = MapEstimate::find(&mut density)?;
@@ -119,9 +119,9 @@ impl Predictors {
                 (group[posture], own.collect::<Vec<_>>())
             })))
         });
-        let found: Vec<Vec<_>> = found.into_iter().collect::<Result<_, PosteriorError>>()?;
+        let predictions: Vec<Vec<_>> = predictions.into_iter().collect::<Result<_, PosteriorError>>()?;
         let mut out = vec![Vec::new(); all.len()];
-        found.into_iter().flatten().for_each(|(case, predicted)| out[case] = predicted);
+        predictions.into_iter().flatten().for_each(|(case, predicted)| out[case] = predicted);
         Ok(out)
     }
 
@@ -214,9 +214,9 @@ pub fn study(
     for order in permutations(data.muscles().len(), most_permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
         if let Ok(predicted) = predictors.all(&all, &[PosteriorKind::Row]) {
-            let found = score(FIRST_POSTERIOR, &all, &predicted, |_| true);
-            permuted_rms.push(found.rms);
-            permuted_log_score.push(found.log_score);
+            let permuted = score(FIRST_POSTERIOR, &all, &predicted, |_| true);
+            permuted_rms.push(permuted.rms);
+            permuted_log_score.push(permuted.log_score);
         }
         progress.add(1, "posterior with permuted names");
     }

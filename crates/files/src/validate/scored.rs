@@ -81,8 +81,8 @@ pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted
     let mut out = Vec::new();
     for (case, row) in all.iter().zip(predicted) {
         for (m, of_muscle) in row.iter().enumerate() {
-            for (which, found) in of_muscle.iter().enumerate() {
-                let Some(found) = found else { continue };
+            for (which, left_out) in of_muscle.iter().enumerate() {
+                let Some(left_out) = left_out else { continue };
                 out.push(ScoredPrediction {
                     baseline: baseline.clone(),
                     subject: case.subject.clone(),
@@ -90,11 +90,11 @@ pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted
                     muscle: case.target().muscles[m].clone(),
                     measured: case.target().values[m],
                     opponent: OPPONENTS[which].to_owned(),
-                    mean: found.spread.mean,
-                    low_95: found.spread.interval_95[0],
-                    high_95: found.spread.interval_95[1],
-                    log_score: found.log_score,
-                    effective: found.effective,
+                    mean: left_out.spread.mean,
+                    low_95: left_out.spread.interval_95[0],
+                    high_95: left_out.spread.interval_95[1],
+                    log_score: left_out.log_score,
+                    effective: left_out.effective,
                 });
             }
         }
@@ -130,8 +130,8 @@ fn best(all: &mut dyn Iterator<Item = &Scored>) -> Option<Scored> {
 
 /// Why the best posterior is not reliable; empty if it is.
 pub fn warning(scores: &[Scored]) -> String {
-    let found = [1, JOINT_TILT].map(|n| scores.iter().find(|s| s.name == OPPONENTS[n]));
-    let [Some(normal), Some(joint)] = found else { return String::new() };
+    let both = [1, JOINT_TILT].map(|n| scores.iter().find(|s| s.name == OPPONENTS[n]));
+    let [Some(normal), Some(joint)] = both else { return String::new() };
     if joint.coverage_95 < 0.9 {
         format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)
     } else if joint.rms > normal.rms {

@@ -94,7 +94,7 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
             left.into_iter()
                 .flat_map(Case::each_left_out)
                 .map(|case| match conditional_normal(&inner, &case, how) {
-                    Some(found) => case.error(&found.into_iter().map(|(mean, _)| mean).collect::<Vec<_>>()),
+                    Some(normal) => case.error(&normal.into_iter().map(|(mean, _)| mean).collect::<Vec<_>>()),
                     None => case.error(&vec![1.0; case.target().muscles.len()]),
                 })
                 .sum()

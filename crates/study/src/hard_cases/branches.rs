@@ -27,8 +27,8 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
         ("von Mises truss", &truss, snapping, CriticalKind::LimitPoint),
     ] {
         for part in [0.9, 1.5] {
-            let (found, row) = one(format!("{name} at {part} of its critical load"), mesh, part * exact)?;
-            let (agrees, note) = match found.critical {
+            let (traced, row) = one(format!("{name} at {part} of its critical load"), mesh, part * exact)?;
+            let (agrees, note) = match traced.critical {
                 Some(c) => {
                     let error = c.load * part - 1.0;
                     let text = format!(
@@ -40,7 +40,8 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
                 }
                 None => (part < 1.0, "on the branch from rest".to_owned()),
             };
-            let other = if found.another { "another equilibrium exists" } else { "no other equilibrium met" };
+            let other =
+                if traced.another { "another equilibrium exists" } else { "no other equilibrium met" };
             rows.push(HardCase { kept: row.kept && agrees, ..row }.also(&note).also(other));
         }
     }
@@ -51,10 +52,10 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), 
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let found = trace(&system, &mut workspace, &[load], &SolveSettings::default());
+    let traced = trace(&system, &mut workspace, &[load], &SolveSettings::default());
     let wall_s = clock.elapsed().as_secs_f64();
     let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
-    let s = found.solution;
+    let s = traced.solution;
     let converged = s.status == SolveStatus::Converged;
     let row = HardCase {
         converged,
@@ -66,7 +67,7 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), 
         wall_s,
         ..HardCase::new(9, variant, "trace", name_of(&s.status))
     };
-    Ok((found, row))
+    Ok((traced, row))
 }
 
 /// The axial load at which the lateral stiffness of the braced strut vanishes.

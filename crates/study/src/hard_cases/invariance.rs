@@ -29,7 +29,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
         let (row, shape) =
             published(format!("renumbered at random, {seed}"), &bodies::renumbered(&mesh, &name))?;
         let back: Vec<_> = name.iter().map(|&n| shape[n]).collect();
-        rows.push(compared(row, &back, &reference));
+        rows.push(with_difference(row, &back, &reference));
     }
     let motions = [
         ("mirrored", 0.0, true, zero),
@@ -41,7 +41,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
     for (variant, angle, mirrored, shift) in motions {
         let (row, shape) = published(variant.to_owned(), &bodies::moved(&mesh, angle, mirrored, shift))?;
         let expected: Vec<_> = reference.iter().map(|p| bodies::place(p, angle, mirrored, shift)).collect();
-        rows.push(compared(row, &shape, &expected));
+        rows.push(with_difference(row, &shape, &expected));
     }
     rows.extend(threads(&mesh)?);
     Ok(rows)
@@ -56,7 +56,7 @@ fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePositions
     Ok((row, workspace.positions().to_vec()))
 }
 
-fn compared(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> HardCase {
+fn with_difference(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> HardCase {
     let apart = largest_distance(shape, expected);
     HardCase { kept: row.kept && row.converged && apart <= SAME, ..row }
         .also(&format!("differs by {apart:.1e} m"))
@@ -71,15 +71,15 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for count in [1, 2, 4] {
         let clock = Instant::now();
-        let found =
+        let fit =
             parallel::with_threads(count, || inverse::fit(mesh, &Model::default(), &target, &settings))??;
-        let Answer { tensions, lengths, positions, .. } = &found.answer;
+        let Answer { tensions, lengths, positions, .. } = &fit.answer;
         let all = tensions.iter().chain(lengths).chain(positions.iter().flatten());
         let bits: Vec<u64> = all.map(|v| v.to_bits()).collect();
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
         let variant = format!("fit of S2 /a/ on {count} threads");
         let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
-        rows.push(of_fit(10, variant, &found, same, clock.elapsed().as_secs_f64(), note));
+        rows.push(of_fit(10, variant, &fit, same, clock.elapsed().as_secs_f64(), note));
     }
     Ok(rows)
 }

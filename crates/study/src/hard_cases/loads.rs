@@ -58,14 +58,14 @@ fn beside_branch(
     tensions: &[f64],
 ) -> HardCase {
     let direct = workspace.positions().to_vec();
-    let found = trace(system, workspace, tensions, &SolveSettings::default());
-    let ends_at = found.critical.map(|c| c.load).or(found.stopped).unwrap_or(1.0);
+    let traced = trace(system, workspace, tensions, &SolveSettings::default());
+    let ends_at = traced.critical.map(|c| c.load).or(traced.stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
     let row = HardCase { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };
     if row.is_on_branch() {
         return row;
     }
-    let text = match found.critical {
+    let text = match traced.critical {
         Some(c) => format!("the branch from rest ends at {:.4} of the load ({})", c.load, name_of(&c.kind)),
         None => "the branch from rest leads to another equilibrium".to_owned(),
     };

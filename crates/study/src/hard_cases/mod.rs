@@ -119,10 +119,10 @@ pub const LAST: i64 = CASES.len() as i64;
 pub fn run_all(cases: &[u8], extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for (case, (_, run)) in (1..).zip(CASES).filter(|(c, _)| cases.is_empty() || cases.contains(c)) {
-        let found = run(extent)?;
-        let kept = found.iter().filter(|r| r.kept).count();
-        tell(&format!("case {case:2}: promise kept in {kept} of {} rows", found.len()));
-        rows.extend(found);
+        let of_case = run(extent)?;
+        let kept = of_case.iter().filter(|r| r.kept).count();
+        tell(&format!("case {case:2}: promise kept in {kept} of {} rows", of_case.len()));
+        rows.extend(of_case);
     }
     Ok(rows)
 }

@@ -111,22 +111,22 @@ fn row(
     reachable: Reachable,
 ) -> Result<HardCase, Error> {
     let clock = Instant::now();
-    let found = inverse::fit(mesh, &Model::default(), target, settings)?;
+    let fit = inverse::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();
-    let finite = found.answer.tensions.iter().chain(&found.answer.lengths).all(|v| v.is_finite());
-    let kept = finite && reachable.is_none_or(|r| r == (found.answer.status == FitStatus::Converged));
-    Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
+    let finite = fit.answer.tensions.iter().chain(&fit.answer.lengths).all(|v| v.is_finite());
+    let kept = finite && reachable.is_none_or(|r| r == (fit.answer.status == FitStatus::Converged));
+    Ok(of_fit(case, variant.to_owned(), &fit, kept, wall_s, note(&fit)))
 }
 
 pub(super) fn of_fit(
     case: u8,
     variant: String,
-    found: &Fit,
+    fit: &Fit,
     kept: bool,
     wall_s: f64,
     note: String,
 ) -> HardCase {
-    let Answer { status, counts, replay, .. } = &found.answer;
+    let Answer { status, counts, replay, .. } = &fit.answer;
     HardCase {
         converged: *status == FitStatus::Converged,
         kept,
@@ -140,16 +140,16 @@ pub(super) fn of_fit(
     }
 }
 
-fn note(found: &Fit) -> String {
-    let pulls = found.active_names().into_iter().zip(found.active_tensions());
+fn note(fit: &Fit) -> String {
+    let pulls = fit.active_names().into_iter().zip(fit.active_tensions());
     let pulls: Vec<String> = pulls.map(|(name, tension)| format!("{name} {tension:.2}")).collect();
-    let found = &found.answer;
-    let mut note = format!("{} N; misfit {:.1e}", pulls.join(", "), found.misfit);
-    let failures: usize = found.starts.iter().map(|s| s.counts.failures).sum();
+    let answer = &fit.answer;
+    let mut note = format!("{} N; misfit {:.1e}", pulls.join(", "), answer.misfit);
+    let failures: usize = answer.starts.iter().map(|s| s.counts.failures).sum();
     if failures > 0 {
         note += &format!("; {failures} candidates had no equilibrium");
     }
-    if found.status == FitStatus::TargetNotMet && found.replay.solution.guarded > 0 {
+    if answer.status == FitStatus::TargetNotMet && answer.replay.solution.guarded > 0 {
         note += "; the search began and ended where the barrier against inversion acts, because starts lie at up to 0.3 of the bound: \
                  there the misfit hardly changes with the tensions. The answer lies at a few newtons";
     }

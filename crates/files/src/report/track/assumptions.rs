@@ -44,10 +44,14 @@ pub(super) fn prior<S: Serializer>(settings: &TrackSettings, serializer: S) -> R
 /// Where coils placed the body, each number with the ends of its 95 % interval: its size over that before, its turn from the axes of the
 /// recording from back towards up, and the place of the middle of its outline; and each coil's distance behind the tip along the body at
 /// rest.
-pub(super) fn placement<S: Serializer>(found: &Option<Placement>, serializer: S) -> Result<S::Ok, S::Error> {
-    let Some(found) = found else { return serializer.serialize_none() };
-    let [back, up, turn, scale] = found.intervals();
-    let coils_mm: BTreeMap<_, _> = found.coils.iter().map(|(name, behind)| (name, 1e3 * behind)).collect();
+pub(super) fn placement<S: Serializer>(
+    placement: &Option<Placement>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    let Some(placement) = placement else { return serializer.serialize_none() };
+    let [back, up, turn, scale] = placement.intervals();
+    let coils_mm: BTreeMap<_, _> =
+        placement.coils.iter().map(|(name, behind)| (name, 1e3 * behind)).collect();
     let record = json!({
         "scale": scale,
         "turn_deg": turn.map(f64::to_degrees),
