@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             let speaker = output::with_bar("{bar:40} rest shape, {eta} left", |progress| {
                 basis.to_recordings(&seen, arguments.rest, &[], progress)
             })?;
-            (speaker.into_diagnostic()?, drawn(&seen))
+            (speaker.into_diagnostic()?, points_of_some_frames(&seen))
         }
     };
     let apart_m = run::bones_apart_m(&speaker.followed);
@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// The measured points of some frames, which are spread evenly over all recordings.
-fn drawn(seen: &[&AlignedRecording]) -> Vec<Point> {
+fn points_of_some_frames(seen: &[&AlignedRecording]) -> Vec<Point> {
     let frames: Vec<_> = seen.iter().flat_map(|s| &s.frames).collect();
     let every = frames.len().div_ceil(DRAWN_FRAMES).max(1);
     let mut out = Vec::new();

@@ -155,7 +155,7 @@ pub fn main() -> ExitCode {
 /// input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. It may be called once in a process: wrong usage
 /// ends the process, and signals are handled from then on.
 pub fn run(words: Vec<OsString>) -> u8 {
-    let (cli, matches) = match parsed(words.clone()) {
+    let (cli, matches) = match parse(words.clone()) {
         Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
@@ -173,7 +173,7 @@ pub fn run(words: Vec<OsString>) -> u8 {
 /// Runs a command line within a process, on threads of its own, and returns what it prints. Calls may run side by side. After `stop`
 /// becomes true, the call unwinds at its next report of progress.
 pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
-    let (cli, matches) = match parsed(words.clone()) {
+    let (cli, matches) = match parse(words.clone()) {
         Ok(parsed) => parsed,
         Err(error) => {
             let (text, status) =
@@ -242,7 +242,7 @@ impl Cli {
 ///
 /// # Errors
 /// For wrong usage, and for a request for help or the version.
-fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
+fn parse(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
     let matches = Cli::command().try_get_matches_from(with_points_tracked(words))?;
     let cli = Cli::from_arg_matches(&matches)?;
     if let Some(option) = misplaced_option(&matches) {

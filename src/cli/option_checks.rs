@@ -10,7 +10,7 @@ const SPACE_HEADINGS: [&str; 2] = ["Body in space", "Surgery"];
 
 /// Options that bodies in the plane and in space share, and options of space under other headings, by their names in [`clap`]; `None` for a
 /// command without bodies in space.
-fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
+fn options_of_bodies(command: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
     match command {
         "" => Some((&["vowel", "subject", "target", "baseline", "lengths", "error_mm"], &[])),
         "simulate" => Some((&["direct"], &[])),
@@ -28,7 +28,7 @@ pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
         Some((name, own)) => (name, own, command.find_subcommand(name)),
         None => ("", matches, Some(command)),
     };
-    let Some(((shared, of_space), command)) = known(name).zip(command) else { return Ok(()) };
+    let Some(((shared, of_space), command)) = options_of_bodies(name).zip(command) else { return Ok(()) };
     let body = own.try_get_raw("body").ok().flatten().and_then(|mut words| words.next());
     let body = body.map(|word| word.to_string_lossy().into_owned());
     let body = body.filter(|word| space_name(word).is_ok());

@@ -98,7 +98,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             let contact = p.wall.is_some();
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec());
             let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
-            answered(&scene, p, to, |mesh, positions, result| {
+            run_prepared(&scene, p, to, |mesh, positions, result| {
                 let section =
                     SectionPicture::new(mesh, positions, result.pulls.values(), &wall, &scene.title);
                 report::tongue(&SectionPicture { contact, ..section })
@@ -107,7 +107,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
         AnyBody::Solid(body) => {
             let p = prepare(&scene, body).into_diagnostic()?;
             let body = p.body.is_activated().then(|| upright(&p.body));
-            answered(&scene, p, to, |mesh, shape, result| match &body {
+            run_prepared(&scene, p, to, |mesh, shape, result| match &body {
                 None => report::solid(mesh, shape, &scene.title),
                 Some(body) => {
                     let shape = run::in_axes_of_body(shape);
@@ -128,7 +128,7 @@ fn upright(body: &Body<3>) -> Body<3> {
 }
 
 /// Runs a prepared scene, and writes files that are named after it. Returns the outcome, the provenance and the files.
-fn answered<const D: usize>(
+fn run_prepared<const D: usize>(
     scene: &Scene,
     mut prepared: Prepared<D>,
     to: Option<(&OutputDir, &Path)>,

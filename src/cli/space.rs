@@ -130,7 +130,7 @@ pub fn run(
     let (body, solved, changed, shapes) = match &operation {
         None => (&whole, solved, None, "at rest (light) and deformed"),
         Some(operation) => {
-            let after = operation.solved(&solved, &model, direct, &output::tell_step);
+            let after = operation.solve_after(&solved, &model, direct, &output::tell_step);
             let (after, changed) = after.into_diagnostic()?;
             if arguments.surgery.make_up && changed.made_up_by.is_none() {
                 output::note(

@@ -61,7 +61,7 @@ pub fn run(
         }
         (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new(), None)
     } else {
-        recorded(source, &body, recordings, as_is)?
+        read_frames(source, &body, recordings, as_is)?
     };
     arguments.answer(&body, &recorded, (notes, implausible), "results/space-track", global)
 }
@@ -148,7 +148,7 @@ fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
 }
 
 /// The frames of recordings of the midsagittal plane, notes about them, and why recordings cannot be trusted.
-fn recorded(
+fn read_frames(
     source: &SpaceSource,
     body: &Body<3>,
     recordings: &recordings::Arguments,

@@ -134,7 +134,7 @@ fn one(
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
     let (recordings, mut left_out) = arguments.recordings.screen(&read, palate)?;
     let contracting = contracting(arguments, &given.body)?;
-    let hide = hidden(arguments, &recordings)?;
+    let hide = held_out_names(arguments, &recordings)?;
     let settings = TrackSettings {
         draws: arguments.draws as usize,
         seed: arguments.seed,
@@ -157,7 +157,7 @@ fn one(
         hide: &hide,
     };
     let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();
-    run.check_freed(&seen).into_diagnostic().wrap_err("--free-bone")?;
+    run.check_free_bones(&seen).into_diagnostic().wrap_err("--free-bone")?;
     let mut notes = run.check(&recordings).into_diagnostic()?;
     let sound = arguments.sound.read()?;
     let speaker = track_run::speaker(&run, &seen)?;
@@ -191,7 +191,7 @@ fn one(
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
     notes.extend(ScreenedRecording::left_out(&recordings, &results));
-    let untrusted = untrusted(&results, &mut notes);
+    let untrusted = why_untrusted(&results, &mut notes);
     let untrusted = ScreenedRecording::implausible(&recordings).into_iter().chain(untrusted);
     let untrusted = untrusted.reduce(|all, next| format!("{all}; {next}"));
     let outcome = Outcome::of_reason(untrusted.clone());
@@ -213,7 +213,7 @@ fn one(
 }
 
 /// Why recordings cannot be trusted, if one has too many frames that cannot; if there are fewer such frames, a note is added.
-fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
+fn why_untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
     let most = 100.0 * MOST_UNTRUSTED;
     let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.tracked.frames)).collect();
     let all = untrusted_frames(&results.iter().flat_map(|one| &one.tracked.frames).collect::<Vec<_>>())?;
@@ -254,7 +254,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usiz
     Ok(numbers)
 }
 
-fn hidden(arguments: &Arguments, recordings: &[ScreenedRecording]) -> miette::Result<Vec<String>> {
+fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> miette::Result<Vec<String>> {
     let mut out = Vec::new();
     for word in &arguments.hold_out {
         let word = word.trim();

@@ -53,7 +53,7 @@ pub fn track(record: &TrackRecord) -> String {
     if let Some(formants) = &record.formants {
         let _ = writeln!(text, "{}", formants.sentence(frames().count()));
     }
-    for (bone, end) in freed(record) {
+    for (bone, end) in displacements_of_free_bones(record) {
         let _ = writeln!(
             text,
             "{bone}, not seen: displaced by {end} mm (medians over the frames, ranges of 95 % of the draws)"
@@ -116,7 +116,7 @@ fn other_ways(record: &TrackRecord) -> String {
     text + &lines(join_first(off, 10, "\n"))
 }
 
-fn freed(record: &TrackRecord) -> Vec<(String, String)> {
+fn displacements_of_free_bones(record: &TrackRecord) -> Vec<(String, String)> {
     let recordings = &record.results.recordings;
     let mut names: Vec<&String> = recordings.iter().flat_map(|r| &r.freed).collect();
     names.sort();

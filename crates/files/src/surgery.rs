@@ -170,7 +170,7 @@ impl Operation {
 
     /// The equilibrium after surgery at the activations of the equilibrium `before` it, and what has changed. `direct` and `tell` are those
     /// of [`Solved::in_space`].
-    pub fn solved(
+    pub fn solve_after(
         &self,
         before: &Solved<3>,
         model: &SpaceModel,

@@ -171,7 +171,7 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
         s.unreadable_rows
     );
     if !batch.contrasts.is_empty() {
-        text += &decided(batch.contrasts);
+        text += &decided_contrasts(batch.contrasts);
         text += &most_agree(&outputs::over_subjects(batch.contrasts));
     }
     if s.posteriors_untold > 0 {
@@ -204,7 +204,7 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
     Ok(text)
 }
 
-fn decided(all: &[SubjectContrast]) -> String {
+fn decided_contrasts(all: &[SubjectContrast]) -> String {
     let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
     let mut text =
         format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());

@@ -107,7 +107,7 @@ fn harmless(cell: &str) -> Cow<'_, str> {
 pub struct Draws<'a>(pub &'a Posterior<'a>, pub usize);
 
 impl Draws<'_> {
-    fn measured(&self) -> Vec<usize> {
+    fn measured_indices(&self) -> Vec<usize> {
         let postures = &self.0.density.seen.postures;
         (0..postures.len()).filter(|i| postures[*i] == self.1).collect()
     }
@@ -136,7 +136,7 @@ impl Export for Draws<'_> {
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
-        let (measured, inverse) = (self.measured(), self.0.density.factor().inverse());
+        let (measured, inverse) = (self.measured_indices(), self.0.density.factor().inverse());
         let names = &self.0.density.seen.names;
         columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", names[i])));
         for &other in &others {

@@ -43,7 +43,7 @@ impl Export for Ssff {
         }
         for record in 0..records {
             let time_s = start_s + record as f64 * step_s;
-            for value in at(rows, time_s, LONGEST_STEP * step_s) {
+            for value in interpolate(rows, time_s, LONGEST_STEP * step_s) {
                 out.write_all(&value.to_le_bytes())?;
             }
         }
@@ -52,7 +52,7 @@ impl Export for Ssff {
 }
 
 /// The values of all columns but the time, at one time; NaN in a gap longer than `longest_s`.
-fn at(rows: &[Vec<f64>], time_s: f64, longest_s: f64) -> Vec<f64> {
+fn interpolate(rows: &[Vec<f64>], time_s: f64, longest_s: f64) -> Vec<f64> {
     let after = rows.partition_point(|row| row[0] < time_s).min(rows.len() - 1);
     let (before, after) = (&rows[after.saturating_sub(1)], &rows[after]);
     let span_s = after[0] - before[0];

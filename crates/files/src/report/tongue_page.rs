@@ -47,7 +47,7 @@ impl TonguePage {
         };
         let nu = self.model.constants.poisson_ratio;
         let is_usual = nu == Constants::TONGUE.poisson_ratio;
-        let fits = self.fits.iter().map(shortened).collect::<Result<Vec<Value>, _>>()?;
+        let fits = self.fits.iter().map(short_record).collect::<Result<Vec<Value>, _>>()?;
         Ok(json!({
             "version": by.version,
             "command": by.command,
@@ -62,7 +62,7 @@ impl TonguePage {
     }
 }
 
-fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {
+fn short_record(fit: &FitRecord) -> Result<Value, serde_json::Error> {
     let mut value = serde_json::to_value(fit)?;
     if let Some(fields) = value.as_object_mut() {
         fields.retain(|name, _| name != "starts" && name != "version" && name != "command");
@@ -102,7 +102,7 @@ pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> 
     }
 }
 
-pub fn of<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
+pub fn table_of_columns<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
     let (headings, shown) = columns_with_heading(columns);
     table(headings, &html! { @for row in rows { tr { @for c in &shown { td { (c.page_text(row)) } } } } })
 }

@@ -47,11 +47,11 @@ impl Equilibrium {
         direct: bool,
     ) -> Self {
         let found = Self::new(statics::solve(system, workspace, pulls, &SolveSettings::default()), None);
-        if direct { found } else { found.followed(system, workspace, pulls) }
+        if direct { found } else { found.follow_from_rest(system, workspace, pulls) }
     }
 
     /// Follows the equilibria from rest after a direct solve, whose positions are in the workspace.
-    pub(crate) fn followed<const D: usize>(
+    pub(crate) fn follow_from_rest<const D: usize>(
         self,
         system: &System<D>,
         workspace: &mut Workspace<D>,

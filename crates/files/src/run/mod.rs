@@ -2,6 +2,11 @@
 //! ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
 //! fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the page fill them in. A
 //! scene is such a struct itself ([`crate::scene`]).
+//!
+//! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system;
+//! [`Shape`](crate::simulation::Shape) is read by names of muscles. [`Answer`](tongue_infer::inverse::Answer) has the values that a search
+//! found, with their assessment; [`Fit`](tongue_infer::inverse::Fit) adds the target, [`Estimate`](crate::simulation::Estimate) the
+//! observations. [`FitRecord`](crate::report::FitRecord) is a fit as it is written.
 
 #[cfg(feature = "files")]
 mod batch;

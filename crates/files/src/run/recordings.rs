@@ -222,7 +222,7 @@ impl TrackRun<'_> {
             if let Some(why) = out_of_reach(&one.seen, &tracked.frames, !self.is_given) {
                 unmet.push(format!("{}: {why}", one.seen.name));
             } else {
-                results.push(RecordingResult::new(one, self.freed(&one.seen), tracked));
+                results.push(RecordingResult::new(one, self.unseen_free_bones(&one.seen), tracked));
                 met.push(&one.seen);
             }
         }

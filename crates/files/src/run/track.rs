@@ -171,7 +171,7 @@ impl TrackRun<'_> {
             if nth_session > 0 {
                 settings.seed = seed_of(settings.seed, nth_session);
             }
-            let freed = session.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
+            let freed = session.first().map(|&nth| self.unseen_free_bones(seen[nth])).into_iter().flatten();
             let freed = freed.map(|name| MovableBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
             let mut frames = Vec::from_iter(session.iter().map(|&nth| {
@@ -199,7 +199,7 @@ impl TrackRun<'_> {
         seen: &[&AlignedRecording],
         tell: &dyn Fn(&str),
     ) -> Result<Vec<TrackedRecording>, SimulationError> {
-        self.check_freed(seen)?;
+        self.check_free_bones(seen)?;
         let speaker = self.body(seen, &|_, _| ())?;
         let wall = self.wall(&speaker.body, tell)?;
         let shape = self.shape(&speaker, wall.as_ref(), seen, tell)?;
@@ -250,12 +250,12 @@ impl TrackRun<'_> {
     }
 
     /// The bones whose displacement is an unknown in a recording: free bones that it does not show.
-    pub fn freed<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
+    pub fn unseen_free_bones<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
         self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
     }
 
     /// Refuses a free bone that is named twice or is seen in every recording.
-    pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), SimulationError> {
+    pub fn check_free_bones(&self, seen: &[&AlignedRecording]) -> Result<(), SimulationError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {
             let refused = |why: &str| Err(SimulationError::Refused(format!("{name}: {why}")));

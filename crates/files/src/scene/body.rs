@@ -51,7 +51,7 @@ fn cylinder(c: &Cylinder) -> Result<Body<3>, SimulationError> {
     SIZE_MM.check(length)?;
     SPACING_MM.check(h)?;
     let (rings, layers) = (divisions(radius, h)?, divisions(length, h)?);
-    limited((3 * rings * (rings + 1) + 1) * (layers + 1), h)?;
+    check_node_count((3 * rings * (rings + 1) + 1) * (layers + 1), h)?;
     let mesh = solid::cylinder(radius * 1e-3, length * 1e-3, rings, layers);
     Ok(Body::new(format!("a cylinder of {radius} mm radius and {length} mm length at {h} mm"), mesh))
 }
@@ -64,7 +64,7 @@ fn block(b: &Block) -> Result<Body<3>, SimulationError> {
         SIZE_MM.check(size)?;
         *count = divisions(size, h)?;
     }
-    limited(counts.iter().map(|n| n + 1).product(), h)?;
+    check_node_count(counts.iter().map(|n| n + 1).product(), h)?;
     let [x, y, z] = b.size_mm;
     let mesh = solid::block(b.size_mm.map(|s| s * 1e-3), counts);
     Ok(Body::new(format!("a block of {x} x {y} x {z} mm at {h} mm"), mesh))
@@ -79,7 +79,7 @@ fn divisions(size: f64, h: f64) -> Result<usize, SimulationError> {
     Ok(count as usize)
 }
 
-fn limited(nodes: usize, h: f64) -> Result<(), SimulationError> {
+fn check_node_count(nodes: usize, h: f64) -> Result<(), SimulationError> {
     let must = "larger, so that the body has at most 12,000 nodes";
     if nodes > MOST_NODES { Err(SimulationError::value("body h_mm", h, must)) } else { Ok(()) }
 }

@@ -20,12 +20,12 @@ const IN_PLANE: &str =
 const OWN_LAW: &str = "a tongue in space has the law of Buchaillard, Perrier and Payan (2009); leave it out";
 const FOUND: &str = "tensions are found from points; give one or the other";
 
-fn beyond(key: &'static str) -> impl Fn(BeyondLimit) -> SimulationError {
+fn limit_error(key: &'static str) -> impl Fn(BeyondLimit) -> SimulationError {
     move |limit| SimulationError::Refused(format!("{key}: {limit}"))
 }
 
 fn coordinates<'a>(key: &'static str, mut mm: impl Iterator<Item = &'a f64>) -> Result<(), SimulationError> {
-    mm.try_for_each(|&x| limits::COORDINATE_MM.check(x)).map_err(beyond(key))
+    mm.try_for_each(|&x| limits::COORDINATE_MM.check(x)).map_err(limit_error(key))
 }
 
 impl Scene {
@@ -107,12 +107,12 @@ impl Scene {
 
     fn check_points(&self) -> Result<(), SimulationError> {
         let Some(points) = &self.points else { return Ok(()) };
-        limits::NOISE_MM.check(points.noise_mm).map_err(beyond("points"))?;
+        limits::NOISE_MM.check(points.noise_mm).map_err(limit_error("points"))?;
         limits::PRIOR.check(points.prior_n_per_m)?;
         coordinates("points.contour_mm", points.contour_mm.iter().flatten())?;
         for sensor in &points.sensors {
             coordinates("points.sensors.at_mm", sensor.at_mm.iter())?;
-            limits::SURFACE_MM.check(sensor.surface_mm).map_err(beyond("points.sensors"))?;
+            limits::SURFACE_MM.check(sensor.surface_mm).map_err(limit_error("points.sensors"))?;
         }
         if let [first, .., last] = &points.contour_mm[..] {
             let (ahead_mm, below_mm) = (last[0] - first[0], last[1] - first[1]);

@@ -75,7 +75,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
 
     let start = if scene.want == Want::Trajectory && !additions.carried.is_empty() {
-        Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?)
+        Some(System::with(&body.mesh, &model, &[], without_loads(&additions, wall.as_ref()))?)
     } else {
         None
     };
@@ -86,7 +86,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     };
     let system = Arc::new(system);
     let roles = if body.is_activated() {
-        activated(&body.muscles, &tensions)
+        roles_by_activation(&body.muscles, &tensions)
     } else {
         roles(scene, &body, &contracting, target.as_ref())
     };
@@ -110,7 +110,7 @@ fn of_hexahedra<const D: usize>(
     Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
 }
 
-fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRole> {
+fn roles_by_activation(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRole> {
     Vec::from_iter(muscles.iter().zip(activations).map(|(muscle, &a)| MuscleRole {
         muscle: muscle.name.clone(),
         contracting: a > 0.0,
@@ -119,7 +119,7 @@ fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRole> {
 }
 
 /// The displaced bones, incompressibility and the wall, without weight.
-fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
+fn without_loads<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
     let mut unloaded = Additions {
         incompressible: additions.incompressible,
         carried: additions.carried.clone(),

@@ -99,7 +99,7 @@ pub fn run<const D: usize>(
         fit: fitted,
         points,
         sound,
-        operation: compared(scene, prepared, &positions)?,
+        operation: changes_by_surgery(scene, prepared, &positions)?,
         trajectory,
         alarms,
         wall_s,
@@ -134,7 +134,7 @@ fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace
     if prepared.wall.is_some() && direct.solution.connection != Connection::Downhill {
         return direct;
     }
-    direct.followed(system, workspace, pulls)
+    direct.follow_from_rest(system, workspace, pulls)
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
@@ -273,7 +273,7 @@ fn fastest_us(work: &mut dyn FnMut()) -> f64 {
 }
 
 /// What surgery changed, by a run of the same scene without it. `after`: positions of all nodes, m, in the axes of the scene.
-fn compared<const D: usize>(
+fn changes_by_surgery<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
     after: &[SVector<f64, D>],

@@ -130,7 +130,7 @@ fn description(run: &Run) -> String {
     )
 }
 
-fn of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + Clone {
+fn runs_of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + Clone {
     runs.iter().filter(|r| methods.contains(&r.method))
 }
 
@@ -148,7 +148,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     if let Some(r) = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT) {
         let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", description(r));
     }
-    let newton = of(&study.equilibrium, &[NEWTON]);
+    let newton = runs_of(&study.equilibrium, &[NEWTON]);
     let seconds = [1e-2, 1e-9]
         .map(|error_mm| fastest(newton.clone(), |r| r.error_mm, error_mm).and_then(|r| r.seconds));
     if let [Some(rough), Some(tight)] = seconds {
@@ -158,7 +158,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             "- More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
         );
     }
-    let _ = match fastest(of(&study.equilibrium, &integrators()), of_ratio, ONE_PER_CENT) {
+    let _ = match fastest(runs_of(&study.equilibrium, &integrators()), of_ratio, ONE_PER_CENT) {
         Some(r) => {
             writeln!(
                 p,

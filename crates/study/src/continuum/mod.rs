@@ -100,7 +100,7 @@ fn ratios(scene: &TestTensions, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
 }
 
 /// `None` if the solve did not converge.
-fn converged(scene: &TestTensions, load: f64) -> Option<Vec<f64>> {
+fn ratios_if_converged(scene: &TestTensions, load: f64) -> Option<Vec<f64>> {
     let (ratios, solved) = ratios(scene, load);
     (solved.result == SolveStatus::Converged).then_some(ratios)
 }
@@ -110,7 +110,7 @@ fn target(subject: &str, vowel: &str) -> Result<Target, Error> {
     Ok(Target::new(&Dataset::reference()?, subject, &vowel, TargetKind::Stretch, &TargetOptions::default())?)
 }
 
-fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> {
+fn fit_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> {
     let search = Search { method: Method::GaussNewton, starts: 1, ..Search::default() };
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
 }
@@ -165,7 +165,7 @@ struct BodyKind<'a> {
 }
 
 impl BodyKind<'_> {
-    fn measured(&self, mesh: Mesh<2>, h_mm: f64) -> Result<MeasuredRow, Error> {
+    fn measure_on(&self, mesh: Mesh<2>, h_mm: f64) -> Result<MeasuredRow, Error> {
         let plain = Body::new(self.name, mesh);
         let body = match self.settings {
             Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
@@ -174,9 +174,9 @@ impl BodyKind<'_> {
         let scene = TestTensions::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes no equilibrium of the control at twice the tensions can be found in useful time.
-        let twice = if self.settings == Some(&CONTROL) { None } else { converged(&scene, 2.0) };
+        let twice = if self.settings == Some(&CONTROL) { None } else { ratios_if_converged(&scene, 2.0) };
         let twice = twice.unwrap_or_default();
-        let fitted = measure(&FITS, || fitted(&body, &Model::default(), self.target));
+        let fitted = measure(&FITS, || fit_target(&body, &Model::default(), self.target));
         let fit = fitted.result?;
         let tensions = (fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
         let row = Spacing {
@@ -206,7 +206,7 @@ fn nested(
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
     let mut all: Vec<MeasuredRow> = Vec::new();
     for level in 0..levels {
-        let mut here = kind.measured(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
+        let mut here = kind.measure_on(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
         if let Some(MeasuredRow { row, ratios, .. }) = all.last() {
             let [once, twice] = [0, 1].map(|i| largest_difference(&ratios[i], &here.ratios[i]));
             here.row.change_of_ratio = Some(once);
@@ -220,7 +220,7 @@ fn nested(
     if settings == Some(&ContinuumSettings::default()) {
         let mesh = Body::tongue(DEFAULT_M)?.mesh.on_outline(anatomy.outline());
         let finer = all.iter().position(|m| m.row.h_mm < 1e3 * DEFAULT_M).unwrap_or(all.len());
-        all.insert(finer, kind.measured(mesh, 1e3 * DEFAULT_M)?);
+        all.insert(finer, kind.measure_on(mesh, 1e3 * DEFAULT_M)?);
     }
     let Some(finest) = all.last() else { return Ok(Vec::new()) };
     let (finest, best) = (finest.ratios[0].clone(), finest.tensions.clone());
@@ -251,7 +251,7 @@ fn ratios_at(h: f64, nu: f64) -> Result<Vec<f64>, Error> {
     let body = Body::continuum(h, &ContinuumSettings::default())?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
     let model = Model { constants };
-    let found = converged(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0);
+    let found = ratios_if_converged(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0);
     found.ok_or_else(|| format!("no equilibrium at a spacing of {h} m and a Poisson's ratio of {nu}").into())
 }
 
@@ -268,7 +268,7 @@ fn sensitivity_row(
     let mut found = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
-            let fit = fitted(&body, &model, &target(subject, vowel)?)?;
+            let fit = fit_target(&body, &model, &target(subject, vowel)?)?;
             found.push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
         }
     }
@@ -285,7 +285,7 @@ fn sensitivity_row(
     let scene = TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?;
     let table = Thesis::reference()?.ratios_a(&scene.muscles).unwrap_or_default();
     let rms = |load: f64| {
-        let Some(ratios) = converged(&scene, load) else { return f64::NAN };
+        let Some(ratios) = ratios_if_converged(&scene, load) else { return f64::NAN };
         let squares: f64 = ratios.iter().zip(&table).map(|(a, b)| (a - b).powi(2)).sum();
         // The first ratio is 1 by definition.
         (squares / (table.len() - 1) as f64).sqrt()

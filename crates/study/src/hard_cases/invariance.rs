@@ -21,13 +21,13 @@ const SAME: f64 = 1e-9;
 
 pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
-    let (_, reference) = published("as it is".to_owned(), &mesh)?;
+    let (_, reference) = solve_published("as it is".to_owned(), &mesh)?;
     let mut rows = Vec::new();
     let zero = SVector::zeros();
     for seed in 0..5 {
         let name = bodies::shuffled(mesh.nodes.len(), seed);
         let (row, shape) =
-            published(format!("renumbered at random, {seed}"), &bodies::renumbered(&mesh, &name))?;
+            solve_published(format!("renumbered at random, {seed}"), &bodies::renumbered(&mesh, &name))?;
         let back: Vec<_> = name.iter().map(|&n| shape[n]).collect();
         rows.push(with_difference(row, &back, &reference));
     }
@@ -39,7 +39,8 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
         ("turned, mirrored and moved by a kilometre", 2.0, true, SVector::from([-700.0, 700.0])),
     ];
     for (variant, angle, mirrored, shift) in motions {
-        let (row, shape) = published(variant.to_owned(), &bodies::moved(&mesh, angle, mirrored, shift))?;
+        let (row, shape) =
+            solve_published(variant.to_owned(), &bodies::moved(&mesh, angle, mirrored, shift))?;
         let expected: Vec<_> = reference.iter().map(|p| bodies::place(p, angle, mirrored, shift)).collect();
         rows.push(with_difference(row, &shape, &expected));
     }
@@ -49,7 +50,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
 
 type NodePositions = Vec<SVector<f64, 2>>;
 
-fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePositions), Error> {
+fn solve_published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePositions), Error> {
     let TestTensions { system, tensions, .. } = TestTensions::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let row = equilibrium_row(10, variant, &system, &mut workspace, &tensions);

@@ -27,7 +27,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
     let a = || target("S2", "a", TargetKind::Stretch, None);
     let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
-    let of_one = |value| changed(one.clone(), &[("HGa", value)]);
+    let of_one = |value| with_values(one.clone(), &[("HGa", value)]);
     let pair = target("S1", "o", TargetKind::Stretch, Some(&["GGa", "SGa"]))?;
     let cases: Vec<(&str, Target, Reachable)> = vec![
         ("S2 /a/, ratios", target("S2", "a", TargetKind::Ratio, None)?, Some(true)),
@@ -36,18 +36,18 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
         ("at the bound: HGa as at rest", of_one(1.0), Some(true)),
         (
             "contradictory: GGa half, SGm double, HGa half",
-            changed(a()?, &[("GGa", 0.5), ("SGm", 2.0), ("HGa", 0.5)]),
+            with_values(a()?, &[("GGa", 0.5), ("SGm", 2.0), ("HGa", 0.5)]),
             Some(false),
         ),
         ("one muscle", one.clone(), None),
         ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
-        ("S1 /o/ with GGa at 0.70 and SGa at 1.29", changed(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
+        ("S1 /o/ with GGa at 0.70 and SGa at 1.29", with_values(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
     ];
     let settings = FitSettings { starts: 2, ..FitSettings::default() };
     cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
 }
 
-fn changed(mut t: Target, values: &[(&str, f64)]) -> Target {
+fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
     for (name, value) in values {
         t.muscles.iter().position(|m| m == name).into_iter().for_each(|m| t.values[m] = *value);
     }

@@ -1,7 +1,7 @@
 //! Grouped bars (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
 use super::plot::{Axis, Plot, round_range};
-use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
+use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed_paths};
 use crate::report::ReportError;
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
@@ -159,7 +159,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         let at = |i: usize| low + (high - low) * i as f64 / (POINTS - 1) as f64;
         let curve = heights.iter().enumerate().map(|(i, h)| [at(i), base + 0.92 * RIDGE * h / most]);
         let shape = std::iter::once([low, base]).chain(curve).chain([[high, base]]);
-        let shape = closed([shape.map(|[x, y]| plot.place(x, y))]);
+        let shape = closed_paths([shape.map(|[x, y]| plot.place(x, y))]);
         let colour = &info.colour;
         svg.element(
             "path",

@@ -27,7 +27,7 @@ impl Area {
         (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
     }
 
-    fn shared(&self, other: &Self) -> f64 {
+    fn shared_area(&self, other: &Self) -> f64 {
         let [width, height] =
             [0, 1].map(|i| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0));
         width * height
@@ -65,8 +65,8 @@ pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) ->
 
 fn cost(area: &Area, taken: &[Area], obstacles: &[Px], frame: &Area) -> f64 {
     let size = (area.high[0] - area.low[0]) * (area.high[1] - area.low[1]);
-    let hidden: f64 = taken.iter().map(|t| area.shared(t)).sum::<f64>() / size;
-    let outside = 1.0 - area.shared(frame) / size;
+    let hidden: f64 = taken.iter().map(|t| area.shared_area(t)).sum::<f64>() / size;
+    let outside = 1.0 - area.shared_area(frame) / size;
     let crossed = obstacles.iter().filter(|p| area.holds(**p)).count() as f64;
     1e4 * (hidden + outside) + 4.0 * crossed
 }

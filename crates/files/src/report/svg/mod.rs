@@ -237,7 +237,7 @@ fn data<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> Strin
     out
 }
 
-fn closed<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> String {
+fn closed_paths<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> String {
     lines.into_iter().map(|line| data([line]) + "Z").collect()
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, SVector};
 use super::axes::{PlotView, ticks};
 use super::labels::{self, MuscleLabel, colours};
 use super::plot::{Plot, round_range};
-use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed};
+use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed_paths};
 use tongue_core::body::Mesh;
 
 /// Line widths of contracting muscles, px: of the line, and how much wider its dark edge is.
@@ -80,7 +80,7 @@ pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
     let length = way[0].hypot(way[1]).max(1e-9);
     let [u, v] = [way[0] / length, way[1] / length];
     let corner = |along: f64, across: f64| [to[0] + along * u - across * v, to[1] + along * v + across * u];
-    let head = closed([[corner(0.0, 0.0), corner(-26.0, 10.0), corner(-26.0, -10.0)]]);
+    let head = closed_paths([[corner(0.0, 0.0), corner(-26.0, 10.0), corner(-26.0, -10.0)]]);
     svg.fill(&head, colour);
     svg.stroke(&head, INK, 1.2);
 }
@@ -116,8 +116,9 @@ pub(super) fn fill(
     let scale = [1.0, round_range(1.0, stretches.iter().copied().fold(1.01, f64::max))[1]];
     for paint in COLOURS {
         let of = mesh.cells.iter().zip(&stretches).filter(|(_, s)| colour(**s, scale) == paint);
-        let d =
-            closed(of.map(|(cell, _)| cell.iter().map(|&n| view.place(&positions[n])).collect::<Vec<_>>()));
+        let d = closed_paths(
+            of.map(|(cell, _)| cell.iter().map(|&n| view.place(&positions[n])).collect::<Vec<_>>()),
+        );
         // A stroke of the same colour closes the gaps between triangles that rounding leaves.
         svg.element(
             "path",

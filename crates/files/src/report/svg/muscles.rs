@@ -93,5 +93,5 @@ fn draw(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, palate: &[SVector<f64, 2
     bones(view, mesh, &panel.positions).into_iter().for_each(|at| bone(svg, at));
     let edge =
         [point(low[0], low[1]), point(high[0], low[1]), point(high[0], high[1]), point(low[0], high[1])];
-    svg.stroke(&super::closed([edge]), INK, 1.2);
+    svg.stroke(&super::closed_paths([edge]), INK, 1.2);
 }

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, PlotView};
 use super::muscle_lines::{arrow, bone, bones, label_places, lines, muscle};
-use super::{INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, WIDTH, closed, data, muscle_lines};
+use super::{INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, WIDTH, closed_paths, data, muscle_lines};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 use tongue_core::geometry::topology;
@@ -173,7 +173,7 @@ pub(in crate::report) fn picture_bounds<'a>(
 
 pub(super) fn ring(view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
     let loops = topology::outlines(mesh.cells.iter());
-    closed(
+    closed_paths(
         loops.iter().map(|l| Vec::from_iter(l.iter().filter_map(|&n| Some(view.place(positions.get(n)?))))),
     )
 }
@@ -208,7 +208,7 @@ pub(super) fn draw_palate(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, outlin
     let clamp = |p: &SVector<f64, 2>| {
         view.place(&SVector::from([p.x.clamp(low[0], high[0]), p.y.clamp(low[1], high[1])]))
     };
-    svg.fill(&closed(corners.iter().map(|c| c.iter().map(clamp).collect::<Vec<_>>())), PALATE);
+    svg.fill(&closed_paths(corners.iter().map(|c| c.iter().map(clamp).collect::<Vec<_>>())), PALATE);
     svg.stroke(&data([outline.iter().map(clamp)]), DEFORMED, 2.0);
 }
 

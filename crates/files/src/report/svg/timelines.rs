@@ -1,7 +1,7 @@
 //! Tensions over time with their 95 % intervals, a panel for each muscle, and the distance of measured from simulated points.
 
 use super::plot::{Axis, Plot, round_range};
-use super::{Anchor, FontFace, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
+use super::{Anchor, FontFace, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed_paths};
 use crate::report::RecordingResult;
 use tongue_infer::track::CourseSummary;
 
@@ -67,7 +67,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
             svg.dashes(&super::data([[[x, top - 8.0], [x, foot]]]), "#9a9a9a", 1.0);
         }
         let fits = FontFace::Plain.width(&label.name) < b - a;
-        let name = if fits { label.name.clone() } else { shortened(&label.name, b - a) };
+        let name = if fits { label.name.clone() } else { shorten(&label.name, b - a) };
         svg.text([0.5 * (a + b), top - 22.0], Anchor::Middle, FontFace::Plain, &name);
     }
     for (nth, TimelinePanel(name, unit, is_known, values)) in panels.iter().enumerate() {
@@ -92,7 +92,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
             let along = |end: usize| run.iter().map(move |(t, v)| [*t, v[end]]);
             if !is_rms {
                 let outline = along(2).chain(along(1).rev()).map(|[t, v]| plot.place(t, v));
-                svg.fill(&closed([outline]), band);
+                svg.fill(&closed_paths([outline]), band);
             }
             svg.stroke(&plot.path(along(0)), line, 2.5);
         }
@@ -107,7 +107,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
 }
 
 /// As much of a name as fits into a width, px.
-fn shortened(name: &str, width: f64) -> String {
+fn shorten(name: &str, width: f64) -> String {
     let letters = (width / FontFace::Plain.width("m")) as usize;
     match letters {
         0 | 1 => String::new(),

@@ -6,7 +6,9 @@ use nalgebra::Vector3;
 
 use super::axes::{Bounds, PlotView};
 use super::section::check;
-use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, TEXT, WIDTH, closed, data};
+use super::{
+    Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, TEXT, WIDTH, closed_paths, data,
+};
 use crate::report::ReportError;
 use crate::report::vtu::most_active;
 use crate::surgery::OperationRecord;
@@ -227,7 +229,7 @@ impl Drawing<'_> {
         for (f, colour) in
             self.under.iter().map(|(f, colour)| (f, *colour)).chain(same).filter(|(f, _)| is_seen(f, rest))
         {
-            svg.fill(&closed([f.iter().map(|&n| place(&rest[n]))]), colour);
+            svg.fill(&closed_paths([f.iter().map(|&n| place(&rest[n]))]), colour);
         }
         let mut towards: Vec<_> = self.faces.iter().filter(|(f, _)| is_seen(f, positions)).collect();
         let depth = |f: &[usize]| f.iter().map(|&n| positions[n].dot(&axes[2])).sum::<f64>();
@@ -236,7 +238,7 @@ impl Drawing<'_> {
             // The light comes from above and from the viewer's left.
             let normal = normal(f, positions).try_normalize(0.0).unwrap_or(axes[2]);
             let light = normal.dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
-            let (d, fill) = (closed([f.iter().map(|&n| place(&positions[n]))]), shaded(*colour, light));
+            let (d, fill) = (closed_paths([f.iter().map(|&n| place(&positions[n]))]), shaded(*colour, light));
             svg.element(
                 "path",
                 format_args!("d=\"{d}\" fill=\"{fill}\" stroke=\"#4a4a4a\" stroke-width=\"0.7\" stroke-linejoin=\"round\""),

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use super::plot::{Axis, Plot, Scale};
-use super::{INK, LegendEntry, MARGIN, Px, Svg, WIDTH, closed, data};
+use super::{INK, LegendEntry, MARGIN, Px, Svg, WIDTH, closed_paths, data};
 use crate::report::ReportError;
 
 /// Colours of Okabe and Ito (2008) that contrast with white; neighbours in the list differ in lightness too.
@@ -77,7 +77,7 @@ fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
     let outline = (0..corners)
         .map(|i| first + TAU * f64::from(i) / f64::from(corners))
         .map(|a| [x + MARK * a.cos(), y + MARK * a.sin()]);
-    let (outline, colour) = (closed([outline]), COLOURS[number % COLOURS.len()]);
+    let (outline, colour) = (closed_paths([outline]), COLOURS[number % COLOURS.len()]);
     svg.fill(&outline, if number < SHAPES.len() { colour } else { "#ffffff" });
     svg.stroke(&outline, colour, 2.2);
 }

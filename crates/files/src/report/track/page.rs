@@ -57,7 +57,7 @@ fn repeatability(record: &TrackRecord) -> Markup {
             section {
                 h2 { "What repeats" }
                 p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repetitions_sentence(repeats)) "." }
-                (tongue_page::of(&repeats_columns(repeats), &repeats.muscles.0))
+                (tongue_page::table_of_columns(&repeats_columns(repeats), &repeats.muscles.0))
             }
         }
     }
@@ -140,7 +140,7 @@ fn muscle_summaries(record: &TrackRecord) -> Markup {
     html! {
         section {
             h2 { "What is known of each muscle" }
-            (tongue_page::of(&columns, &record.courses))
+            (tongue_page::table_of_columns(&columns, &record.courses))
             p { "Levels are medians over the frames with their 95 % intervals; widths are means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
         }
     }
@@ -152,7 +152,7 @@ fn held_out(record: &TrackRecord) -> Markup {
             section {
                 h2 { "Points that were held out" }
                 p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
-                (tongue_page::of(&held_out_columns(), &held.opponents))
+                (tongue_page::table_of_columns(&held_out_columns(), &held.opponents))
                 p { "The model is made for tensions, not for interpolation: opponents trained on this speaker may predict points better." }
             }
         }

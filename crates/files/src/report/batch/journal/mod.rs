@@ -93,7 +93,7 @@ impl Journal {
         options.read(true).write(true).create(true).truncate(false);
         let mut journal = Self::empty(key);
         journal.lock(path, &options)?;
-        journal.resume(arguments, jobs).map_err(|source| journal.failed(0, source))?;
+        journal.resume(arguments, jobs).map_err(|source| journal.error_of(0, source))?;
         Ok(journal)
     }
 
@@ -108,9 +108,9 @@ impl Journal {
         for (number, path) in paths.into_iter().enumerate() {
             journal.lock(path, OpenOptions::new().read(true))?;
             let other = journal.scan(number, &journal.header(arguments), jobs);
-            if let Some(of) = other.map_err(|source| journal.failed(number, source))? {
+            if let Some(of) = other.map_err(|source| journal.error_of(number, source))? {
                 let of_other = format!("it is of {of}, so it is not part of this batch");
-                return Err(journal.failed(number, io::Error::other(of_other)));
+                return Err(journal.error_of(number, io::Error::other(of_other)));
             }
         }
         Ok(journal)
@@ -223,7 +223,7 @@ impl Journal {
             let place = JournalPlace { file: 0, offset: self.end, length: line.len() };
             self.append_bytes(line.as_bytes()).map(|()| place)
         });
-        self.done.insert(entry.job, place.map_err(|source| self.failed(0, source))?);
+        self.done.insert(entry.job, place.map_err(|source| self.error_of(0, source))?);
         Ok(())
     }
 
@@ -237,16 +237,16 @@ impl Journal {
             let entry = self.read_line(&bytes);
             entry.ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
         });
-        entry.map(Some).map_err(|source| self.failed(*file, source))
+        entry.map(Some).map_err(|source| self.error_of(*file, source))
     }
 
     pub fn remove(self) -> Result<(), ReportError> {
         self.files.iter().enumerate().try_for_each(|(number, (path, _))| {
-            std::fs::remove_file(path).map_err(|source| self.failed(number, source))
+            std::fs::remove_file(path).map_err(|source| self.error_of(number, source))
         })
     }
 
-    fn failed(&self, file: usize, source: io::Error) -> ReportError {
+    fn error_of(&self, file: usize, source: io::Error) -> ReportError {
         ReportError::Journal { path: self.files[file].0.clone(), source }
     }
 

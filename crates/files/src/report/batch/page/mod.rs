@@ -85,7 +85,7 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
         section {
             h2 { "Residuals" }
             p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks muscles that the fit has to meet." }
-            (tongue_page::sortable("heat", with(&["subject", "vowel", "target"], muscles), &html! {
+            (tongue_page::sortable("heat", with_muscle_headings(&["subject", "vowel", "target"], muscles), &html! {
                 @for f in fits { (PreEscaped(&f.heat_row)) }
             }))
         }
@@ -100,7 +100,7 @@ fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
             section {
                 h2 { "Which muscles pull harder than in the baseline" }
                 p { "What the posterior of every row says: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; then the probability, and the 95 % interval of the change F − F0 of the tension. A posterior uses all measured stretches of a row, so each row is listed once; its ridges are below, with the fit. posterior.csv has all numbers." }
-                (tongue_page::sortable("posteriors", with(&["subject", "vowel", "baseline"], muscles), &html! {
+                (tongue_page::sortable("posteriors", with_muscle_headings(&["subject", "vowel", "baseline"], muscles), &html! {
                     @for row in &rows { (PreEscaped(*row)) }
                 }))
             }
@@ -159,7 +159,7 @@ pub fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
 }
 
 /// Headings, followed by those of the muscles.
-fn with<'a>(first: &'a [&str], muscles: &'a [String]) -> impl Iterator<Item = &'a str> {
+fn with_muscle_headings<'a>(first: &'a [&str], muscles: &'a [String]) -> impl Iterator<Item = &'a str> {
     first.iter().copied().chain(muscles.iter().map(String::as_str))
 }
 
