@@ -126,8 +126,8 @@ pub fn fit<const D: usize>(
     Ok(Some(fit.answer.status))
 }
 
-/// The equilibrium, followed from rest unless there is a wall. The wall stops nodes but not edges, so on the way an edge of the tissue could
-/// slip over a corner of the wall. With a wall the direct solve is followed only if it descended from an unstable state.
+/// The equilibrium, followed from rest unless there is a wall. The wall stops nodes but not edges, so on the way an edge of the tissue
+/// could slip over a corner of the wall. With a wall the direct solve is followed only if it descended from an unstable state.
 fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace<D>) -> Equilibrium {
     let (system, pulls) = (&prepared.system, &prepared.tensions);
     let direct = Equilibrium::of(system, workspace, pulls, true);

@@ -21,27 +21,27 @@ use tongue_core::system::{Model, System, SystemError, coefficients};
 pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let mut rows = Vec::new();
-    let mut solved = |variant: String, system: &System<2>, tensions: &[f64]| {
+    let mut add_row = |variant: String, system: &System<2>, tensions: &[f64]| {
         rows.push(equilibrium_row(3, variant, system, &mut Workspace::new(system), tensions));
     };
     for nu in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
         let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &with_ratio(nu), &PUBLISHED_A)?;
-        solve_case(format!("nu = {nu}"), &system, &tensions);
+        add_row(format!("nu = {nu}"), &system, &tensions);
     }
     let continuum = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?.mesh;
     for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
         let TestTensions { system, tensions, .. } =
             TestTensions::new(&continuum, &with_ratio(nu), &PUBLISHED_A)?;
-        solve_case(format!("nu = {nu}, continuum"), &system, &tensions);
+        add_row(format!("nu = {nu}, continuum"), &system, &tensions);
     }
     let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
         let changed = with_factors(&mesh, system.contracting(), factor, 1.0)?;
-        solve_case(format!("kappa_s x {factor:e}"), &changed, &tensions);
+        add_row(format!("kappa_s x {factor:e}"), &changed, &tensions);
     }
     for contrast in [1e-6, 1e-3, 1e3, 1e6] {
         let changed = with_factors(&mesh, system.contracting(), 1.0, contrast)?;
-        solve_case(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
+        add_row(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
     }
     for nu in [0.0, 0.5] {
         let refused = TestTensions::new(&mesh, &with_ratio(nu), &PUBLISHED_A).err().map(|e| e.to_string());
