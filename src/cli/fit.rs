@@ -143,8 +143,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         None => VerdictSource::ShortRun,
     };
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
-    let asked = FitRun { target: &target, settings, walls: false, verdict };
-    let mut record = asked.run(&tongue, &model, &by).into_diagnostic()?;
+    let fit_run = FitRun { target: &target, settings, walls: false, verdict };
+    let mut record = fit_run.run(&tongue, &model, &by).into_diagnostic()?;
     let Fit { matched, answer, .. } = &record.fit;
     output::step(|| {
         format!("{:?}: misfit {:.1e}, {} equilibria", answer.status, answer.misfit, answer.counts.evaluations)
@@ -192,23 +192,23 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));
     }
-    let drawn = sampled.as_ref().map(|s| s.files(posture));
-    let drawn: Vec<(&str, &dyn Export)> =
-        drawn.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
-    let written = out.export(&[files, drawn].concat(), &by).into_diagnostic()?;
+    let of_posterior = sampled.as_ref().map(|s| s.files(posture));
+    let of_posterior: Vec<(&str, &dyn Export)> =
+        of_posterior.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
+    let written = out.export(&[files, of_posterior].concat(), &by).into_diagnostic()?;
     if global.json {
         output::print(&json)?;
     } else {
-        let shown = ShownFit {
+        let fit_summary = ShownFit {
             record: &record,
             conclusion: &conclusion,
             is_verbose: output::is_verbose(),
-            from_stretches: from_stretches.as_ref().map(|found| &found.fit),
+            from_stretches: from_stretches.as_ref().map(|second| &second.fit),
             published: published.as_ref(),
             posterior: sampled.as_ref().map(|s| (s, posture)),
             written: &written,
         };
-        output::summary(&shown.text(), &written)?;
+        output::summary(&fit_summary.text(), &written)?;
     }
     Ok(Outcome::good_if(conclusion.trusted, || conclusion.text))
 }

@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> {
-    let mut found: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
+    let mut journals: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
     for folder in folders {
         let entries = std::fs::read_dir(folder)
             .into_diagnostic()
@@ -71,16 +71,16 @@ fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> 
         for entry in entries {
             let path = entry.into_diagnostic()?.path();
             if let Some(shard) = Shard::of_journal(&path) {
-                found.entry(shard).or_default().push(path);
+                journals.entry(shard).or_default().push(path);
             }
         }
     }
-    for paths in found.values_mut() {
+    for paths in journals.values_mut() {
         // Folders are listed in any order, and one folder may have been named twice.
         paths.sort();
         paths.dedup_by_key(|path| path.canonicalize().unwrap_or_else(|_| path.clone()));
     }
-    Ok(found)
+    Ok(journals)
 }
 
 fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>> {

@@ -257,9 +257,9 @@ fn contour(path: &Path) -> miette::Result<Vec<Point>> {
 }
 
 fn coils(path: &Path) -> miette::Result<Recording> {
-    let found = Recording::from_path(path, None).into_diagnostic()?;
-    let [one] = found.as_slice() else {
-        bail!("it has {} recordings; give a file of one frame for each posture", found.len());
+    let recordings = Recording::from_path(path, None).into_diagnostic()?;
+    let [one] = recordings.as_slice() else {
+        bail!("it has {} recordings; give a file of one frame for each posture", recordings.len());
     };
     ensure!(one.samples.len() == 1, "it has {} frames; give the one of this posture", one.samples.len());
     let mut there = one.channels.iter().filter(|name| {

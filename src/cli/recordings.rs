@@ -45,8 +45,8 @@ pub struct Arguments {
 }
 
 fn format(name: &str) -> Result<Format, String> {
-    let found = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
-    found.map(|(_, format)| *format).ok_or_else(|| {
+    let format = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
+    format.map(|(_, format)| *format).ok_or_else(|| {
         let names = Format::NAMES.map(|(n, _)| n);
         format!("{}; formats: {}", tongue_fit::suggest::hint(name, names), names.join(", "))
     })
@@ -105,8 +105,8 @@ impl Arguments {
     /// The palate in the axes of the recordings, m.
     fn palate(&self) -> miette::Result<Option<Vec<Point>>> {
         let Some(path) = &self.palate else { return Ok(None) };
-        let found = Recording::from_path(path, Some(Format::Tidy)).into_diagnostic()?;
-        let places = found.iter().flat_map(|r| &r.samples).flat_map(|s| &s.places).flatten();
+        let recordings = Recording::from_path(path, Some(Format::Tidy)).into_diagnostic()?;
+        let places = recordings.iter().flat_map(|r| &r.samples).flat_map(|s| &s.places).flatten();
         let points: Vec<Point> = places.map(|[x, y, _]| Point::new(*x, *y) * 1e-3).collect();
         match points.len() {
             0 | 1 => Err(miette!("{}: a palate needs at least two points", path.display())),

@@ -193,19 +193,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (global.folder("results/sound")?, sound)
         }
         None => {
-            let asked = arguments.sound_run(&tract, vowel.as_ref(), &means)?;
-            asked.scene().into_diagnostic()?;
-            (global.folder("results/sound")?, asked.run().into_diagnostic()?)
+            let sound_run = arguments.sound_run(&tract, vowel.as_ref(), &means)?;
+            sound_run.scene().into_diagnostic()?;
+            (global.folder("results/sound")?, sound_run.run().into_diagnostic()?)
         }
     };
     let TongueSound { title, tissue, mesh, positions, record } = sound;
-    let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
+    let title_of_picture =
+        format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let picture = report::vowel(&VowelPicture {
         mesh: &mesh,
         positions: &positions,
         sound: &record.sound,
         means: &means,
-        title: &drawn,
+        title: &title_of_picture,
     })
     .into_diagnostic()?;
     let formants: Vec<Formant> = (record.sound.formants_hz.iter().zip(&record.sound.bandwidths_hz))

@@ -98,9 +98,9 @@ impl Arguments {
             notes.push(format!("places of coils are counted from the tip, {at}; --tip names another"));
         }
         notes.iter().for_each(|note| output::note(note));
-        let asked = SpaceTrackRun { body, model: &model, recorded, search };
-        let found = asked.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
-        let SpaceTrack { frames, shapes, is_alike } = found;
+        let track_run = SpaceTrackRun { body, model: &model, recorded, search };
+        let tracked = track_run.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
+        let SpaceTrack { frames, shapes, is_alike } = tracked;
         if is_alike && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
             output::note(note);
@@ -164,13 +164,13 @@ fn read_frames(
         _ => Some(body.section()),
     };
     let palate = screened.iter().find_map(|r| r.palate.as_deref());
-    let found = Recorded::of_recordings(&seen, section.as_ref(), palate).into_diagnostic()?;
+    let recorded = Recorded::of_recordings(&seen, section.as_ref(), palate).into_diagnostic()?;
     let mut notes = vec![
         "bones stay where the body has them, and every frame is a best estimate with the width that its own data leave: no intervals over \
          time, as `track` has them in the plane"
             .to_owned(),
     ];
-    if let Some(placed) = &found.placed {
+    if let Some(placed) = &recorded.placed {
         let unusual = run::check_scale(placed.similarity.scale(), placed.bones_apart_m);
         notes.extend(unusual.into_diagnostic()?);
         notes.push(format!(
@@ -184,7 +184,7 @@ fn read_frames(
         screened.iter().flat_map(|r| r.seen.notes.iter().map(|note| format!("{}: {note}", r.seen.name))),
     );
     notes.extend(left_out);
-    Ok((found, notes, ScreenedRecording::implausible(&screened)))
+    Ok((recorded, notes, ScreenedRecording::implausible(&screened)))
 }
 
 fn text(record: &SpaceTrackRecord) -> String {

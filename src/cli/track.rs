@@ -260,17 +260,17 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> mi
         let word = word.trim();
         let known: Vec<String> = recordings.first().map(|r| points(&r.seen)).unwrap_or_default();
         let ending = format!("_{word}");
-        let found =
+        let point =
             known.iter().find(|n| *n == word || (word.parse::<u32>().is_ok() && n.ends_with(&ending)));
-        let found = found.ok_or_else(|| {
+        let point = point.ok_or_else(|| {
             let known = known.iter().map(String::as_str);
             miette!(
                 "--hold-out {word}: there is no such contour point or coil; {}",
                 tongue_fit::suggest::hint(word, known)
             )
         })?;
-        ensure!(!out.contains(found), "--hold-out: {found} is given twice; give each point once");
-        out.push(found.clone());
+        ensure!(!out.contains(point), "--hold-out: {point} is given twice; give each point once");
+        out.push(point.clone());
     }
     // A coil has two coordinates.
     let left = |s: &AlignedRecording| {

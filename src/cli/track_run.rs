@@ -57,27 +57,27 @@ pub fn resume(
     search: impl FnOnce(&Watch<'_>) -> miette::Result<()>,
 ) -> miette::Result<(Journal, Vec<TrackedRecording>)> {
     let clock = Instant::now();
-    let found: Vec<Option<TrackedRecording>> = (0..count)
+    let recordings: Vec<Option<TrackedRecording>> = (0..count)
         .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
         .collect::<miette::Result<_>>()?;
-    let wanted: Vec<bool> = found.iter().map(Option::is_none).collect();
-    let state = Mutex::new((journal, found, Ok(())));
+    let wanted: Vec<bool> = recordings.iter().map(Option::is_none).collect();
+    let state = Mutex::new((journal, recordings, Ok(())));
     let take = |nth: usize, recording: TrackedRecording| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
-        let (journal, found, written) = &mut *state;
+        let (journal, recordings, written) = &mut *state;
         let is_kept = recording.frames.len() <= MOST_KEPT;
         let entry = JournalEntry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
         if is_kept && written.is_ok() {
             *written = journal.append(&entry);
         }
-        found[nth] = entry.result.ok();
+        recordings[nth] = entry.result.ok();
     };
     if wanted.contains(&true) {
         output::with_bar("{bar:40} {percent:>3} % of the tensions, {eta} left", |progress| {
             search(&Watch { progress, is_wanted: &|nth| wanted[nth], take: &take })
         })??;
     }
-    let (journal, found, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let (journal, recordings, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
     written.into_diagnostic()?;
-    Ok((journal, found.into_iter().flatten().collect()))
+    Ok((journal, recordings.into_iter().flatten().collect()))
 }

@@ -181,9 +181,10 @@ pub fn run(
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let (clock, t_end_s) = (Instant::now(), arguments.t_end);
     let samples = (arguments.frames - 1) * LENGTHS_PER_FRAME + 1;
-    let asked = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: LENGTHS_PER_FRAME };
+    let motion_run =
+        MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: LENGTHS_PER_FRAME };
     let mut bar: Option<ProgressBar> = None;
-    let found = asked.run(integrator.as_mut(), &mut |time| {
+    let sampled = motion_run.run(integrator.as_mut(), &mut |time| {
         stop_if_asked();
         if bar.is_none() && clock.elapsed() > BAR_AFTER {
             let begun = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
@@ -192,7 +193,7 @@ pub fn run(
         bar.iter().for_each(|bar| bar.set_position((1000.0 * time / t_end_s) as u64));
     });
     bar.iter().for_each(ProgressBar::finish_and_clear);
-    let (outcome, state) = (found.outcome, &found.end);
+    let (outcome, state) = (sampled.outcome, &sampled.end);
     output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
     let mut tensions = vec![0.0; system.muscle_count()];
     motion.tensions().at(state.time, &mut tensions);
@@ -209,7 +210,7 @@ pub fn run(
         dt_s,
         tolerance_mm,
         t_end_s,
-        part_of_way_to_equilibrium: found.part_of_way,
+        part_of_way_to_equilibrium: sampled.part_of_way,
         guarded: system.barrier_active(at_the_end),
         lengths_mm: ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
         min_area_ratio,
@@ -217,7 +218,7 @@ pub fn run(
         wall_s: clock.elapsed().as_secs_f64(),
     };
     let by = super::provenance().with_tissue(system.tissue());
-    let written = write(&out, &record, &by, (&mesh, &palate), &motion, found)?;
+    let written = write(&out, &record, &by, (&mesh, &palate), &motion, sampled)?;
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record))?;
     Ok(match outcome.status {
         MotionStatus::Completed => {
@@ -234,14 +235,14 @@ fn write(
     by: &Provenance,
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
-    found: SampledMotion<2>,
+    sampled: SampledMotion<2>,
 ) -> miette::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
         motion.tensions().at(time, &mut tensions);
         tensions
     };
-    let rows = found.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());
+    let rows = sampled.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());
     let rows = rows.collect();
     let title = "tongue-fit: muscle lengths and tensions over time".to_owned();
     let sto = StoTable { title, labels: columns(mesh, "time", ["length_m", "tension_n_per_m"]), rows };
@@ -250,7 +251,7 @@ fn write(
     let cells = cells
         .map(|row| row.map(|(i, v)| if in_mm.contains(&i) { v * 1e3 } else { *v }.to_string()).collect());
     let table = Table { columns: columns(mesh, "time_s", ["mm", "n_per_m"]), rows: cells.collect() };
-    let frames = found.shapes.into_iter();
+    let frames = sampled.shapes.into_iter();
     let frames = frames.map(|(time, positions)| AnimationFrame { time, positions, tensions: at(time) });
     let frames: Vec<AnimationFrame> = frames.collect();
     let names: Vec<&str> = (0..mesh.muscles.len())

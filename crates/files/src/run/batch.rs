@@ -79,8 +79,8 @@ impl BatchRun {
         let verdict = posterior.map_or(VerdictSource::None, |posterior| {
             VerdictSource::Posterior(posterior.as_ref().map(|p| &p.report).map_err(String::as_str))
         });
-        let asked = FitRun { target: &job.target, settings: *settings, walls: false, verdict };
-        let record = match asked.run(body, model, &Provenance::new(provenance.command.clone())) {
+        let fit_run = FitRun { target: &job.target, settings: *settings, walls: false, verdict };
+        let record = match fit_run.run(body, model, &Provenance::new(provenance.command.clone())) {
             Ok(record) => AssessedRecord::new(job, record, &self.known),
             Err(e) => return Ok(Err(e.to_string())),
         };
@@ -122,8 +122,9 @@ impl BatchRun {
     ) -> Vec<(usize, SampledRow)> {
         let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
         let RowPosteriors { model, sampling, .. } = how;
-        let asked = PosteriorRun { model, targets: &targets, auxiliary: Vec::new(), sampling: *sampling };
-        let sampled = match asked.run(tell) {
+        let posterior_run =
+            PosteriorRun { model, targets: &targets, auxiliary: Vec::new(), sampling: *sampling };
+        let sampled = match posterior_run.run(tell) {
             Ok(sampled) => sampled,
             // The caller names the row.
             Err(e) => return rows.iter().map(|&n| (n, Err(e.to_string()))).collect(),

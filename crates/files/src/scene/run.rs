@@ -169,8 +169,8 @@ fn follow<const D: usize>(
     let motion = Motion::new(&prepared.system, tensions)?;
     let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-3 * error_mm))?;
     let start = start.as_deref();
-    let asked = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
-    let sampled = asked.run(integrator.as_mut(), &mut |_| ());
+    let motion_run = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
+    let sampled = motion_run.run(integrator.as_mut(), &mut |_| ());
     let posture = vocal_tract::posture(scene);
     let moments = sampled.shapes.iter().map(|(time_s, positions)| Moment {
         time_s: *time_s,

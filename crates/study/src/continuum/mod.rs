@@ -251,8 +251,8 @@ fn ratios_at(h: f64, nu: f64) -> Result<Vec<f64>, Error> {
     let body = Body::continuum(h, &ContinuumSettings::default())?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
     let model = Model { constants };
-    let found = ratios_if_converged(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0);
-    found.ok_or_else(|| format!("no equilibrium at a spacing of {h} m and a Poisson's ratio of {nu}").into())
+    let ratios = ratios_if_converged(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0);
+    ratios.ok_or_else(|| format!("no equilibrium at a spacing of {h} m and a Poisson's ratio of {nu}").into())
 }
 
 /// `reference` is filled by the first call.
@@ -265,17 +265,18 @@ fn sensitivity_row(
     let body = Body::continuum(DEFAULT_M, settings)?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
     let model = Model { constants };
-    let mut found = Vec::new();
+    let mut tensions = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
             let fit = fit_target(&body, &model, &target(subject, vowel)?)?;
-            found.push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
+            tensions
+                .push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
         }
     }
     if reference.is_empty() {
-        reference.clone_from(&found);
+        reference.clone_from(&tensions);
     }
-    let both = found.iter().zip(reference.iter()).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
+    let both = tensions.iter().zip(reference.iter()).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
     let mut parts: Vec<f64> =
         both.flat_map(|(a, b)| a.iter().zip(b)).filter(|(_, b)| **b > 0.5).map(|(a, b)| a / b).collect();
     parts.sort_by(f64::total_cmp);
@@ -298,7 +299,7 @@ fn sensitivity_row(
         low,
         median,
         high,
-        reached: found.iter().flatten().count(),
+        reached: tensions.iter().flatten().count(),
         rms_to_published_ratios: rms(1.0),
         best_factor,
         rms_at_best,
