@@ -85,7 +85,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 &format!("{option} is of one"),
             )),
             None => {
-                let track = |read, out: &OutputDir, name: &str| one(arguments, read, out, Some(name));
+                let track =
+                    |read, out: &OutputDir, name: &str| track_speaker(arguments, read, out, Some(name));
                 track_speakers::run(global, read, &speakers, track)
             }
         };
@@ -95,7 +96,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let count = super::table::count_of(unnamed, "recording");
         output::note(&format!("{count} without the name of a speaker: taken for {name}'s"));
     }
-    let done = one(arguments, read, &global.folder("results/track")?, None)?;
+    let done = track_speaker(arguments, read, &global.folder("results/track")?, None)?;
     output::answer(global, &Json(&done.record), &done.by, &done.written, || {
         track_table::track(&done.record)
     })?;
@@ -120,7 +121,7 @@ impl Arguments {
 }
 
 /// Tracks recordings of one speaker; `among` is the speaker's name if there are others.
-fn one(
+fn track_speaker(
     arguments: &Arguments,
     read: Vec<Loaded>,
     out: &OutputDir,

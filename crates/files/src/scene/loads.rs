@@ -115,9 +115,10 @@ pub(super) fn carry_bones<const D: usize>(
 
 fn asked_for(name: &'static str, asked: bool, nodes: &[usize]) -> Planned {
     if asked {
-        Planned::yes(name, "asked for; brought there in parts, each an equilibrium").counting(nodes.len())
+        Planned::simulate(name, "asked for; brought there in parts, each an equilibrium")
+            .counting(nodes.len())
     } else {
-        Planned::no(name, "not asked for")
+        Planned::leave_out(name, "not asked for")
     }
 }
 

@@ -61,12 +61,12 @@ const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
 const OPERATIONS_PER_NS: [f64; 2] = [8.0, 20.0];
 
 impl Planned {
-    pub fn yes(effect: &'static str, why: impl Into<String>) -> Self {
+    pub fn simulate(effect: &'static str, why: impl Into<String>) -> Self {
         Self { effect, simulated: true, why: why.into(), elements: 0, estimated_us: 0.0 }
     }
 
-    pub fn no(effect: &'static str, why: impl Into<String>) -> Self {
-        Self { simulated: false, ..Self::yes(effect, why) }
+    pub fn leave_out(effect: &'static str, why: impl Into<String>) -> Self {
+        Self { simulated: false, ..Self::simulate(effect, why) }
     }
 
     pub fn counting(self, elements: usize) -> Self {
@@ -75,7 +75,7 @@ impl Planned {
 
     /// A decision that depends only on whether the effect is asked for.
     pub fn by_request(effect: &'static str, asked: bool) -> Self {
-        if asked { Self::yes(effect, "asked for") } else { Self::no(effect, "not asked for") }
+        if asked { Self::simulate(effect, "asked for") } else { Self::leave_out(effect, "not asked for") }
     }
 }
 
@@ -93,11 +93,11 @@ pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Planned> {
 
 fn decide(name: &'static str, asked: Option<bool>, needed: bool, need: &str, idle: &str) -> Planned {
     if needed {
-        Planned::yes(name, need)
+        Planned::simulate(name, need)
     } else if asked == Some(true) {
-        Planned::no(name, format!("asked for, but {idle}"))
+        Planned::leave_out(name, format!("asked for, but {idle}"))
     } else {
-        Planned::no(name, idle)
+        Planned::leave_out(name, idle)
     }
 }
 

@@ -69,8 +69,8 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     }
     decisions.extend(carry_bones(scene, &body, &mut additions)?);
     decisions.push(match body.mesh.fixed.len() {
-        0 => Planned::no("bone", "no node is fixed"),
-        n => Planned::yes("bone", format!("{n} nodes are fixed")).counting(n),
+        0 => Planned::leave_out("bone", "no node is fixed"),
+        n => Planned::simulate("bone", format!("{n} nodes are fixed")).counting(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
 
@@ -191,46 +191,46 @@ fn tensions<const D: usize>(
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Planned> {
     // A decision about what pulls, with its verb in singular and plural.
     let pulling = |effect, what: &str, [one, several]: [&str; 2], how: &str| match contracting.len() {
-        0 => Planned::no(effect, format!("no muscle {one}")),
-        1 => Planned::yes(effect, format!("1 {what} {one}{how}")),
-        n => Planned::yes(effect, format!("{n} {what}s {several}{how}")),
+        0 => Planned::leave_out(effect, format!("no muscle {one}")),
+        1 => Planned::simulate(effect, format!("1 {what} {one}{how}")),
+        n => Planned::simulate(effect, format!("{n} {what}s {several}{how}")),
     };
     if body.is_activated() {
         let why = "the body is made of hexahedra";
         return vec![
-            Planned::no("springs", why),
-            Planned::yes("hexahedra", format!("needed: {why}")),
+            Planned::leave_out("springs", why),
+            Planned::simulate("hexahedra", format!("needed: {why}")),
             pulling("fibres", "muscle", ["is active", "are active"], ""),
-            Planned::no("incompressibility", why),
-            Planned::no("straight paths", why),
+            Planned::leave_out("incompressibility", why),
+            Planned::leave_out("straight paths", why),
         ];
     }
     if let Some(continuum) = &body.mesh.continuum {
         let why = "the body is a continuum";
         return vec![
-            Planned::no("springs", why),
-            Planned::yes("quadratic elements", format!("needed: {why}")),
-            Planned::yes("barrier", "acts only where an element is pressed to a tenth"),
+            Planned::leave_out("springs", why),
+            Planned::simulate("quadratic elements", format!("needed: {why}")),
+            Planned::simulate("barrier", "acts only where an element is pressed to a tenth"),
             if continuum.ties.is_empty() {
-                Planned::no("attachment", "bones hold nodes")
+                Planned::leave_out("attachment", "bones hold nodes")
             } else {
-                Planned::yes("attachment", "bones hold patches of the surface")
+                Planned::simulate("attachment", "bones hold patches of the surface")
             },
             pulling("fibres", "muscle", ["contracts", "contract"], ""),
-            Planned::no("incompressibility", why),
-            Planned::no("straight paths", why),
+            Planned::leave_out("incompressibility", why),
+            Planned::leave_out("straight paths", why),
         ];
     }
     let how = "; only its connections get the three-element model";
     let how = if contracting.len() > 1 { how.replace("its", "their") } else { how.to_owned() };
     vec![
-        Planned::yes("springs", "needed: the tissue is made of them"),
+        Planned::simulate("springs", "needed: the tissue is made of them"),
         pulling("muscle", "chain", ["contracts", "contract"], &how),
         Planned::by_request("incompressibility", scene.effects.incompressibility == Some(true)),
         if body.mesh.in_tissue().iter().all(|inside| *inside) {
-            Planned::no("straight paths", "no muscle runs outside the tissue")
+            Planned::leave_out("straight paths", "no muscle runs outside the tissue")
         } else {
-            Planned::yes(
+            Planned::simulate(
                 "straight paths",
                 "needed: a chain outside the tissue would have no lateral stiffness",
             )

@@ -102,7 +102,7 @@ struct Predictors {
 
 impl Predictors {
     /// Predicts every muscle of all cases, each from all others that are taken together with it.
-    fn posterior(&self, kind: PosteriorKind, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
+    fn predict(&self, kind: PosteriorKind, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
         let posterior_model = if matches!(kind, PosteriorKind::Row | PosteriorKind::Joint) {
             &self.without_tilt
         } else {
@@ -125,10 +125,10 @@ impl Predictors {
         Ok(out)
     }
 
-    fn all(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Predicted>, PosteriorError> {
+    fn predict_all(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Predicted>, PosteriorError> {
         let posteriors: Vec<Option<Vec<Vec<LeftOut>>>> = PosteriorKind::ALL
             .into_iter()
-            .map(|kind| kinds.contains(&kind).then(|| self.posterior(kind, all)).transpose())
+            .map(|kind| kinds.contains(&kind).then(|| self.predict(kind, all)).transpose())
             .collect::<Result<_, _>>()?;
         let rows = (0..all.len()).map(|i| {
             let case = &all[i];
@@ -179,7 +179,7 @@ pub fn study(
     let without_tilt = PosteriorModel::new(body, model, &fixed_tilt)?;
     let predictors = Predictors { posterior_model, without_tilt, seed };
     let all = cases(data, &body.mesh, baseline);
-    let predicted = predictors.all(&all, &PosteriorKind::ALL)?;
+    let predicted = predictors.predict_all(&all, &PosteriorKind::ALL)?;
     progress.add(all.len(), "posterior");
     let scores = all_scored(&all, &predicted, |_| true);
     let mut predictions = scored_predictions(baseline, &all, &predicted);
@@ -200,7 +200,7 @@ pub fn study(
         if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
-        let predicted = predictors.all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
+        let predicted = predictors.predict_all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
         predictions.extend(scored_predictions(&vowel, &all, &predicted));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
@@ -213,7 +213,7 @@ pub fn study(
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in permutations(data.muscles().len(), most_permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
-        if let Ok(predicted) = predictors.all(&all, &[PosteriorKind::Row]) {
+        if let Ok(predicted) = predictors.predict_all(&all, &[PosteriorKind::Row]) {
             let permuted = score(FIRST_POSTERIOR, &all, &predicted, |_| true);
             permuted_rms.push(permuted.rms);
             permuted_log_score.push(permuted.log_score);

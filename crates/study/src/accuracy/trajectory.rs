@@ -26,7 +26,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
     if let Some(why) = reference.missing.or(check.missing) {
         return Err(format!("the reference trajectory was not found: {}", why.words()).into());
     }
-    let (doubt, _) = along(scene, &check.stops, &reference.stops);
+    let (doubt, _) = largest_errors(scene, &check.stops, &reference.stops);
     let mut runs = Vec::new();
     for method in IntegrationMethod::ALL {
         for control in controls(method, &motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
@@ -35,7 +35,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
             let run = Run { method: method.name(), setting: words(control), ..Run::default() };
             runs.push(match (missing, stops.last()) {
                 (None, Some(last)) => {
-                    let errors = along(scene, &stops, &reference.stops);
+                    let errors = largest_errors(scene, &stops, &reference.stops);
                     run.with_measurements(errors, (last.seconds, repeats), last.counts)
                 }
                 (why, _) => Run { ended: why.unwrap_or_else(|| Ended::Failed("no state".into())), ..run },
@@ -46,7 +46,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
 }
 
 /// Largest errors over all times: of a position (mm) and of a ratio.
-fn along(scene: &TestTensions, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
+fn largest_errors(scene: &TestTensions, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
     let errors = stops.iter().zip(reference).map(|(a, b)| scene.differences(&a.positions, &b.positions));
     errors.fold((0.0, 0.0), |(e, r): (f64, f64), (error, ratio)| (e.max(error), r.max(ratio)))
 }

@@ -125,7 +125,7 @@ pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     ];
     for (name, settings) in bodies {
         tell(name);
-        spacings.extend(nested(name, settings.as_ref(), levels)?);
+        spacings.extend(spacings_of_nested_meshes(name, settings.as_ref(), levels)?);
     }
     tell("Poisson's ratios");
     let locking = locking()?;
@@ -196,7 +196,7 @@ impl BodyKind<'_> {
     }
 }
 
-fn nested(
+fn spacings_of_nested_meshes(
     name: &'static str,
     settings: Option<&ContinuumSettings>,
     levels: usize,

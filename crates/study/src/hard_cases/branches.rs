@@ -27,7 +27,8 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
         ("von Mises truss", &truss, snapping, CriticalKind::LimitPoint),
     ] {
         for part in [0.9, 1.5] {
-            let (traced, row) = one(format!("{name} at {part} of its critical load"), mesh, part * exact)?;
+            let (traced, row) =
+                trace_row(format!("{name} at {part} of its critical load"), mesh, part * exact)?;
             let (agrees, note) = match traced.critical {
                 Some(c) => {
                     let error = c.load * part - 1.0;
@@ -42,13 +43,13 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
             };
             let other =
                 if traced.another { "another equilibrium exists" } else { "no other equilibrium met" };
-            rows.push(HardCase { kept: row.kept && agrees, ..row }.also(&note).also(other));
+            rows.push(HardCase { kept: row.kept && agrees, ..row }.with_note(&note).with_note(other));
         }
     }
     Ok(rows)
 }
 
-fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), Error> {
+fn trace_row(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), Error> {
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();

@@ -60,7 +60,7 @@ fn solve_published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePos
 fn with_difference(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2>]) -> HardCase {
     let apart = largest_distance(shape, expected);
     HardCase { kept: row.kept && row.converged && apart <= SAME, ..row }
-        .also(&format!("differs by {apart:.1e} m"))
+        .with_note(&format!("differs by {apart:.1e} m"))
 }
 
 fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {

@@ -69,7 +69,7 @@ fn beside_branch(
         Some(c) => format!("the branch from rest ends at {:.4} of the load ({})", c.load, name_of(&c.kind)),
         None => "the branch from rest leads to another equilibrium".to_owned(),
     };
-    row.also(&text).also(&format!("{apart:.1e} m from there"))
+    row.with_note(&text).with_note(&format!("{apart:.1e} m from there"))
 }
 
 /// Case 4: SGp and HGp, whose chains are straight outside the tissue, active or passive, alone and with others.

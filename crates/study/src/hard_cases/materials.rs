@@ -135,7 +135,7 @@ fn solve_case(variant: String, mesh: &Mesh<2>, load: f64) -> Result<HardCase, Sy
     let mut workspace = Workspace::new(&system);
     let made = clock.elapsed().as_secs_f64();
     let row = equilibrium_row(5, variant, &system, &mut workspace, &[load]);
-    Ok(row.also(&format!("system made in {made:.2} s")))
+    Ok(row.with_note(&format!("system made in {made:.2} s")))
 }
 
 fn invert_first(mesh: &mut Mesh<2>) {

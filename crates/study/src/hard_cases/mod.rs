@@ -79,7 +79,7 @@ impl HardCase {
         Self { kept, load_reached: 0.0, note, ..Self::new(case, variant, solver, status) }
     }
 
-    fn also(mut self, text: &str) -> Self {
+    fn with_note(mut self, text: &str) -> Self {
         let separator = if self.note.is_empty() { "" } else { "; " };
         self.note += separator;
         self.note += text;

@@ -15,7 +15,7 @@ pub type FitTensions<'a> = (&'a str, &'a [Option<f64>]);
 
 pub fn tensions(muscles: &[String], fits: &[FitTensions<'_>], title: &str) -> Svg {
     let most = fits.iter().flat_map(|(_, tensions)| tensions.iter().flatten()).copied().fold(1.0, f64::max);
-    let summary: Vec<String> = fits.iter().map(|f| described(muscles, f)).collect();
+    let summary: Vec<String> = fits.iter().map(|f| description_of_fit(muscles, f)).collect();
     let description = format!("Tensions in N per metre of thickness. {}", summary.join(" "));
     let names = fits.iter().map(|(label, _)| FontFace::Plain.width(label) + GAP).fold(NAMES, f64::max);
     let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
@@ -43,7 +43,7 @@ pub fn tensions(muscles: &[String], fits: &[FitTensions<'_>], title: &str) -> Sv
     svg.finish(below + TEXT)
 }
 
-fn described(muscles: &[String], (label, tensions): &FitTensions<'_>) -> String {
+fn description_of_fit(muscles: &[String], (label, tensions): &FitTensions<'_>) -> String {
     let all = muscles.iter().zip(*tensions);
     let all: Vec<String> = all.filter_map(|(name, t)| Some(format!("{name} {:.1}", (*t)?))).collect();
     format!("{label}: {}.", all.join(", "))

@@ -209,7 +209,7 @@ impl Drawing<'_> {
         let bottom = below + per_m * above[1];
         scale(&mut svg, side[0], per_m, bottom + MARGIN);
         let names = self.names.iter().map(|(name, colour)| {
-            let fill = shaded(*colour, 1.0);
+            let fill = shade(*colour, 1.0);
             LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {
                 svg.rectangle([x, y - 10.0], [x + SAMPLE - 10.0, y + 10.0], &fill, Some(INK));
             })
@@ -238,7 +238,7 @@ impl Drawing<'_> {
             // The light comes from above and from the viewer's left.
             let normal = normal(f, positions).try_normalize(0.0).unwrap_or(axes[2]);
             let light = normal.dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
-            let (d, fill) = (closed_paths([f.iter().map(|&n| place(&positions[n]))]), shaded(*colour, light));
+            let (d, fill) = (closed_paths([f.iter().map(|&n| place(&positions[n]))]), shade(*colour, light));
             svg.element(
                 "path",
                 format_args!("d=\"{d}\" fill=\"{fill}\" stroke=\"#4a4a4a\" stroke-width=\"0.7\" stroke-linejoin=\"round\""),
@@ -262,7 +262,7 @@ impl Drawing<'_> {
 }
 
 /// A colour, 0 to 255, darkened for a face on which the light falls with this cosine.
-fn shaded(colour: [f64; 3], light: f64) -> String {
+fn shade(colour: [f64; 3], light: f64) -> String {
     let light = 0.6 + 0.4 * light.max(0.0);
     let [r, g, b] = colour.map(|c: f64| (c * light.min(1.0)) as u8);
     format!("#{r:02x}{g:02x}{b:02x}")

@@ -35,7 +35,7 @@ impl Packed {
             [code / 64, code % 64].map(|digit| char::from(DIGITS[digit]))
         });
         let text = digits.collect();
-        if low > high { Self(0.0, 0.0, text) } else { Self(rounded(low), rounded(high), text) }
+        if low > high { Self(0.0, 0.0, text) } else { Self(round(low), round(high), text) }
     }
 
     /// Coordinates in mm, x and y in turn.
@@ -45,7 +45,7 @@ impl Packed {
 }
 
 /// A number rounded to 1e-4, which is enough for a figure.
-fn rounded(value: f64) -> f64 {
+fn round(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 

@@ -165,8 +165,8 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             }
             @if let Some(pattern) = &r.pattern {
                 p {
-                    "Published pattern: found " (listed(&pattern.found)) "; missing " (listed(&pattern.missing))
-                    "; unexpected " (listed(&pattern.unexpected)) "."
+                    "Published pattern: found " (names_or_none(&pattern.found)) "; missing " (names_or_none(&pattern.missing))
+                    "; unexpected " (names_or_none(&pattern.unexpected)) "."
                 }
             }
             @if !r.other_optima.is_empty() {
@@ -181,7 +181,7 @@ fn rms(value: Option<f64>) -> String {
     value.map_or("–".to_owned(), |x| format!("{x:.3}"))
 }
 
-fn listed(names: &[String]) -> String {
+fn names_or_none(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
