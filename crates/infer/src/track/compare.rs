@@ -27,10 +27,10 @@ pub struct Compared {
 }
 
 /// The labels that are compared, of tiers in which at least two and at most 60 labels repeat.
-pub fn compared(recordings: &[&AlignedRecording]) -> Vec<Compared> {
-    let times = recordings.iter().map(|seen| seen.frames.iter().map(|f| f.time_s).collect());
+pub fn labels_to_compare(recordings: &[&AlignedRecording]) -> Vec<Compared> {
+    let times = recordings.iter().map(|recording| recording.frames.iter().map(|f| f.time_s).collect());
     let labelled: Vec<(Vec<f64>, &[Label])> =
-        times.zip(recordings).map(|(times, seen)| (times, seen.labels.as_slice())).collect();
+        times.zip(recordings).map(|(times, recording)| (times, recording.labels.as_slice())).collect();
     let tiers = distinguishing(&labelled, 1).into_iter().filter(|(_, groups)| groups.len() <= MOST_LABELS);
     Vec::from_iter(tiers.flat_map(|(tier, groups)| {
         groups.into_iter().map(move |(label, _)| Compared { tier: tier.clone(), label })
@@ -99,7 +99,7 @@ pub struct Comparison {
 impl Comparison {
     /// Contrasts that are sure or probable, in this order, and large ones first.
     pub fn decided(&self) -> Vec<&Contrast> {
-        let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.said().is_some()).collect();
+        let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.sentence().is_some()).collect();
         out.sort_by(|a, b| {
             b.is_decided().cmp(&a.is_decided()).then(b.median.abs().total_cmp(&a.median.abs()))
         });
@@ -107,7 +107,7 @@ impl Comparison {
     }
 
     /// The repetitions of each label, and the number of decided differences.
-    pub fn said(&self) -> String {
+    pub fn sentence(&self) -> String {
         let labels: Vec<String> =
             self.labels.iter().map(|l| format!("{} {}", l.label, l.repetitions)).collect();
         format!(

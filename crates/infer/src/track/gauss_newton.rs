@@ -9,7 +9,7 @@ use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, windows};
 use super::jacobian::Linearisation;
-use super::shape::RestShape;
+use super::rest_shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
 
@@ -66,7 +66,7 @@ pub(super) fn minimise(
     let tolerance = RELATIVE_DECREASE * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
     let mut quiet = 0;
     for round in 0..rounds {
-        let Some((step, steps)) = stepped(smoother, recordings, &damping, None) else { break };
+        let Some((step, steps)) = solve_step(smoother, recordings, &damping, None) else { break };
         let shared = &smoother.shared + step;
         let all = recordings.iter().zip(&steps).zip(&damping);
         let tried: Vec<Vec<TrialResult>> = all
@@ -123,7 +123,7 @@ pub(super) struct ShapeStep<'a> {
 }
 
 /// Step of the shared unknowns, followed by those of the shape, and of every state.
-pub(super) fn stepped(
+pub(super) fn solve_step(
     smoother: &Smoother<'_>,
     recordings: &[SmoothedRecording],
     damping: &[Vec<f64>],
@@ -152,10 +152,9 @@ pub(super) fn stepped(
             let here = e.window(&window);
             for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
                 let state = -(answer * &step) - e.steps[t].column(0);
-                expected.push(
-                    rows.as_ref()
-                        .map_or(f64::INFINITY, |rows| smoother.expected(rows, &state, &step).norm_squared()),
-                );
+                expected.push(rows.as_ref().map_or(f64::INFINITY, |rows| {
+                    smoother.residuals_after_step(rows, &state, &step).norm_squared()
+                }));
                 states.push(state);
             }
         }

@@ -20,21 +20,22 @@ mod ornstein_uhlenbeck;
 mod prediction;
 mod reachability;
 mod repeatability;
+mod rest_shape;
 mod results;
 mod run;
 mod segments;
 mod settings;
-mod shape;
 mod shape_jacobian;
 mod smoother;
 
 pub use crate::error_model::{Along, Errors};
-pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
+pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare, mark};
 pub use formants::{TrackedFormant, add_formants};
 pub use frame::{BONE_WINDOW, Frame, FrameObservation, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
 pub use repeatability::{Repeatability, Repeated, repeatability};
+pub use rest_shape::{RestShape, ShapePrior};
 pub use results::{
     Displacement, FrameStatus, HeldOutPrediction, Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint,
     Tracked, TrackedRecording,
@@ -42,5 +43,4 @@ pub use results::{
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
 pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};
 pub use settings::{Followed, TrackSettings, TrackingContext};
-pub use shape::{RestShape, ShapePrior};
 pub use smoother::FEWEST;

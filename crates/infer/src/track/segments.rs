@@ -166,7 +166,7 @@ const RELIABLE: f64 = 0.5;
 pub const NARROW: f64 = 1.2;
 
 pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
-    let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();
+    let each: Vec<_> = frames.iter().map(|f| (f.tensions.as_slice(), f.courses.as_slice())).collect();
     summaries(names, &each, link)
 }
 

@@ -15,8 +15,8 @@ use tongue_core::statistics::upper_median;
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
+use super::rest_shape::RestShape;
 use super::settings::{Sizes, TrackSettings, TrackingContext};
-use super::shape::RestShape;
 use crate::error_model::{Along, FrameErrors, Knots};
 
 /// Number of frames in a chunk, of which the first is solved from rest. Chunks do not depend on threads, so results do not either.
@@ -78,7 +78,7 @@ pub(super) struct Smoother<'a> {
     pub sizes: Sizes,
     pub settings: &'a TrackSettings,
     pub knots: &'a Knots,
-    /// Levels (N/m) and static error (mm).
+    /// Deviation of each muscle's level from its prior mean before the transform (N/m), then the static error at its knots (mm).
     pub shared: DVector<f64>,
     /// Prior precision of the shared unknowns.
     pub shared_precision: DMatrix<f64>,
@@ -221,14 +221,19 @@ impl<'a> Smoother<'a> {
     }
 
     /// The unknown of a state with the same derivatives as a shared one: the course for a level, the slow error for the static one.
-    pub(super) fn of_state(&self, shared: usize) -> usize {
+    pub(super) fn state_of_shared(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
 
     /// Linearised residuals of a frame after a step of its state and of the shared unknowns.
-    pub fn expected(&self, rows: &WhitenedRows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
+    pub fn residuals_after_step(
+        &self,
+        rows: &WhitenedRows,
+        state: &DVector<f64>,
+        shared: &DVector<f64>,
+    ) -> DVector<f64> {
         let mut step = state.clone();
-        (0..self.sizes.shared()).for_each(|i| step[self.of_state(i)] += shared[i]);
+        (0..self.sizes.shared()).for_each(|i| step[self.state_of_shared(i)] += shared[i]);
         let mut out = &rows.residuals + &rows.by_state * step;
         if let Some(by_shape) = &rows.by_shape {
             out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());

@@ -110,7 +110,7 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     type RowColumn<'a> = Column<'a, CourseSummary>;
     fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
         let number = record.results.muscles.iter().position(|m| *m == c.muscle);
-        let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.levels[number?])));
+        let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.tensions[number?])));
         upper_median(ends).unwrap_or(f64::NAN)
     }
     fn known(of: &CourseSummary) -> Value {
