@@ -45,7 +45,7 @@ impl Counts {
 fn drawn(link: &Softplus, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let levels: Vec<f64> = (0..8).map(|_| link.middle_n + link.level_sd_n * normal(rng)).collect();
     let courses = drawn_scores(8, memory_s, times, rng);
-    let tension = |(level, e): (&f64, &f64)| link.tension(level + link.course_sd_n * e).0;
+    let tension = |(level, e): (&f64, &f64)| link.tension(level + link.deviation_sd_n * e).0;
     courses.iter().map(|e| levels.iter().zip(e.iter()).map(tension).collect()).collect()
 }
 

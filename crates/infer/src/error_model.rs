@@ -160,9 +160,9 @@ pub(crate) struct Knots {
 }
 
 impl Knots {
-    pub fn new<'a>(errors: Errors, places: impl IntoIterator<Item = &'a Along>) -> Self {
+    pub fn new<'a>(errors: Errors, measured: impl IntoIterator<Item = &'a Along>) -> Self {
         let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
-        for along in places {
+        for along in measured {
             match ends.iter_mut().find(|(c, _)| *c == along.channel) {
                 Some((_, [low, high])) => {
                     *low = low.min(along.at_mm);

@@ -134,7 +134,7 @@ impl Profile {
         }
     }
 
-    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::to_tongue`].
+    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::rates_by_tongue`].
     pub fn frequency_rates_by_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
         let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
         self.rates_by_tongue(&each, part);

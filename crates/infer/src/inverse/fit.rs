@@ -66,6 +66,7 @@ impl<const D: usize> Fit<D> {
         self.answer.lengths[self.matched.numbers[m]]
     }
 
+    /// Whether the tension of muscle `m` of the lists is above rounding (0.001 N); whether it may contract is its role in the target.
     pub fn has_tension(&self, m: usize) -> bool {
         self.tension(m) >= AT_BOUND
     }

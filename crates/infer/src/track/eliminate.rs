@@ -81,7 +81,7 @@ impl<'a> Eliminated<'a> {
         let mut curvature = DMatrix::zeros(s + columns, s + columns);
         let mut gradient = DVector::zeros(s + columns);
         let (mut own, mut steps) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
-        let (m, held_by) = (smoother.sizes.muscles, smoother.settings.link.course_sd_n.powi(-2));
+        let (m, held_by) = (smoother.sizes.muscles, smoother.settings.link.deviation_sd_n.powi(-2));
         let windows = windows(z.len());
         let mut kept = None;
         for window in &windows {
@@ -189,7 +189,7 @@ impl<'a> Eliminated<'a> {
             known.unwrap_or_else(|| contributions(self.smoother, self.recording, window, self.by_shape));
         let Sizes { muscles, .. } = self.smoother.sizes;
         let (n, s) = (self.smoother.sizes.state(), self.smoother.sizes.shared());
-        let held_by = self.smoother.settings.link.course_sd_n.powi(-2);
+        let held_by = self.smoother.settings.link.deviation_sd_n.powi(-2);
         let states = window.clone().zip(found).map(|(t, found)| {
             let mut across = DMatrix::zeros(n, s + self.columns);
             let Some((rows, found)) = found else { return (None, across) };

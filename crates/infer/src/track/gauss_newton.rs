@@ -25,11 +25,11 @@ const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
 /// A step is rejected if the frame's cost exceeds both the previous and the expected cost by this factor plus this amount.
 const TOO_FAR: (f64, f64) = (1.1, 1.0);
 /// Damping of a frame in the first round, least damping after a rejected step, and damping from which the frame stays where it is, in units
-/// of the precision of a course.
+/// of the precision of a muscle's deviation from its level.
 const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
 /// Factor of the damping of a frame that responded as expected.
 const DAMPING_DECREASE: f64 = 0.2;
-/// Largest distance of an unknown from a linearisation that is kept, in standard deviations of a course.
+/// Largest distance of an unknown from a linearisation that is kept, in standard deviations of a muscle's deviation from its level.
 const KEPT_RANGE: f64 = 0.08;
 /// Largest difference of unknowns that are equal but for rounding.
 const ROUNDING: f64 = 1e-9;
@@ -350,7 +350,7 @@ impl<'a> Trial<'a> {
     /// The whole step with the kept linearisation; `None` if the step is too long for it, or if none is kept.
     fn with_kept_linearisation(&self) -> Option<TrialResult> {
         let moved = &self.unknowns_after - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
-        let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.course_sd_n);
+        let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.deviation_sd_n);
         if !moved.iter().enumerate().all(|(i, by)| by.abs() < KEPT_RANGE * if i < muscles { sd } else { 1.0 })
         {
             return None;

@@ -69,7 +69,7 @@ pub(super) fn reachabilities(
             let near = solver.nearest_reached(
                 &recording.frames[t],
                 &unknowns[t],
-                smoother.settings.link.course_sd_n,
+                smoother.settings.link.deviation_sd_n,
             );
             Some(near.map_or(Reachability::Lost, Reachability::Nearest))
         }))
@@ -136,8 +136,8 @@ impl FrameSolver<'_> {
     }
 
     /// The shape reached from rest that is nearest to the observations of a frame, by Gauss-Newton for that frame alone from the end of the
-    /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation of a course, other unknowns with 1. That end
-    /// itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
+    /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation that they have about their levels, other
+    /// unknowns with 1. That end itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
     fn nearest_reached(
         &mut self,
         frame: &Frame,

@@ -170,7 +170,7 @@ pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) 
     summaries(names, &each, link)
 }
 
-/// [`course_summaries`] from levels and courses of all muscles.
+/// [`course_summaries`] from tensions and courses of all muscles.
 pub(super) fn summaries(
     names: &[String],
     all: &[(&[Interval], &[Interval])],

@@ -102,7 +102,7 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// Number of unknowns of a frame: courses, displacements, slow error.
+    /// Number of unknowns of a frame: deviations, displacements, slow error.
     pub fn state(&self) -> usize {
         self.muscles + self.bones + self.knots
     }

@@ -1,7 +1,7 @@
 //! The most probable tensions of all frames on one body, by the Gauss-Newton method.
 //!
-//! The state of a frame is the course of each muscle, displacements of bones that were not observed, and the slow error at a few knots of
-//! the contour. All frames share the level of each muscle and the static error. The shape at rest is fixed.
+//! The state of a frame is the deviation of each muscle from its level, displacements of bones that were not observed, and the slow error
+//! at a few knots of the contour. All frames share the level of each muscle and the static error. The shape at rest is fixed.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -65,7 +65,7 @@ impl SmoothedRecording {
     }
 }
 
-/// Whitened residuals of a frame and their derivatives. Levels and static error have the derivatives of courses and slow error.
+/// Whitened residuals of a frame and their derivatives. Levels and static error have the derivatives of deviations and slow error.
 pub(super) struct WhitenedRows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
@@ -121,7 +121,7 @@ impl<'a> Smoother<'a> {
         let Sizes { muscles, bones, knots } = self.sizes;
         let n = self.sizes.state();
         let mut precision = DMatrix::identity(n, n);
-        (0..muscles).for_each(|i| precision[(i, i)] = self.settings.link.course_sd_n.powi(-2));
+        (0..muscles).for_each(|i| precision[(i, i)] = self.settings.link.deviation_sd_n.powi(-2));
         let slow = self.knots.precision(self.settings.errors.slow_mm);
         precision.view_mut((muscles + bones, muscles + bones), (knots, knots)).copy_from(&slow);
         let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
@@ -220,7 +220,7 @@ impl<'a> Smoother<'a> {
         Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
-    /// The unknown of a state with the same derivatives as a shared one: the course for a level, the slow error for the static one.
+    /// The unknown of a state with the same derivatives as a shared one: the deviation for a level, the slow error for the static one.
     pub(super) fn state_of_shared(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }

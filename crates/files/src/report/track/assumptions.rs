@@ -30,7 +30,7 @@ pub(super) fn prior<S: Serializer>(settings: &TrackSettings, serializer: S) -> R
         "scale_n": link.scale_n(),
         "memory_s": memory_s,
         "level_sd_n": link.level_sd_n,
-        "course_sd_n": link.course_sd_n,
+        "course_sd_n": link.deviation_sd_n,
         "median_n": link.prior_quantile(0.0),
         "interval_n": prior_interval_n(settings),
         "slow_error_mm": errors.slow_mm,
