@@ -76,7 +76,7 @@ pub mod adapt {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::adapt::Speaker;
     pub use tongue_infer::adapt::{
-        Adaptation, AdaptationInput, Landmarks, RestShapeMethod, followed, mark_of,
+        Adaptation, AdaptationInput, Landmarks, RestShapeMethod, followed_bones, mark_of,
     };
 }
 

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 bail!("{}: {problem}", path.display());
             }
             let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
-            (basis.to_landmarks(&landmarks).into_diagnostic()?, seen)
+            (basis.adapt_to_landmarks(&landmarks).into_diagnostic()?, seen)
         }
         None => {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             notes.extend(basis.place(&seen, &[]).into_diagnostic()?.doubt());
             notes.iter().for_each(|n| output::note(n));
             let speaker = output::with_bar("{bar:40} rest shape, {eta} left", |progress| {
-                basis.to_recordings(&seen, arguments.rest, &[], progress)
+                basis.adapt_to_recordings(&seen, arguments.rest, &[], progress)
             })?;
             (speaker.into_diagnostic()?, points_of_some_frames(&seen))
         }

@@ -211,7 +211,7 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         header.extend(["published", "table 4.8"]);
     }
     let t = rows(&header, target.muscles.iter().enumerate(), |(i, muscle)| {
-        let mark = if fit.contracts(i) { "*" } else { "" };
+        let mark = if fit.has_tension(i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
         let residual = residuals[i];
         let mut row = vec![

@@ -88,7 +88,7 @@ impl Arguments {
 /// A table of every tension of a posture with its intervals; with `-v` also one of every stretch.
 pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) -> String {
     let report = &sampled.reports[posture];
-    let seen = &sampled.posterior.density.seen;
+    let seen = &sampled.posterior.density.measurements;
     let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
     let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
     let mut text = format!(
@@ -139,7 +139,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
 
 /// Sentences about muscles whose tension surely differs between a posture and others that were sampled with it.
 fn contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
-    let own = &sampled.posterior.density.seen.labels[posture];
+    let own = &sampled.posterior.density.measurements.labels[posture];
     let sure = sampled.contrasts.iter().filter(|c| c.is_decided() && [&c.a, &c.b].contains(&own));
     sure.map(|c| difference(c) + "\n").collect()
 }

@@ -144,7 +144,7 @@ impl Arguments {
         let files = example.into_iter().chain(named).collect::<miette::Result<Vec<_>>>()?;
         let mut read: Vec<Loaded> = Vec::new();
         for (file, recordings) in files {
-            let beside = Waveform::beside(Path::new(&file));
+            let beside = Waveform::sound_file_beside(Path::new(&file));
             let sound = beside.clone().filter(|_| recordings.len() <= 1);
             if beside != sound {
                 output::note(&format!(

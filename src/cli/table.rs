@@ -252,7 +252,7 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
 pub(super) fn difference(c: &Contrast) -> String {
     let [by, low, high] = c.size().map(|n| report::with_decimals(n, 1));
     let sure = report::probability(c.probability_more.max(1.0 - c.probability_more));
-    format!("{}, by {by} ({low} to {high}) N/m, P {sure}", c.said().unwrap_or_default())
+    format!("{}, by {by} ({low} to {high}) N/m, P {sure}", c.sentence().unwrap_or_default())
 }
 
 /// The differences between labels in which most speakers agree, one in each line.
@@ -261,7 +261,7 @@ pub fn most_agree(all: &[OverSpeakers]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let sentences: Vec<String> = all.iter().filter_map(OverSpeakers::said).collect();
+    let sentences: Vec<String> = all.iter().filter_map(OverSpeakers::sentence).collect();
     let title = "differences between labels in which most speakers agree";
     let intervals = "intervals are of the mean over speakers, without errors that all share";
     let count = format!("{} of {}", sentences.len(), all.len());

@@ -68,7 +68,7 @@ impl ReadSound {
         };
         if let Some(palate) = palate {
             let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
-            tract = tract.under(&palate, REACH_MM);
+            tract = tract.with_palate(&palate, REACH_MM);
         }
         Ok((Arc::new(VocalTract::round(body, tract).into_diagnostic()?), lips))
     }

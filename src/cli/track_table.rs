@@ -79,7 +79,7 @@ pub fn track(record: &TrackRecord) -> String {
 fn contrasts(compared: &Comparison) -> String {
     const MOST: usize = 20;
     let decided = compared.decided().into_iter().map(difference);
-    format!("\n{}\n{}", compared.said(), lines(join_first(decided, MOST, "\n")))
+    format!("\n{}\n{}", compared.sentence(), lines(join_first(decided, MOST, "\n")))
 }
 
 fn lines(text: String) -> String {

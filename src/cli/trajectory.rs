@@ -116,7 +116,7 @@ impl Arguments {
         if self.force {
             return method.integrator(motion, control).into_diagnostic();
         }
-        let mut integrator = method.checked(motion, control).map_err(|e| {
+        let mut integrator = method.checked_integrator(motion, control).map_err(|e| {
             miette!("{e}{}", if method.is_explicit() { " (--force runs it all the same)" } else { "" })
         })?;
         if let Control::Fixed(dt) = control {
@@ -196,7 +196,7 @@ pub fn run(
     let (outcome, state) = (sampled.outcome, &sampled.end);
     output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
     let mut tensions = vec![0.0; system.muscle_count()];
-    motion.tensions().at(state.time, &mut tensions);
+    motion.tensions().write_at(state.time, &mut tensions);
     let at_the_end = Configuration { positions: &state.positions, tensions: &tensions };
     let (dt_s, tolerance_mm) = match control {
         Control::Fixed(dt) => (Some(dt), None),
@@ -239,7 +239,7 @@ fn write(
 ) -> miette::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
-        motion.tensions().at(time, &mut tensions);
+        motion.tensions().write_at(time, &mut tensions);
         tensions
     };
     let rows = sampled.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());

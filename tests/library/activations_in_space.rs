@@ -14,7 +14,7 @@ use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::{RECORDED, folder, recording};
 
 /// Positions of nodes at given activations, with a standard deviation of 0.5 mm.
-fn seen(body: &Body<3>, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
+fn marks(body: &Body<3>, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
     let w = solved(system, &body.activations(given).unwrap());
     nodes.iter().map(|&node| SpaceMark::node(node, w.positions()[node], 5e-4)).collect()
 }
@@ -25,7 +25,7 @@ fn activations_come_back_from_the_surface_that_they_made() {
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let free: Vec<usize> = (0..body.mesh.nodes.len()).filter(|n| !body.mesh.fixed.contains(n)).collect();
     let truth = [("A_L", 0.12), ("A_R", 0.03), ("M", 0.07)];
-    let target = seen(&body, &system, &truth, &free);
+    let target = marks(&body, &system, &truth, &free);
     let search = SpaceSearch { sides_apart: true, prior_sd: 100.0, ..SpaceSearch::default() };
     let fit = search.fit(&body, &system, &target, None).unwrap();
     for (found, (name, truth)) in fit.answer.tensions.iter().zip(truth) {
@@ -36,7 +36,7 @@ fn activations_come_back_from_the_surface_that_they_made() {
     assert!(fit.others_as_good(0.05).next().is_none());
 
     // If the sides are alike, A has one unknown, which its two muscles share.
-    let target = seen(&body, &system, &[("A", 0.1), ("M", 0.05)], &free);
+    let target = marks(&body, &system, &[("A", 0.1), ("M", 0.05)], &free);
     let search = SpaceSearch { sides_apart: false, ..search };
     let fit = search.fit(&body, &system, &target, None).unwrap();
     assert_eq!(fit.names, ["A", "M"]);
@@ -56,7 +56,7 @@ fn what_the_middle_cannot_know_is_open() {
     let middle = |n: &usize| body.mesh.nodes[*n].y.abs() < 1e-9 && !body.mesh.fixed.contains(n);
     let middle: Vec<usize> = (0..body.mesh.nodes.len()).filter(middle).collect();
     // Only x and z of the middle are given, because y would tell one side from the other.
-    let target = seen(&body, &system, &[("A", 0.1)], &middle);
+    let target = marks(&body, &system, &[("A", 0.1)], &middle);
     let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
     let fit = search.fit(&body, &system, &target, None).unwrap();
     assert_eq!(fit.combinations.len(), 3);
@@ -110,10 +110,10 @@ fn a_start_amid_strong_muscles_finds_those_of_a_recorded_protrusion() {
     let half = body.half().unwrap();
     let model = SpaceModel { muscles: MusclesAs::Lines, stiffening: 9.0, ..SpaceModel::default() };
     let (system, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
-    let seen = at_the_turning_point(&folder.join("protrude_model_target_position.txt"));
+    let marks = at_the_turning_point(&folder.join("protrude_model_target_position.txt"));
     let usual = SpaceSearch::default();
     let search = SpaceSearch { settings: FitSettings { starts: 2, ..usual.settings }, ..usual };
-    let fit = search.fit_alike((&body, &system), (&half, &left), &seen, None).unwrap();
+    let fit = search.fit_alike((&body, &system), (&half, &left), &marks, None).unwrap();
     // A search from rest alone would end at 0.35 mm, with VERT at 0.
     assert!((fit.rms_m - 1.4e-4).abs() < 5e-6 && fit.ended_here() == 1, "{} {}", fit.rms_m, fit.ended_here());
     // ArtiSynth's excitations at that time.

@@ -47,7 +47,7 @@ fn an_identity_changes_no_bit() {
     let mut own = landmarks(&body, |p| p);
     own.contour = anatomy.outline().points()[3..14].to_vec();
     own.named.insert("uvula".to_owned(), Point::new(0.06, 0.04));
-    let adapted = basis(&body, &anatomy).to_landmarks(&own).unwrap();
+    let adapted = basis(&body, &anatomy).adapt_to_landmarks(&own).unwrap();
     assert_eq!(adapted.body, body);
     assert!(adapted.notes.iter().any(|n| n.contains("uvula")), "landmarks that say nothing are named");
 }
@@ -81,8 +81,8 @@ fn exchanged_bones_and_points_out_of_order_are_told() {
             }
         }
         for order in [&along, &backwards] {
-            let said = doubt(["hyoid", "mental_spine"], order, side);
-            assert!(said.contains("the names of these two are exchanged"), "{said}");
+            let message = doubt(["hyoid", "mental_spine"], order, side);
+            assert!(message.contains("the names of these two are exchanged"), "{message}");
         }
         assert!(doubt(right, &disordered, side).contains("not in their order along the tongue"));
     }
@@ -96,13 +96,13 @@ fn landmarks_turn_scale_and_shift() {
     let (angle, scale) = (0.2_f64, 1.1);
     let to = [Point::new(0.01, -0.02), Point::new(0.01 + scale * angle.cos(), -0.02 + scale * angle.sin())];
     let truth = Similarity::between(&from, &to).unwrap();
-    let adapted = basis(&body, &anatomy).to_landmarks(&landmarks(&body, |p| truth.place(p))).unwrap();
+    let adapted = basis(&body, &anatomy).adapt_to_landmarks(&landmarks(&body, |p| truth.place(p))).unwrap();
     for (a, b) in adapted.body.mesh.nodes.iter().zip(&body.mesh.nodes) {
         assert!((a - truth.place(*b)).norm() < 1e-12);
     }
     let named = BTreeMap::from([("hyoid".into(), Point::zeros())]);
     let lonely =
-        basis(&body, &anatomy).to_landmarks(&Landmarks { named, ..Landmarks::default() }).unwrap_err();
+        basis(&body, &anatomy).adapt_to_landmarks(&Landmarks { named, ..Landmarks::default() }).unwrap_err();
     assert!(lonely.to_string().contains("mental_spine"), "{lonely}");
 }
 
@@ -120,7 +120,7 @@ fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
         .map(|at| other.surface.curve.weights(at).iter().map(|(n, w)| other.body.mesh.nodes[*n] * *w).sum())
         .collect();
     let with = |contour: Vec<Point>| Landmarks { contour, ..landmarks(&body, |p| p) };
-    let adapted = basis(&body, &anatomy).to_landmarks(&with(drawn.clone())).unwrap();
+    let adapted = basis(&body, &anatomy).adapt_to_landmarks(&with(drawn.clone())).unwrap();
     assert_eq!(adapted.how, RestShapeMethod::Contour);
     assert!(adapted.rms_m.unwrap() < 0.3e-3, "{:?}", adapted.rms_m);
     assert!(adapted.least_area_ratio > 0.5 && adapted.notes.is_empty());
@@ -128,7 +128,7 @@ fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
     assert!(lengths(&adapted.body) > lengths(&body) + 3e-3, "GGm reaches the dorsum");
     // This contour in the floor of the mouth would turn the tissue inside out.
     let below: Vec<Point> = drawn.iter().map(|p| Point::new(p.x, -0.02 - 0.2 * p.y)).collect();
-    let least = basis(&body, &anatomy).to_landmarks(&with(below)).unwrap().least_area_ratio;
+    let least = basis(&body, &anatomy).adapt_to_landmarks(&with(below)).unwrap().least_area_ratio;
     assert!(least >= 0.15, "no cell folds, whatever is asked: {least}");
 }
 
@@ -168,7 +168,7 @@ fn ten_speakers_are_met_or_refused_whichever_way_they_look() {
         }
         let drawn = Landmarks::from_bytes(table.as_bytes(), "rest.csv", &Map::default()).unwrap();
         assert_eq!(drawn.mirrored, side < 0.0, "{nth}");
-        let adapted = basis(&body, &anatomy).to_landmarks(&drawn).unwrap();
+        let adapted = basis(&body, &anatomy).adapt_to_landmarks(&drawn).unwrap();
         let length = |b: &Body<2>| b.mesh.distance(b.mesh.muscles[0].ends());
         let ratio = length(&adapted.body) / length(&other.body);
         if adapted.doubts(&body).is_empty() {
@@ -196,9 +196,9 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
     let shapes =
         all.iter().zip(&times).filter_map(|(t, time)| Some((speaker.shape(t, Point::zeros())?, *time)));
     let (shapes, kept): (Vec<_>, Vec<_>) = shapes.unzip();
-    let seen = speaker.seen(&shapes, &kept, Kind::Contour(11, 0.5e-3), &mut rng);
+    let recording = speaker.record(&shapes, &kept, Kind::Contour(11, 0.5e-3), &mut rng);
     let basis = basis(&body, &anatomy);
-    let fit = |how| basis.to_recordings(&[&seen], how, &[], &|_, _| {}).unwrap();
+    let fit = |how| basis.adapt_to_recordings(&[&recording], how, &[], &|_, _| {}).unwrap();
     let (similar, joint) = (fit(RestShapeMethod::Similarity), fit(RestShapeMethod::Joint));
     // Root mean square distance between a body's surface at rest and the speaker's.
     let away = |b: &Body<2>| {

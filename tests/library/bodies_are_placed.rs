@@ -5,7 +5,7 @@ use tongue_fit::geometry::{Point, Similarity};
 use tongue_fit::inverse::Recorded;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::track::TongueSurface;
-use tongue_infer::adapt::{Registration, RegistrationData, RestError, by_bones, mark_of};
+use tongue_infer::adapt::{Registration, RegistrationData, RestError, mark_of, similarity_by_bones};
 
 fn body() -> Body<2> {
     Body::tongue(5.5e-3).unwrap()
@@ -35,11 +35,11 @@ fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
     let seen = |bone: &str| Some(truth.place(mark_of(&body, bone).unwrap()));
     for count in [11, 100] {
         let drawn: Vec<Point> = contour(&body, count).iter().map(|p| truth.place(*p)).collect();
-        let found = RegistrationData::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+        let found = RegistrationData::of_contour(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
         // The priors of rotation and scale shrink the result slightly.
         assert!(apart(&found.similarity, &truth, &body) < 1.5e-3, "{found:?}");
         assert!(found.rms_m < 0.5e-3);
-        let alone = RegistrationData::drawn(&drawn, None, None).place(&body).unwrap();
+        let alone = RegistrationData::of_contour(&drawn, None, None).place(&body).unwrap();
         let far = apart(&alone.similarity, &truth, &body);
         assert!(far < 12e-3, "{far} {alone:?}");
     }
@@ -51,10 +51,11 @@ fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
     let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
     // The hyoid is 12 mm lower. The two landmarks alone would turn the body by 17 degrees.
     let low = hyoid - Point::new(0.0, 12e-3);
-    let found = RegistrationData::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
+    let found =
+        RegistrationData::of_contour(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
     assert!(found.similarity.angle().abs() < 0.1, "{}", found.similarity.angle());
     assert!((found.similarity.scale() - 1.0).abs() < 0.06);
-    let by_two = by_bones(&body, |b| Some(if b == HYOID { low } else { spine })).unwrap();
+    let by_two = similarity_by_bones(&body, |b| Some(if b == HYOID { low } else { spine })).unwrap();
     assert!(by_two.angle().abs() > 0.25);
 }
 
@@ -63,10 +64,10 @@ fn a_palate_of_another_frame_is_left_out_and_named() {
     let body = body();
     let palate = body.palate.clone().unwrap();
     let drawn = with_bones(&body, &contour(&body, 11), Point::zeros(), 1);
-    let right = drawn.clone().under(Some(&palate)).place(&body).unwrap();
+    let right = drawn.clone().with_palate(Some(&palate)).place(&body).unwrap();
     assert!(!right.without_palate && right.doubt().is_none(), "{right:?}");
     let elsewhere: Vec<Point> = palate.iter().map(|p| p + Point::new(40e-3, -40e-3)).collect();
-    let wrong = drawn.clone().under(Some(&elsewhere)).place(&body).unwrap();
+    let wrong = drawn.clone().with_palate(Some(&elsewhere)).place(&body).unwrap();
     assert!(wrong.without_palate, "{wrong:?}");
     assert_eq!(wrong.similarity, drawn.place(&body).unwrap().similarity);
     assert!(wrong.doubt().unwrap().contains("the palate does not fit"));
@@ -83,7 +84,7 @@ fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
 /// A contour, the mental spine at its place and the hyoid displaced by `off` (m), in this number of frames.
 fn with_bones(body: &Body<2>, drawn: &[Point], off: Point, frames: usize) -> RegistrationData {
     let (spine, hyoid) = (mark_of(body, MANDIBLE).unwrap(), mark_of(body, HYOID).unwrap());
-    RegistrationData { frames, ..RegistrationData::drawn(drawn, Some(spine), Some(hyoid + off)) }
+    RegistrationData { frames, ..RegistrationData::of_contour(drawn, Some(spine), Some(hyoid + off)) }
 }
 
 /// Distance of the farther bone from its place, mm.
@@ -99,8 +100,8 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
         let data = with_bones(&body, &drawn, Point::from(off_m), 40);
         let mut recording = AlignedRecording::of_contours(&[&drawn]);
         recording.bones = vec![MANDIBLE.to_owned(), HYOID.to_owned()];
-        let seen = mark_of(&body, HYOID).map(|hyoid| hyoid + Point::from(off_m));
-        recording.frames[0].bones = vec![mark_of(&body, MANDIBLE), seen];
+        let aligned_recording = mark_of(&body, HYOID).map(|hyoid| hyoid + Point::from(off_m));
+        recording.frames[0].bones = vec![mark_of(&body, MANDIBLE), aligned_recording];
         recording.frames = vec![recording.frames[0].clone(); 40];
         let in_plane = data.place(&body).and_then(Registration::in_one_frame).map(drop);
         let in_space = Recorded::of_recordings(&[&recording], Some(&body), None).map(drop);
@@ -128,21 +129,21 @@ fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_fro
     };
     let larger: Vec<Point> = whole.iter().map(|p| p * 1.5 + Point::new(20e-3, -20e-3)).collect();
     let behind: Vec<Point> = whole.iter().map(|p| p + Point::new(25e-3, 0.0)).collect();
-    for (placed, said) in [
+    for (placed, expected) in [
         (of(&larger, 0.0), "its unit is larger"),
         (of(&behind, 0.0), "not in one frame"),
         (of(&whole[4..], -35e-3), "its root is not drawn"),
     ] {
-        let told = placed.in_one_frame().unwrap_err().to_string();
-        assert!(told.contains(said) && told.contains("hyoid = \"ignore\""), "{told}");
+        let message = placed.in_one_frame().unwrap_err().to_string();
+        assert!(message.contains(expected) && message.contains("hyoid = \"ignore\""), "{message}");
     }
     // A contour without the root is used although the hyoid is 10 to 14 mm off, with a note.
     let mut used = 0;
     for down_mm in 0..40 {
         let short = of(&whole[4..], -1e-3 * f64::from(down_mm));
-        let (off_mm, told) =
-            (off_mm(&short), short.doubt().is_some_and(|said| said.contains("its root is not drawn")));
-        assert_eq!((short.in_one_frame().is_ok(), told), (off_mm <= 14.0, off_mm > 10.0), "{off_mm}");
+        let (off_mm, is_doubted) =
+            (off_mm(&short), short.doubt().is_some_and(|message| message.contains("its root is not drawn")));
+        assert_eq!((short.in_one_frame().is_ok(), is_doubted), (off_mm <= 14.0, off_mm > 10.0), "{off_mm}");
         used += i32::from(off_mm > 10.0 && off_mm <= 14.0);
     }
     assert!(used > 2, "{used}");
@@ -152,7 +153,7 @@ fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_fro
 fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_whole_recordings() {
     let body = body();
     let drawn = contour(&body, 11);
-    let mut told = [0; 3];
+    let mut counts = [0; 3];
     for down_mm in (0..80).step_by(8) {
         let off = Point::new(0.0, -1e-3 * f64::from(down_mm));
         let of = |frames| with_bones(&body, &drawn, off, frames).place(&body).unwrap();
@@ -161,9 +162,9 @@ fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_who
         for (frames, most_mm) in [(1, 19.75), (10, 17.5), (20, 15.0), (40, 10.0), (90, 10.0)] {
             assert_eq!(of(frames).in_one_frame().is_ok(), off_mm <= most_mm, "{off_mm}");
         }
-        let is_told = one.doubt().is_some_and(|said| said.contains("so few frames (1)"));
-        assert_eq!(is_told, off_mm > 10.0, "{off_mm}");
-        told[usize::from(off_mm > 10.0) + usize::from(off_mm > 19.75)] += 1;
+        let is_doubted = one.doubt().is_some_and(|message| message.contains("so few frames (1)"));
+        assert_eq!(is_doubted, off_mm > 10.0, "{off_mm}");
+        counts[usize::from(off_mm > 10.0) + usize::from(off_mm > 19.75)] += 1;
     }
-    assert!(told.iter().all(|n| *n > 0), "{told:?}");
+    assert!(counts.iter().all(|n| *n > 0), "{counts:?}");
 }

@@ -75,8 +75,8 @@ fn a_nearly_incompressible_beam_bends_as_much_as_a_compressible_one() {
     let stiff = MooneyRivlin { bulk: 1e4 * 2074.0, ..soft };
     let [compressible, incompressible] = [soft, stiff].map(|law| deflection(law, [16, 4]));
     // Elements without a mean volume would have a twentieth of it at nu 0.49995.
-    for (part, told) in [(compressible, 0.91), (incompressible, 0.86)] {
-        assert!((part - told).abs() < 5e-3, "{compressible} {incompressible}");
+    for (part, expected) in [(compressible, 0.91), (incompressible, 0.86)] {
+        assert!((part - expected).abs() < 5e-3, "{compressible} {incompressible}");
     }
 }
 
@@ -92,7 +92,7 @@ fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
         let activations = body.activations(&[("A", 0.2), ("m", 0.1)]).unwrap();
         let of_half = half.activations(&activations).unwrap();
         let (w, l) = (solved(&whole, &activations), solved(&left, &of_half));
-        let apart = largest_distance(&half.whole(l.positions()), w.positions());
+        let apart = largest_distance(&half.positions_of_whole(l.positions()), w.positions());
         assert!(apart < 1e-7, "{apart}");
         assert!(largest_distance(w.positions(), &body.mesh.nodes) > 1e-4);
     }
@@ -179,13 +179,13 @@ fn files_that_are_wrong_are_named_with_their_line() {
         (|f| &mut f.jaw, "4", "400", "jawAttachments.txt:1: node 400 does not exist"),
         (|f| &mut f.elements, "1 2 4 3 7 8 10 9", "7 8 10 9 1 2 4 3", "a.elem: is not a valid body:"),
     ];
-    for (part, from, to, told) in cases {
+    for (part, from, to, expected) in cases {
         let mut files = files();
         let text = &mut part(&mut files).text;
         assert!(text.contains(from), "{from}");
         *text = text.replacen(from, to, 1);
         let message = artisynth::body(&files, "folder").unwrap_err().to_string();
-        assert!(message.starts_with(&format!("folder/{told}")), "{message}");
+        assert!(message.starts_with(&format!("folder/{expected}")), "{message}");
     }
     says(artisynth::read(&PathBuf::from("no/such/folder")), "no/such/folder: cannot be read");
 }

@@ -45,7 +45,7 @@ fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
     for name in body.groups() {
         let all = body.activations(&[(&name, 0.1)]).unwrap();
         let l = solved(&left, &half.activations(&all).expect("alike"));
-        let positions = half.whole(l.positions());
+        let positions = half.positions_of_whole(l.positions());
         let (least, most) = left.cell_ratios(l.positions());
         assert!(least > 0.8 && most < 1.2, "{name} {least} {most}");
         if ["GGP", "STY", "TRANS"].contains(&name.as_str()) {
@@ -65,7 +65,7 @@ fn a_finer_mesh_moves_nearly_alike() {
         let activations = half.activations(&body.activations(&[(name, 0.1)]).unwrap()).unwrap();
         let w = solved(&system, &activations);
         let tip = body.tip().unwrap();
-        (half.whole(w.positions())[tip] - body.mesh.nodes[tip]) * 1e3
+        (half.positions_of_whole(w.positions())[tip] - body.mesh.nodes[tip]) * 1e3
     };
     for name in ["GGP", "HG"] {
         let [coarse, fine]: [Vector3<f64>; 2] = [1, 2].map(|fine| moved(fine, name));

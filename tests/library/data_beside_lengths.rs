@@ -18,7 +18,7 @@ use tongue_infer::posterior::{
 };
 
 use crate::fixtures::less_compressible;
-use crate::posterior::{at_mode, coarse_posterior_model, derivatives, posterior_model, seen, solved};
+use crate::posterior::{at_mode, coarse_posterior_model, derivatives, measurements, posterior_model, solved};
 
 fn posterior_models() -> Vec<PosteriorModel> {
     let bodies = [Body::tongue(5.5e-3), Body::continuum(8e-3, &ContinuumSettings::default())];
@@ -28,7 +28,7 @@ fn posterior_models() -> Vec<PosteriorModel> {
 }
 
 fn stretches() -> Measurements {
-    seen("S2", "a")
+    measurements("S2", "a")
 }
 
 /// Activity of GGa, and of the hyoglossus (HGa and HGp together), in the posture and in the baseline.
@@ -70,8 +70,8 @@ fn coils(posterior_model: &PosteriorModel, positions: [&[Point]; 2]) -> Auxiliar
         Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap().remove(0)
     };
     let both = Recording::of_coils(&positions.map(file)).unwrap();
-    let seen = recording::AlignedRecording::new(&both, &Map::default()).unwrap();
-    AuxiliaryData::points(&posterior_model.body, &seen, &[Some(0), None]).unwrap()
+    let aligned_recording = recording::AlignedRecording::new(&both, &Map::default()).unwrap();
+    AuxiliaryData::points(&posterior_model.body, &aligned_recording, &[Some(0), None]).unwrap()
 }
 
 fn with_all(posterior_model: &PosteriorModel) -> Measurements {
@@ -105,7 +105,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
         // The Jacobian at the mode, which the search used, is also that of the values.
         let here = solved(&mut evaluator, &at, &map_estimate.solved);
         let (linear, _) = evaluator.linearise(&at, &here.solved).unwrap();
-        let rows = density.rows().len() - density.seen.len();
+        let rows = density.rows().len() - density.measurements.len();
         assert_eq!(rows, 4 + 22 + 12, "activity in one posture says nothing");
         for i in 0..n {
             let mut side = |by: f64| {
@@ -142,7 +142,7 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
             let shapes = density.lanes().solve(&[load(0), load(1)], density.settings());
             let [vowel, base] = [0, 1].map(|s| system.lengths(&shapes[s].positions));
             let shape = |posture: Option<usize>| shapes[posture.unwrap_or(1)].positions.as_slice();
-            let auxiliary = density.seen.auxiliary.iter().flat_map(|b| b.of_shapes(shape));
+            let auxiliary = density.measurements.auxiliary.iter().flat_map(|b| b.of_shapes(shape));
             DVector::from_vec(vowel.iter().zip(&base).map(|(v, b)| v / b).chain(auxiliary).collect())
         };
         let agree = |derivative: DVectorView<'_, f64>, difference: &DVector<f64>, what: &str| {
@@ -274,7 +274,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     // The nodes of the hyoid depend on the patches of the body, so the hyoid moves without tilting here.
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &priors).unwrap();
-    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
     let map_estimate = MapEstimate::find(&mut density).unwrap();
     let (values, _) = density.parameter_values(&map_estimate.scores);
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
@@ -319,7 +319,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     // If kappa is known, the covariance is that of muscle ends and outline.
     let posterior_model =
         posterior_model(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
-    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
     let map_estimate = MapEstimate::find(&mut density).unwrap();
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let draws: Vec<(u64, DVector<f64>)> = (0..).zip(laplace_draws(&map_estimate, 200, 2)).collect();

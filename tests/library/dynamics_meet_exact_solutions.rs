@@ -116,7 +116,8 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
     let (b, bcc) = (c.tissue_damping, c.contractile_damping);
     let a = nalgebra::Matrix2::new(-(k + k1 + k2) / b, k2 / b, k2 / bcc, -k2 / bcc);
     let rest = a.try_inverse().unwrap() * nalgebra::Vector2::new(0.0, PULL / bcc);
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
+    let mut integrator =
+        IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-10)).unwrap();
     let mut state = motion.at_rest();
     for t in [0.2, 1.0, 3.0] {
         let outcome = run(&motion, integrator.as_mut(), &mut state, t, &[], &mut ());

@@ -29,7 +29,7 @@ const PRINTED_MASS: f64 = 2.2e-4;
 fn of(additions: Additions<2>) -> (System<2>, Vec<f64>) {
     let mesh = fixtures::tongue();
     let (muscles, tensions) = fixtures::pulling(&mesh, &fixtures::PUBLISHED_A);
-    (System::with(&mesh, &Model::default(), &muscles, additions).unwrap(), tensions)
+    (System::with_additions(&mesh, &Model::default(), &muscles, additions).unwrap(), tensions)
 }
 
 #[derive(Default)]
@@ -55,7 +55,7 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
             (IntegrationMethod::TrBdf2, Control::Adaptive(1e-9)),
             (IntegrationMethod::TrBdf2, Control::Fixed(0.1)),
         ] {
-            let mut integrator = method.checked(&motion, control).unwrap();
+            let mut integrator = method.checked_integrator(&motion, control).unwrap();
             let mut state = motion.at_rest();
             let outcome = run(&motion, integrator.as_mut(), &mut state, 60.0, &[], &mut ());
             assert_eq!(outcome.status, MotionStatus::Completed, "{method} {control:?}");
@@ -74,7 +74,7 @@ fn energy_never_grows_without_tension() {
     for method in IntegrationMethod::ALL {
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
         let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
-        let mut integrator = method.checked(&motion, Control::Fixed(dt)).unwrap();
+        let mut integrator = method.checked_integrator(&motion, Control::Fixed(dt)).unwrap();
         let mut state = motion.at_rest();
         state.positions = fixtures::shaken(&mesh, 4e-4);
         let (start, mut counts) = (motion.energy(&state), StepCounts::default());
@@ -132,7 +132,7 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
         let mut unstable = 0;
         for part in [0.95, 0.98, 0.99, 1.0, 1.01, 1.05] {
             let dt = part * at_rest;
-            let refused = method.checked(&motion, Control::Fixed(dt)).unwrap_err();
+            let refused = method.checked_integrator(&motion, Control::Fixed(dt)).unwrap_err();
             let says = "(as its tensions load it: stiffest mode";
             assert!(part > 1.0 || refused.to_string().contains(says), "{refused}");
             let (outcome, found) = end(&motion, method, Control::Fixed(dt));
@@ -170,7 +170,7 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
             (IntegrationMethod::TrBdf2, Control::Fixed(1e-4)),
             (IntegrationMethod::Verlet, Control::Fixed(1e-7)),
         ] {
-            let mut integrator = method.checked(&motion, control).unwrap();
+            let mut integrator = method.checked_integrator(&motion, control).unwrap();
             let mut state = motion.at_rest();
             let outcome = run(&motion, integrator.as_mut(), &mut state, t_end, &[], &mut ());
             let hopeless = control == Control::Adaptive(f64::from_bits(1)) && t_end > 1e-15;
@@ -189,13 +189,14 @@ fn every_sample_is_shown_where_a_kink_lies_a_bit_before_the_end() {
     let t_end = 0.1 + 0.2;
     let motion = Motion::new(&system, Tensions::Ramp { to: vec![1.0], duration: 0.3 }).unwrap();
     assert!(t_end > 0.3 && t_end - 0.3 < 1e-15);
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-9)).unwrap();
-    let (mut state, mut seen) = (motion.at_rest(), Keep::default());
+    let mut integrator =
+        IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-9)).unwrap();
+    let (mut state, mut kept) = (motion.at_rest(), Keep::default());
     let times = sample_times(t_end, 5);
-    let outcome = run(&motion, integrator.as_mut(), &mut state, t_end, &times, &mut seen);
+    let outcome = run(&motion, integrator.as_mut(), &mut state, t_end, &times, &mut kept);
     assert_eq!((outcome.status, outcome.time_s), (MotionStatus::Completed, t_end));
-    assert_eq!(seen.0.len(), times.len());
-    assert_eq!(seen.0.last(), Some(&state.positions));
+    assert_eq!(kept.0.len(), times.len());
+    assert_eq!(kept.0.last(), Some(&state.positions));
 }
 
 /// An integrator that leaves a velocity of NaN.
@@ -256,10 +257,11 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     let mut released = slack.at_rest();
     released.positions.copy_from_slice(&shape);
     let times = [0.0, 3.0, 6.0, 8.0];
-    let mut seen = Keep::default();
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&slack, Control::Adaptive(1e-10)).unwrap();
-    run(&slack, integrator.as_mut(), &mut released, 8.0, &times, &mut seen);
-    let left: Vec<f64> = seen.0.iter().map(|x| largest_distance(x, passive.rest())).collect();
+    let mut kept = Keep::default();
+    let mut integrator =
+        IntegrationMethod::TrBdf2.checked_integrator(&slack, Control::Adaptive(1e-10)).unwrap();
+    run(&slack, integrator.as_mut(), &mut released, 8.0, &times, &mut kept);
+    let left: Vec<f64> = kept.0.iter().map(|x| largest_distance(x, passive.rest())).collect();
     let time_constant = 2.0 / (left[2] / left[3]).ln();
     let c = passive.coefficients();
     assert!((time_constant - c.tissue_damping / c.tissue_stiffness).abs() < 0.02, "{time_constant} s");
@@ -267,10 +269,11 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
 
     // If muscles pull it to the same shape, the contractile dampers (2.1 s for a muscle alone) delay it, too.
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
-    let mut seen = Keep::default();
-    run(&motion, integrator.as_mut(), &mut motion.at_rest(), 8.0, &times, &mut seen);
-    let left: Vec<f64> = seen.0.iter().map(|x| largest_distance(x, &shape)).collect();
+    let mut integrator =
+        IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-10)).unwrap();
+    let mut kept = Keep::default();
+    run(&motion, integrator.as_mut(), &mut motion.at_rest(), 8.0, &times, &mut kept);
+    let left: Vec<f64> = kept.0.iter().map(|x| largest_distance(x, &shape)).collect();
     let time_constant = 2.0 / (left[2] / left[3]).ln();
     assert!((time_constant - 1.43).abs() < 0.03, "{time_constant} s");
     assert!((left[1] / left[0] - 0.178).abs() < 0.01, "{}", left[1] / left[0]);
@@ -281,7 +284,7 @@ fn steps_and_tolerances_out_of_range_are_refused() {
     let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
     let motion = Motion::new(&system, Tensions::Constant(vec![1.0])).unwrap();
     let refused = |method: IntegrationMethod, control| {
-        method.checked(&motion, control).map(drop).unwrap_err().to_string()
+        method.checked_integrator(&motion, control).map(drop).unwrap_err().to_string()
     };
     for (bad, method) in
         [0.0, -1e-3, f64::NAN, f64::INFINITY].into_iter().flat_map(|b| IntegrationMethod::ALL.map(|m| (b, m)))
@@ -289,8 +292,8 @@ fn steps_and_tolerances_out_of_range_are_refused() {
         assert!(refused(method, Control::Fixed(bad)).starts_with(&format!("the step is {bad} s")));
         refused(method, Control::Adaptive(bad));
     }
-    let said = refused(IntegrationMethod::Verlet, Control::Adaptive(1e-9));
-    assert!(said.starts_with("verlet has no error control"), "{said}");
+    let message = refused(IntegrationMethod::Verlet, Control::Adaptive(1e-9));
+    assert!(message.starts_with("verlet has no error control"), "{message}");
     assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
 }
 
@@ -301,12 +304,12 @@ fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
     let times = sample_times(3.0, 61);
     let go = |tolerance| {
         let mut integrator =
-            IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance)).unwrap();
-        let mut seen = Keep::default();
-        let outcome = run(&motion, integrator.as_mut(), &mut motion.at_rest(), 3.0, &times, &mut seen);
+            IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(tolerance)).unwrap();
+        let mut kept = Keep::default();
+        let outcome = run(&motion, integrator.as_mut(), &mut motion.at_rest(), 3.0, &times, &mut kept);
         assert_eq!(outcome.status, MotionStatus::Completed);
-        assert_eq!(seen.0.len(), times.len());
-        (seen.0, outcome.counts)
+        assert_eq!(kept.0.len(), times.len());
+        (kept.0, outcome.counts)
     };
     let (reference, _) = go(1e-12);
     let (found, counts) = go(1e-9);

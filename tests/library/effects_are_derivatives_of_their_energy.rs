@@ -56,7 +56,7 @@ fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
 
 fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64) -> Vec<&'static str> {
     let model = Model::default();
-    let system = System::with(mesh, &model, &[0], additions(mesh, side)).unwrap();
+    let system = System::with_additions(mesh, &model, &[0], additions(mesh, side)).unwrap();
     // Nodes of quadratic elements are half as far apart.
     let far = if mesh.continuum.is_some() { 0.03 } else { 0.08 };
     check_system(&system, &fixtures::shaken(mesh, far * side), side, &[7.5], 1.0)

@@ -133,13 +133,13 @@ fn picture() -> String {
 #[test]
 fn a_probability_does_not_seem_to_reach_the_limit_of_a_word_that_it_stays_below() {
     // The limits are 0.8 (probably) and 0.95 (surely).
-    let told =
+    let words =
         [0.949, 0.95, 0.796, 0.8, 0.5, 0.204, 0.2, 0.051, 0.05, 0.29, 0.58, 1.0, 0.0, 0.999].map(probability);
     let wanted = [
         "0.94", "0.95", "0.79", "0.80", "0.50", "0.21", "0.20", "0.06", "0.05", "0.29", "0.58", "1.00",
         "0.00", "0.99",
     ];
-    assert_eq!(told, wanted);
+    assert_eq!(words, wanted);
 }
 
 #[test]
@@ -162,14 +162,14 @@ fn the_picture_shows_every_connection_muscle_and_bone_once() {
     assert!(passive[0].attribute("stroke-dasharray").is_some());
     let bones = all(&document, "rect").into_iter().filter(|n| n.attribute("fill") == Some(INK)).count();
     assert_eq!(bones, 1 + 1, "the one in view, and one in the legend");
-    let told = texts(&document);
+    let words = texts(&document);
     let contracts = "contracting, with its tension in N per metre of thickness";
     let names =
         ["GGa", "GGm 2.5", "rest", "deformed", "bone", "to its bone, out of view", contracts, "S2 /ɯ/"];
     for name in names {
-        assert_eq!(told.iter().filter(|t| *t == name).count(), 1, "{name}: {told:?}");
+        assert_eq!(words.iter().filter(|t| *t == name).count(), 1, "{name}: {words:?}");
     }
-    assert!(told.iter().any(|t| t.contains("front") && t.contains("back")));
+    assert!(words.iter().any(|t| t.contains("front") && t.contains("back")));
 }
 
 #[test]
@@ -220,8 +220,8 @@ fn the_palate_is_a_band_on_the_far_side_and_stretch_has_a_scale() {
     let svg = tongue(&section).unwrap().to_string();
     check_figure(&svg);
     let document = Document::parse(&svg).unwrap();
-    let told = texts(&document);
-    assert!(told.iter().any(|t| t == "palate") && told.iter().any(|t| t.starts_with("largest stretch")));
+    let words = texts(&document);
+    assert!(words.iter().any(|t| t == "palate") && words.iter().any(|t| t.starts_with("largest stretch")));
     let grey = all(&document, "path").into_iter().find(|n| n.attribute("fill") == Some("#a8a8a8")).unwrap();
     let highest =
         |chains: Vec<Vec<[f64; 2]>>| chains.into_iter().flatten().map(|p| p[1]).fold(f64::INFINITY, f64::min);
@@ -252,16 +252,16 @@ fn a_picture_names_each_of_eight_muscles_and_of_muscles_that_cross() {
         check_figure(&svg);
         let document = Document::parse(&svg).unwrap();
         for (name, _) in muscles {
-            let told = texts(&document);
-            assert_eq!(told.iter().filter(|t| t.split(' ').next() == Some(*name)).count(), 1, "{told:?}");
+            let words = texts(&document);
+            assert_eq!(words.iter().filter(|t| t.split(' ').next() == Some(*name)).count(), 1, "{words:?}");
         }
         all(&document, "desc")[0].text().unwrap().to_owned()
     };
     named(&[("GGa", &[0, 4, 8]), ("GGm", &[6, 4, 2]), ("GGp", &[1, 4, 7])], &[12.0; 3]);
     let ends: [&[usize]; 8] = [&[0, 4], &[1, 5], &[3, 7], &[4, 8], &[1, 2], &[3, 6], &[6, 7], &[2, 5]];
     let eight: Vec<_> = LABELS.map(|label| label.trim_end_matches('*')).into_iter().zip(ends).collect();
-    let told = named(&eight, &[12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]);
-    assert!(told.contains("Contracting muscles: GGa, SGm, HGa."), "{told}");
+    let description = named(&eight, &[12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]);
+    assert!(description.contains("Contracting muscles: GGa, SGm, HGa."), "{description}");
     assert!(named(&eight, &[0.0; 8]).contains("Contracting muscles: none."));
 }
 
@@ -295,8 +295,8 @@ fn every_frame_of_an_animation_is_there_and_the_last_one_shows_without_it() {
     assert!(groups.iter().all(|g| g.first_element_child().unwrap().has_tag_name("animate")));
     let visible: Vec<_> = groups.iter().map(|g| g.attribute("visibility").unwrap()).collect();
     assert_eq!(visible, ["hidden", "hidden", "visible"]);
-    let told = texts(&document);
-    assert!(["0.00 s", "1.00 s", "2.00 s"].iter().all(|time| told.iter().any(|t| t == time)), "{told:?}");
+    let words = texts(&document);
+    assert!(["0.00 s", "1.00 s", "2.00 s"].iter().all(|time| words.iter().any(|t| t == time)), "{words:?}");
     assert!(matches!(animation(&mesh, &[], &[], &[], false, ""), Err(ReportError::NoFrame)));
 }
 
@@ -348,9 +348,9 @@ fn every_curve_of_precision_is_told_and_what_has_no_place_is_left_out() {
         |name: &str, points: &[(f64, f64)]| PrecisionCurve { name: name.into(), points: points.to_vec() };
     let curves = [curve("Newton", &[(1e-4, 1e-2), (2e-4, 0.0)]), curve("<Verlet>", &[(1.0, 1e-3)])];
     let svg = work_precision("T", "time, s", "error, mm", &curves).unwrap().to_string();
-    let told = texts(&Document::parse(&svg).unwrap());
+    let words = texts(&Document::parse(&svg).unwrap());
     for name in ["Newton", "<Verlet>", "time, s", "error, mm"] {
-        assert!(told.iter().any(|t| t == name), "{name}");
+        assert!(words.iter().any(|t| t == name), "{name}");
     }
     assert!(svg.contains("Newton: (1.00e-4, 1.00e-2)."), "the zero has no place");
     assert!(matches!(work_precision("T", "x", "y", &[]), Err(ReportError::Curves { curves: 0, .. })));
@@ -367,12 +367,12 @@ fn a_picture_of_inconsistent_data_is_refused() {
         (|mesh, _, _| mesh.connections[4][1] = 77, "connection 4 names node 77"),
         (|mesh, _, _| mesh.fixed.push(10), "the list of fixed nodes names node 10"),
     ];
-    for (breaks, told) in cases {
+    for (breaks, expected) in cases {
         let mut mesh = patch();
         let (mut positions, mut tensions) = (moved(&mesh), vec![0.0; 2]);
         breaks(&mut mesh, &mut positions, &mut tensions);
         let refused = tongue(&SectionPicture::new(&mesh, &positions, &tensions, &[], "")).unwrap_err();
-        assert!(format!("{refused:?} {refused}").contains(told), "{refused:?} {refused}");
+        assert!(format!("{refused:?} {refused}").contains(expected), "{refused:?} {refused}");
     }
 }
 
@@ -412,13 +412,13 @@ fn bars_are_as_long_as_the_change_and_on_its_side_of_one() {
             assert!((drawn - value).abs() < 2e-3, "{drawn} for {value}");
         }
     }
-    let told = texts(&document);
+    let words = texts(&document);
     for label in LABELS.into_iter().chain(["measured", "simulated", "* contracting", "0.6", "1.0", "1.3"]) {
-        assert_eq!(told.iter().filter(|t| *t == label).count(), 1, "{label}: {told:?}");
+        assert_eq!(words.iter().filter(|t| *t == label).count(), 1, "{label}: {words:?}");
     }
-    assert!(told.iter().any(|t| t == "length relative to /ɯ/"));
-    let told = all(&document, "desc")[0].text().unwrap();
-    assert!(told.contains("measured: GGa* 0.89, GGm 1.03"), "{told}");
+    assert!(words.iter().any(|t| t == "length relative to /ɯ/"));
+    let description = all(&document, "desc")[0].text().unwrap();
+    assert!(description.contains("measured: GGa* 0.89, GGm 1.03"), "{description}");
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
     }
     for (m, &tension) in fit.tensions().iter().enumerate() {
         assert!(tension == 0.0 || tension > 1e-9, "{what}: {tension:e} N");
-        assert_eq!(fit.contracts(m), tension >= 1e-3);
+        assert_eq!(fit.has_tension(m), tension >= 1e-3);
     }
     // As docs/model.md defines it.
     let squares: f64 = target.fitted.iter().map(|&m| fit.residuals()[m].powi(2)).sum();
@@ -294,12 +294,12 @@ fn settings_out_of_range_are_named() {
         (|s| s.upper_bound = 1e10, "to 1e9 N"),
         (|s| s.cost_tolerance = -1.0, "cost tolerance"),
     ];
-    for (change, told) in cases {
+    for (change, expected) in cases {
         let mut settings = FitSettings::default();
         change(&mut settings);
         let refused =
             inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings).unwrap_err();
-        assert!(refused.to_string().contains(told), "{refused}");
+        assert!(refused.to_string().contains(expected), "{refused}");
     }
 }
 

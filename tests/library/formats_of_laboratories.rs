@@ -6,7 +6,7 @@ use tongue_input::measured::recording::Times;
 use crate::recordings::{
     AAA, AG501, CON, DLC, est, fan_row, files, headerless_pos, matlab, mocha, mview, pos, txy, wave,
 };
-use crate::recordings_are_read::{AAA as WITH_BONES, aligned, near, read, refused, seen};
+use crate::recordings_are_read::{AAA as WITH_BONES, aligned, aligned_recording, near, read, refused};
 
 /// For each file its format, channels, times (s), and positions by frame and channel.
 const EXPECTED: &str = "\
@@ -40,8 +40,8 @@ fn every_format_has_its_channels_times_and_places() {
             all => all.join(" "),
         };
         let times = samples.iter().map(|s| ((s.time_s * 1e6).round() / 1e6).to_string());
-        let places = expected.rsplit_once("; ").unwrap().1.split(' ').map(|told| {
-            let at = told.split_once('=').unwrap().0;
+        let places = expected.rsplit_once("; ").unwrap().1.split(' ').map(|place| {
+            let at = place.split_once('=').unwrap().0;
             let (frame, channel) = at.split_once('.').unwrap();
             let place = samples[frame.parse::<usize>().unwrap()].places[channel.parse::<usize>().unwrap()];
             format!("{at}={}", place.map_or("-".to_owned(), |p| p.map(|v| v.to_string()).join(",")))
@@ -74,44 +74,45 @@ fn every_format_is_brought_into_the_axes_of_the_body() {
         (CON.into(), "x.con", "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", 0, 0.0, 0, [0.005, -0.010]),
         (CON.into(), "x.con", "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", 1, 0.025, 0, [0.0055, -0.0105]),
     ] {
-        let seen = seen(&read(&bytes, origin)[0], map);
-        let found = seen.frames[frame].points().nth(point).unwrap().map(|m| m.at);
-        let off = (seen.frames[frame].time_s - time_s).abs();
+        let recording = aligned_recording(&read(&bytes, origin)[0], map);
+        let found = recording.frames[frame].points().nth(point).unwrap().map(|m| m.at);
+        let off = (recording.frames[frame].time_s - time_s).abs();
         assert!(near(found, at) && off < 1e-6, "{origin}: {found:?}, {off} s");
     }
-    for (bytes, origin, map, told) in [
+    for (bytes, origin, map, expected) in [
         (DLC.as_bytes().to_vec(), "a.csv", "unit_mm = 0.1", "rate_hz"),
         (CON.into(), "x.con", "", "unit_mm"),
         (est(false), "a.ema", "[points]\nT1 = \"contour\"", "unit_mm"),
     ] {
-        assert!(aligned(&read(&bytes, origin)[0], map).unwrap_err().contains(told), "{origin}");
+        assert!(aligned(&read(&bytes, origin)[0], map).unwrap_err().contains(expected), "{origin}");
     }
 }
 
 #[test]
 fn sensors_are_in_their_order_from_the_tip_at_usual_places_with_usual_errors() {
-    let names =
-        |seen: &AlignedRecording| seen.sensors.iter().map(|(n, _)| n.clone()).collect::<Vec<_>>().join(" ");
-    let microbeam = seen(&read(txy(3).as_bytes(), "a.txy")[0], "");
+    let names = |recording: &AlignedRecording| {
+        recording.sensors.iter().map(|(n, _)| n.clone()).collect::<Vec<_>>().join(" ")
+    };
+    let microbeam = aligned_recording(&read(txy(3).as_bytes(), "a.txy")[0], "");
     assert_eq!((names(&microbeam), microbeam.measured), ("T1 T2 T3 T4".to_owned(), vec![false; 4]));
     // By default the first coil is 8 mm behind the tip, and others behind it by slightly more than the distance of the coils.
     let places: Vec<f64> = microbeam.sensors.iter().map(|(_, at)| at * 1e3).collect();
     assert!((places[0] - 8.0).abs() < 1e-9 && (places[1] - 18.3).abs() < 1e-6, "{places:?}");
-    assert_eq!(names(&seen(&read(mocha(4).as_bytes(), "a.ema")[0], "")), "tt tb td");
+    assert_eq!(names(&aligned_recording(&read(mocha(4).as_bytes(), "a.ema")[0], "")), "tt tb td");
     // The tip has the larger x, so the face looks to the right.
-    let mview = seen(&read(&mview(false), "a.mat")[0], "");
+    let mview = aligned_recording(&read(&mview(false), "a.mat")[0], "");
     assert_eq!((mview.mirrored, names(&mview), mview.ignored.len()), (true, "TT TB TR".to_owned(), 0));
     assert_eq!(mview.bones, ["mental_spine"]);
     let map = "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }";
-    let carstens = seen(&read(&pos(3, 250.0, 4), "1.pos")[0], map);
+    let carstens = aligned_recording(&read(&pos(3, 250.0, 4), "1.pos")[0], map);
     assert!((carstens.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
     // A point with a quarter of the likelihood has four times the variance, and one of 0.01 is not seen.
-    let dlc = seen(&read(DLC.as_bytes(), "a.csv")[0], "unit_mm = 0.1\nrate_hz = 50");
+    let dlc = aligned_recording(&read(DLC.as_bytes(), "a.csv")[0], "unit_mm = 0.1\nrate_hz = 50");
     assert!(dlc.frames[0].contour[0].is_some() && dlc.frames[1].contour[0].is_none());
     let sd = |frame: usize| dlc.frames[frame].contour[1].unwrap().sd;
     assert!((sd(0) / sd(1) - 2.0).abs() < 1e-6);
     let rows = [fan_row("0,5", "a"), fan_row("0,52", "a")].concat();
-    let fan = seen(&read(rows.as_bytes(), "old.txt")[0], "");
+    let fan = aligned_recording(&read(rows.as_bytes(), "old.txt")[0], "");
     assert_eq!((fan.contour.len(), fan.bones.len()), (42, 0));
 }
 
@@ -131,7 +132,7 @@ fn faults_are_told_with_their_place() {
     assert_eq!(read(&of_track("0 1 2\n0.1 1.55 2.55\n"), "a.ema")[0].samples.len(), 2);
     let tidy = |rows: &str| format!("time_s,point,x_mm,y_mm\n{rows}").into_bytes();
     let many = pos(3, 250.0, 1).iter().map(|b| if *b == b'3' { b'9' } else { *b }).collect();
-    for (bytes, origin, told) in [
+    for (bytes, origin, expected) in [
         (b"0\t1\t2\n".to_vec(), "a.txy", "17"),
         ((txy(1) + &txy(1)).into(), "a.txy", "a.txy:2:1: "),
         (without(txy(2).into(), 9), "a.txy", "a.txy:2:"),
@@ -172,7 +173,10 @@ fn faults_are_told_with_their_place() {
         (bones("10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2"), "a.tsv", "Mandible\" lies 15 mm from"),
     ] {
         let message = refused(&bytes, origin);
-        assert!(message.starts_with(&format!("{origin}:")) && message.contains(told), "{told}: {message}");
+        assert!(
+            message.starts_with(&format!("{origin}:")) && message.contains(expected),
+            "{expected}: {message}"
+        );
     }
 }
 
@@ -203,8 +207,8 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
     assert_eq!(is_copy, [true, false, false]);
     // Equal times with different coordinates show that two recordings are mixed.
     let odd = [row(0.03, "b", 3.0), row(0.03, "a", 5.0)].concat();
-    let told = refused(format!("{AAA}{odd}").as_bytes(), "a.tsv");
-    assert!(told.starts_with("a.tsv:3:") && told.contains("line 2"), "{told}");
+    let message = refused(format!("{AAA}{odd}").as_bytes(), "a.tsv");
+    assert!(message.starts_with("a.tsv:3:") && message.contains("line 2"), "{message}");
     // Times within annotations start again with each annotation.
     let within = AAA.replace("in recording", "in annot");
     let text = [row(0.01, "a", 2.0), row(0.02, "a", 3.0), row(0.01, "b", 5.0)].concat();
@@ -228,8 +232,11 @@ fn a_blank_spline_is_not_seen_and_rounded_repeats_of_a_row_are_one_frame() {
         assert_eq!((found.samples.len(), found.labels.len()), (3, 3), "{:?}", found.labels);
     }
     let zero = [row(0.0, "a", 1.0), row(0.0, "a", 2.0), row(0.0, "a", 3.0)].concat();
-    let told = refused(format!("{AAA}{zero}").as_bytes(), "a.tsv");
-    assert!(told.starts_with("a.tsv:4:") && told.contains("all 3 rows of this recording have"), "{told}");
+    let message = refused(format!("{AAA}{zero}").as_bytes(), "a.tsv");
+    assert!(
+        message.starts_with("a.tsv:4:") && message.contains("all 3 rows of this recording have"),
+        "{message}"
+    );
     // An empty spline has only X0 and Y1.
     let odd = AAA.replace("\tX0 DLC_Tongue", "\tX0 Palate\tY1 Palate\tX0 DLC_Tongue");
     let text = |palate: &str| format!("{odd}s\td\t0.01\tpa\tx\t{palate}\t\t1\t2\t3\t4\n");
@@ -243,9 +250,9 @@ fn the_unit_of_coils_is_found_from_their_distances() {
     for (unit, mm) in [(1.4, "10 mm"), (1400.0, "0.01 mm"), (14.0, "1 mm")] {
         let channels = "Channel_0 tt_x\nChannel_1 tt_y\nChannel_2 tb_x\nChannel_3 tb_y\nChannel_4 td_x\nChannel_5 td_y\n";
         let text = format!("{head}{channels}EST_Header_End\n0 0 0 {unit} 0 {} 0\n", 2.0 * unit);
-        let seen = seen(&read(text.as_bytes(), "a.ema")[0], "");
-        assert!(near(seen.frames[0].sensors[2].map(|m| m.at), [0.028, 0.0]), "{mm}");
-        assert!(seen.notes.iter().any(|n| n.contains(mm)), "{:?}", seen.notes);
+        let recording = aligned_recording(&read(text.as_bytes(), "a.ema")[0], "");
+        assert!(near(recording.frames[0].sensors[2].map(|m| m.at), [0.028, 0.0]), "{mm}");
+        assert!(recording.notes.iter().any(|n| n.contains(mm)), "{:?}", recording.notes);
     }
 }
 
@@ -257,7 +264,9 @@ fn a_map_is_written_for_every_format_and_read_again() {
         let text = Map::template(recording);
         Map::from_toml(&text, "t.toml").unwrap_or_else(|e| panic!("{origin}: {e}\n{text}"));
         if let (Ok(with), Ok(without)) = (aligned(recording, &text), aligned(recording, "")) {
-            let names = |seen: AlignedRecording| (seen.contour, seen.sensors, seen.bones);
+            let names = |aligned_recording: AlignedRecording| {
+                (aligned_recording.contour, aligned_recording.sensors, aligned_recording.bones)
+            };
             assert_eq!(names(with), names(without));
         }
         assert!(text.contains("[points]") && text.contains("half of the time within"));
@@ -287,20 +296,21 @@ fn faults_of_maps_are_told_with_their_line_and_the_right_word() {
         ("[points]\nT1 = 3", "m.toml:2: "),
         ("[points]\nT1 = { surface_mm = \"x\" }", "string \"x\"; needed is a number in `surface_mm`; write"),
     ] {
-        let told = Map::from_toml(text, "m.toml").unwrap_err().to_string();
-        assert!(told.contains(right) && !told.contains("untagged"), "{text}: {told}");
+        let message = Map::from_toml(text, "m.toml").unwrap_err().to_string();
+        assert!(message.contains(right) && !message.contains("untagged"), "{text}: {message}");
     }
     let table = &read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv")[0];
     // A rate in the map contradicts the times of the file.
-    for (map, told) in [("[points]\nT2 = \"contour\"", "did you mean \"T1\""), ("rate_hz = 50", "own times")]
+    for (map, expected) in
+        [("[points]\nT2 = \"contour\"", "did you mean \"T1\""), ("rate_hz = 50", "own times")]
     {
-        assert!(aligned(table, map).unwrap_err().contains(told), "{map}");
+        assert!(aligned(table, map).unwrap_err().contains(expected), "{map}");
     }
     // The scale, rotation and shift of a map are applied.
     let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,10,0\n0,tongue_1,0,10\n", "t.csv")[0];
-    let seen = seen(table, "back = \"x\"\nscale = 2\nturn_deg = 90\nshift_mm = [1, 2]");
-    assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.001, 0.022]), "{:?}", seen.frames);
-    assert!(near(seen.frames[0].contour[1].map(|m| m.at), [-0.019, 0.002]));
+    let recording = aligned_recording(table, "back = \"x\"\nscale = 2\nturn_deg = 90\nshift_mm = [1, 2]");
+    assert!(near(recording.frames[0].contour[0].map(|m| m.at), [0.001, 0.022]), "{:?}", recording.frames);
+    assert!(near(recording.frames[0].contour[1].map(|m| m.at), [-0.019, 0.002]));
 }
 
 /// A table of three coils in twenty frames; `name` is that of the coils, `time` the title of the time, and `z_up` says whether z points
@@ -323,23 +333,28 @@ fn coils(name: &str, time: &str, z_up: bool) -> String {
 #[test]
 fn the_axis_upwards_of_sensors_is_said_by_their_header_or_found_from_the_coils() {
     let aligned = |text: &str, map: &str| aligned(&read(text.as_bytes(), "coils.txt")[0], map);
-    let height_mm = |seen: &AlignedRecording| seen.frames[0].sensors[0].map(|m| m.at.y * 1e3).unwrap();
+    let height_mm =
+        |recording: &AlignedRecording| recording.frames[0].sensors[0].map(|m| m.at.y * 1e3).unwrap();
     let up_mm = 6.0 * 1.0_f64.sin() + 20.0;
     for (z_up, axis) in [(true, "z is taken"), (false, "y is taken")] {
-        let seen = aligned(&coils("T", "Time", z_up), "").unwrap();
-        assert!((height_mm(&seen) - up_mm).abs() < 1e-3, "{z_up}: {}", height_mm(&seen));
-        assert!(seen.notes.iter().any(|n| n.contains(axis)), "{:?}", seen.notes);
+        let recording = aligned(&coils("T", "Time", z_up), "").unwrap();
+        assert!((height_mm(&recording) - up_mm).abs() < 1e-3, "{z_up}: {}", height_mm(&recording));
+        assert!(recording.notes.iter().any(|n| n.contains(axis)), "{:?}", recording.notes);
     }
     // z points upwards in Carstens's channels, y in NDI's.
     let points = "[points]\nsensor_1 = { coil = 1 }\nsensor_2 = \"coil\"\nsensor_3 = \"coil\"";
     for (name, time, z_up, map) in [("Ch", "Time", true, points), ("T", "Wav Time", false, "")] {
-        let seen = aligned(&coils(name, time, z_up), map).unwrap();
-        assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
+        let recording = aligned(&coils(name, time, z_up), map).unwrap();
+        assert!(
+            (height_mm(&recording) - up_mm).abs() < 1e-3 && recording.notes.is_empty(),
+            "{:?}",
+            recording.notes
+        );
         // An upward axis along which coils hardly differ is refused unless a map states it.
         crate::fixtures::says(aligned(&coils(name, time, !z_up), map), "hardly differ; in a map");
     }
-    let seen = aligned(&coils("T", "Time", true), "up = \"y\"").unwrap();
-    assert!(seen.notes.iter().any(|n| n.contains("hardly differ")), "{:?}", seen.notes);
+    let recording = aligned(&coils("T", "Time", true), "up = \"y\"").unwrap();
+    assert!(recording.notes.iter().any(|n| n.contains("hardly differ")), "{:?}", recording.notes);
 }
 
 #[test]
@@ -357,19 +372,19 @@ fn times_that_step_back_between_others_begin_a_recording_and_descending_rows_are
     };
     for lag in [0.0, 0.004, -0.003] {
         let later: Vec<f64> = times.iter().map(|t| t + lag).collect();
-        let (counts, told) = frames(&(table(&times, 10.0) + &table(&later, 15.0)));
+        let (counts, message) = frames(&(table(&times, 10.0) + &table(&later, 15.0)));
         assert_eq!(counts, [7, 7], "{lag}");
-        assert!(told.contains("step back at line 9") && told.contains("date"), "{told}");
+        assert!(message.contains("step back at line 9") && message.contains("date"), "{message}");
     }
     let reversed: Vec<f64> = times.iter().rev().copied().collect();
-    let (counts, told) = frames(&table(&reversed, 10.0));
-    assert!(counts == [7] && told.contains("descend"), "{counts:?} {told}");
+    let (counts, message) = frames(&table(&reversed, 10.0));
+    assert!(counts == [7] && message.contains("descend"), "{counts:?} {message}");
     let mixed: Vec<f64> = [2, 0, 1, 4, 3, 6, 5].map(|i| times[i]).to_vec();
     assert_eq!(frames(&table(&mixed, 10.0)), (vec![7], String::new()));
     // If rows have date and time of the recording, equal times must have been rounded.
     let row = |x: f64| format!("s\t29/11/2016 15:10:52\t0.7\tpa\tx\t{x}\t2\t3\t4\n");
-    let told = refused(format!("{AAA}{}{}", row(1.0), row(5.0)).as_bytes(), "a.tsv");
-    assert!(told.contains("rounded or repeated"), "{told}");
+    let message = refused(format!("{AAA}{}{}", row(1.0), row(5.0)).as_bytes(), "a.tsv");
+    assert!(message.contains("rounded or repeated"), "{message}");
 }
 
 #[test]
@@ -405,10 +420,10 @@ fn a_likelihood_in_percent_is_refused_with_its_place() {
     // A negative likelihood marks a point that was not detected.
     assert_eq!((table(1.000_001), table(-1.0)), (Ok(1), Ok(1)));
     for likelihood in [3.0, 99.0] {
-        let told = table(likelihood).unwrap_err().to_string();
+        let message = table(likelihood).unwrap_err().to_string();
         assert!(
-            told.starts_with("a.csv:4:4: the likelihood of hyoid is") && told.contains("not of 100"),
-            "{told}"
+            message.starts_with("a.csv:4:4: the likelihood of hyoid is") && message.contains("not of 100"),
+            "{message}"
         );
     }
 }
@@ -431,13 +446,14 @@ fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() 
         for whole in [text.len(), text.len() - 1] {
             assert_eq!(found(whole).unwrap()[0].notes, [""; 0], "{name}");
         }
-        let told = found(text.len() - cut).map_or_else(|e| e.to_string(), |found| found[0].notes[0].clone());
-        assert!(told.contains("cut off"), "{name}: {told}");
+        let message =
+            found(text.len() - cut).map_or_else(|e| e.to_string(), |found| found[0].notes[0].clone());
+        assert!(message.contains("cut off"), "{name}: {message}");
     }
     let whole = format!("{AAA}{0}0.01{1}\n{0}0.02{1}", "s\td\t", "\tpa\tx\t10.55\t20.55\t30.25\t40.25");
     assert_eq!(read(whole.as_bytes(), "a.tsv")[0].samples.len(), 2);
     for cut in [1, 2, 3, 8, 14] {
-        let told = refused(&whole.as_bytes()[..whole.len() - cut], "a.tsv");
-        assert!(told.starts_with("a.tsv:3:") && told.contains("cut off"), "{cut}: {told}");
+        let message = refused(&whole.as_bytes()[..whole.len() - cut], "a.tsv");
+        assert!(message.starts_with("a.tsv:3:") && message.contains("cut off"), "{cut}: {message}");
     }
 }

@@ -14,11 +14,11 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{FitSettings, Forward, LeastSquaresProblem, Unknown};
 use tongue_infer::posterior::{
-    Density, ParameterValues, PosteriorModel, Posture, Priors, reached_with_jumps,
+    Density, ParameterValues, PosteriorModel, Posture, Priors, lengths_reached_from_rest,
 };
 use tongue_infer::track::{Frame, FrameSolver, Softplus, TrackingContext};
 
-use crate::posterior::seen;
+use crate::posterior::measurements;
 
 /// Of 3000 loads of up to 90 N/m, 53 have two shapes. With these two, Newton's method from rest finds the shape to which the load path does
 /// not lead, and passes no unstable equilibrium.
@@ -48,19 +48,19 @@ impl Tongue<'_> {
         leads_from_rest(self.system, &mut w, load, &SolveSettings::default(), positions)
     }
 
-    /// The test that the posterior and `track` use, which allows jumps.
+    /// The posterior's test, which allows jumps.
     fn posterior(&self, load: &[f64], positions: &Positions) -> bool {
         let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
         let at = ParameterValues { postures: vec![posture], tones: vec![0.0; load.len()], tilt: 0.0 };
         let lengths = self.system.lengths(positions);
-        reached_with_jumps(self.density, &mut self.density.lanes().group(), &[(&at, &lengths)], 0)[0]
+        lengths_reached_from_rest(self.density, &mut self.density.lanes().group(), &[(&at, &lengths)], 0)[0]
     }
 
     fn track(&self, load: &[f64], positions: &Positions) -> bool {
         let link = Softplus::default();
         let x = load.iter().map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln());
         let x = DVector::from_iterator(load.len(), x);
-        FrameSolver::new(TrackingContext::fixed(self.system), link).reached_with_jumps(
+        FrameSolver::new(TrackingContext::fixed(self.system), link).shape_reached_from_rest(
             &Frame::default(),
             &x,
             positions,
@@ -95,8 +95,8 @@ impl Tongue<'_> {
         let unknowns = (0..load.len()).map(|m| Unknown::tension(m, 200.0)).collect();
         let length = Observation::new(Length::new(self.system.muscle_ends(0)), 0.0);
         let settings_of_fit = FitSettings::default();
-        let inverse = LeastSquaresProblem::new(self.system, vec![length], unknowns);
-        let forward = Forward::new(&inverse, &settings_of_fit);
+        let problem = LeastSquaresProblem::new(self.system, vec![length], unknowns);
+        let forward = Forward::new(&problem, &settings_of_fit);
         let (replay, at_end) = forward.follow_load_path(load);
         assert_eq!((replay.from_rest, replay.same_by_newton), (how, same));
         assert!(are_same(at_end.positions(), &there));
@@ -136,7 +136,7 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
     let mut priors = Priors::default();
     priors.compressibility.off = true; // The same body everywhere.
     let posterior_model = PosteriorModel::new(&body, &Model::default(), &priors).unwrap();
-    let density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
     let tongue = Tongue { body: &body, system: &system, density: &density };
     for load in TWO_SHAPES {
         let (there, how, same) = tongue.ask(&load);

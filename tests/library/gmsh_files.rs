@@ -155,7 +155,7 @@ fn a_solid_is_read_and_contracts() {
 #[test]
 fn meshes_without_a_body_are_refused_with_place_and_advice() {
     assert!(read("broken/square.msh").is_ok(), "the others differ from this one by their fault alone");
-    for (name, place, told) in [
+    for (name, place, expected) in [
         ("branch", ":6: ", "where 3 of its lines meet"),
         ("gap", ":6: ", "muscle GGa has gaps: it ends at the nodes"),
         ("loop", ":6: ", "runs in a circle through node"),
@@ -171,10 +171,10 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
     ] {
         let message = read(&format!("broken/{name}.msh")).expect_err(name).to_string();
         let is_there = message.starts_with(&format!("broken/{name}.msh{place}"));
-        assert!(is_there && message.contains(told), "{name}: {message}");
+        assert!(is_there && message.contains(expected), "{name}: {message}");
     }
     let square = String::from_utf8(bytes("broken/square.msh")).unwrap();
-    for (from, to, told) in [
+    for (from, to, expected) in [
         ("\"tissue\"", "\"Tissues\"", ["\"Tissues\" of surfaces has no meaning", "did you mean \"tissue\"?"]),
         ("\"GGa\"", "\"muscel:M\"", ["\"muscel:M\" of curves", "did you mean \"muscle:M\"?"]),
         ("\"GGa\"", "\"masseter\"", ["may be called GGa to HGp, muscle:NAME, bone:", "\"other:masseter\""]),
@@ -185,7 +185,7 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
         let text = square.replacen(from, to, 1);
         assert_ne!(text, square, "{from}");
         let message = gmsh::read(text.as_bytes(), "m.msh", Unit::M).unwrap_err().to_string();
-        assert!(told.iter().all(|t| message.contains(t)), "{message}");
+        assert!(expected.iter().all(|t| message.contains(t)), "{message}");
     }
 }
 
@@ -203,9 +203,9 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
     let text = String::from_utf8(bytes("second_order.msh")).unwrap();
     let curved = text.replace("0.04 0.009999999999984759 0", "0.043 0.009999999999984759 0");
     let curved = gmsh::read(curved.as_bytes(), "", Unit::M).unwrap();
-    let told = curved.concerns.concat();
+    let message = curved.concerns.concat();
     assert_eq!(&curved.body.flat().unwrap().mesh, second);
-    assert!(told.contains("taken as straight (1 of them, by up to 3.00 mm)"), "{told}");
+    assert!(message.contains("taken as straight (1 of them, by up to 3.00 mm)"), "{message}");
 
     // The six-node triangles are declared as ten-node ones.
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
@@ -240,16 +240,16 @@ fn a_continuum_is_written_as_elements_of_the_second_order_whose_middles_lie_on_t
 
 #[test]
 fn reading_tells_of_missing_muscles_thin_cells_bent_parts_and_wrong_units() {
-    let told = |name: &str, unit| gmsh::read(&bytes(name), "", unit).unwrap().concerns;
+    let concerns = |name: &str, unit| gmsh::read(&bytes(name), "", unit).unwrap().concerns;
     let tells = |name: &str, unit, words: &str| {
-        let told = told(name, unit);
-        assert!(told.iter().any(|c| c.contains(words)), "{name}: {told:?}");
+        let found = concerns(name, unit);
+        assert!(found.iter().any(|c| c.contains(words)), "{name}: {found:?}");
     };
     tells("broken/square.msh", Unit::M, "no muscle GGm, GGp, SGp, SGm, SGa, HGa, HGp: ");
     tells("broken/thin.msh", Unit::M, "the smallest angle is ");
     tells("millimetres.msh", Unit::M, "look like millimetres");
     tells("tongue_41.msh", Unit::Mm, "look like metres");
-    assert_eq!(told("millimetres.msh", Unit::Mm), [""; 0]);
+    assert_eq!(concerns("millimetres.msh", Unit::Mm), [""; 0]);
     let right = gmsh::read(&bytes("millimetres.msh"), "", Unit::Mm).unwrap().body.flat().unwrap();
     assert!((right.mesh.extent() - flat("tongue_41.msh").mesh.extent()).abs() < 1e-3);
     // A node of SGp outside the tissue is moved to the side.

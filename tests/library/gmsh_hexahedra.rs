@@ -27,8 +27,8 @@ fn a_block_of_gmsh_has_its_hexahedra_regions_and_directions() {
     assert_eq!((body.mesh.hexahedra.len(), body.mesh.nodes.len(), body.mesh.fixed.len()), (48, 105, 15));
     assert!((volume / 48e-6 - 1.0).abs() < 1e-9, "{volume}");
     assert_eq!(body.bones.iter().map(|b| b.name.as_str()).collect::<Vec<_>>(), ["mandible"]);
-    let told: Vec<_> = body.muscles.iter().map(|m| (m.name.as_str(), m.side, m.region.len())).collect();
-    assert_eq!(told, [("A_L", Side::Left, 24), ("A_R", Side::Right, 24), ("M", Side::Middle, 48)]);
+    let found: Vec<_> = body.muscles.iter().map(|m| (m.name.as_str(), m.side, m.region.len())).collect();
+    assert_eq!(found, [("A_L", Side::Left, 24), ("A_R", Side::Right, 24), ("M", Side::Middle, 48)]);
     // Two stresses are given; the third is the force times the length of the fibre over the volume.
     for (muscle, stress) in body.muscles.iter().zip([20e3, 20e3, 4.0 * 60e-3 / 48e-6]) {
         assert!((muscle.stress_pa / stress - 1.0).abs() < 1e-9, "{} {}", muscle.name, muscle.stress_pa);
@@ -135,7 +135,7 @@ fn what_is_wrong_is_told_with_its_line() {
         assert!(text.contains(from), "{from}");
         read_space(text.replacen(from, to, 1).as_bytes(), "b.msh", Unit::M).unwrap_err().to_string()
     };
-    for (from, to, told) in [
+    for (from, to, expected) in [
         ("A_L 20 kPa", "A_L 20", "b.msh:9: \"muscle:A_L 20\": name the muscle and its strength with a unit"),
         ("A_L 20 kPa", "A_L -20 kPa", "with a unit"),
         ("muscle:A_R 20", "muscle:B_R 20", "muscle A_L has no other side: no group is called \"muscle:A_R"),
@@ -150,7 +150,7 @@ fn what_is_wrong_is_told_with_its_line() {
         ("\"tissue\"", "\"other:tissue\"", "no hexahedron is in a physical group called \"tissue\""),
     ] {
         let message = says(from, to);
-        assert!(message.contains(told), "{to}: {message}");
+        assert!(message.contains(expected), "{to}: {message}");
     }
     let second = says("\n3 1 5 ", "\n3 1 12 ");
     assert!(second.contains("Mesh.ElementOrder = 1") && !second.contains("Recombine"), "{second}");

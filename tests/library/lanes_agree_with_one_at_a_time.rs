@@ -35,8 +35,8 @@ fn one_at_a_time<const D: usize>(
 ) -> (Solution, Workspace<D>) {
     let system = load.system.unwrap_or(system);
     let mut w = Workspace::new(system);
-    w.carry_bone(system, &system.held(), SVector::zeros());
-    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
+    w.displace_bone(system, &system.held(), SVector::zeros());
+    load.bones.iter().for_each(|(nodes, shift)| w.displace_bone(system, nodes, *shift));
     if let Some(start) = load.start {
         w.start_from(start);
     }

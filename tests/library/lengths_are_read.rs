@@ -46,7 +46,7 @@ fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those
     let rows: String = (0..10_000).map(|n| format!("P{n},a,47,49,49,51,28,42,38,30\n")).collect();
     let many = dataset(format!("{HEADER}\n{rows}"));
     assert_eq!(many.subjects()[9_999], "P9999");
-    for (data, subject, label, told) in [
+    for (data, subject, label, expected) in [
         (
             &data,
             "S22",
@@ -61,7 +61,7 @@ fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those
         ),
         (&many, "p77x", "a", "subject \"p77x\" in my.csv; did you mean \"P77\"? (one of 10000 subjects)"),
     ] {
-        says(data.row(subject, &vowel(label)), told);
+        says(data.row(subject, &vowel(label)), expected);
     }
 }
 
@@ -160,7 +160,7 @@ fn column_names_determine_their_meaning() {
         // The first two names are the last ones in the lists of known names.
         let data = dataset(format!("発話者,音素,Z_mm,{name}\nX,a,40,31\n"));
         let reading = data.reading();
-        let told = match &reading.columns[..] {
+        let message = match &reading.columns[..] {
             [_] if reading.subject == name => "subject".to_owned(),
             [_] if reading.vowel == name => "vowel".to_owned(),
             [z] if matches!(z.half_width, HalfWidth::Column { .. }) => "half width".to_owned(),
@@ -170,7 +170,7 @@ fn column_names_determine_their_meaning() {
                 format!("{} in {:?}", other.muscle, other.unit)
             }
         };
-        assert_eq!(told, is, "{name}");
+        assert_eq!(message, is, "{name}");
     }
 }
 
@@ -256,8 +256,8 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     assert_eq!(set_aside(&nobody), ["SG_half_width_mm", "speaker"]);
     // A half width that cannot be read is replaced by that of the digits.
     let negative = dataset("subject,vowel,GGa_mm,HG_mm,error_mm\nX,a,40,41,-1\nX,i,40,41,1\n");
-    let told = "my.csv:2:5: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5";
-    assert_eq!(faults(&negative), [vec![], vec![told]]);
+    let message = "my.csv:2:5: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5";
+    assert_eq!(faults(&negative), [vec![], vec![message]]);
     assert_eq!(widths(&negative), [[0.5; 2], [1.0; 2]]);
 }
 

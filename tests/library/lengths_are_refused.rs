@@ -53,18 +53,18 @@ fn a_bad_cell_loses_one_cell_and_a_broken_row_one_row() {
 fn header_faults_quote_the_line_that_was_taken() {
     let with = |to: &str| HEADER.replacen("GGm_mm", to, 1);
     let subjct = HEADER.replacen("subject", "subjct", 1);
-    for (header, told) in [
+    for (header, expected) in [
         (subjct.clone(), "1:11: missing from the header: subject; is column \"subjct\" meant to be subject?"),
         (HEADER.replace("_mm", ""), "1:11: missing from the header: a length, like GGa_mm; if column"),
         (with("GGa_cm"), "1:4: column GGa_cm says the same as column 3 (GGa_mm); keep one of the two"),
         (with("GGa_mm"), "1:4: column GGa_mm appears twice, here and as column 3; keep one of the two"),
         (with("subject"), "1:4: column subject appears twice, here and as column 1; keep one of the two"),
     ] {
-        let told = format!("my.csv:{told}");
+        let expected = format!("my.csv:{expected}");
         let message = refusal(format!("{header}\n{ROW}\n"));
-        assert!(message.starts_with(&told), "{message}");
+        assert!(message.starts_with(&expected), "{message}");
         let quoted = format!("; line 1 was taken for the header: \"{}...\"; {WANTED}", &header[..40]);
-        assert_eq!(message.ends_with(&quoted), told.contains("missing"), "{message}");
+        assert_eq!(message.ends_with(&quoted), expected.contains("missing"), "{message}");
     }
     let titled = refusal("Lengths\nname,vowel,GGa\nX,a,40\n");
     assert!(titled.contains("line 2 was taken for the header: \"name,vowel,GGa\""), "{titled}");
@@ -74,7 +74,7 @@ fn header_faults_quote_the_line_that_was_taken() {
 fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_instead() {
     let latin1 = [HEADER.as_bytes(), b"\nS1,\xFC,47"].concat();
     let many = format!("{HEADER}\n{}", "a\n".repeat(200_001));
-    for (bytes, told) in [
+    for (bytes, expected) in [
         (&latin1[..], "2:2: the text is not UTF-8; save the file as UTF-8"),
         (b"\xFF\xFEs\0u", "1:1: the text begins as UTF-16 does, but is damaged"),
         (b"s\0u\0b\0", "1:1: the text contains a zero byte; "),
@@ -97,7 +97,7 @@ fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_ins
         (b"subject,vowel,A_mm,B_mm,C_mm\nP1,u,100,100,100\n", "2:3: every length is 100; write the measured"),
     ] {
         let message = refusal(bytes);
-        assert!(message.starts_with(&format!("my.csv:{told}")), "{message}");
+        assert!(message.starts_with(&format!("my.csv:{expected}")), "{message}");
     }
     let exchanged = dataset("subject,vowel,GGa_mm\na,P1,41\n");
     assert_eq!(
@@ -134,9 +134,9 @@ fn rows_are_refused_with_the_reason() {
     // /u/ is another vowel than /ɯ/ if a table has both.
     assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken().is_empty());
     let data = dataset(format!("{HEADER}\n{first}\n\n{ROW}\n{same}"));
-    let told = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or give repetitions \
+    let text = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or give repetitions \
                 different labels, as in a1 and a2";
-    assert_eq!(faults(&data), [vec![told], vec![]]);
+    assert_eq!(faults(&data), [vec![text], vec![]]);
     assert_eq!(data.baseline("S1").unwrap().length_mm_of("GGa"), Some(47.0));
 }
 
@@ -175,8 +175,8 @@ fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
     {
         let data = dataset(format!("subject;vowel;GGa_{unit}\nX;a;{cell}\nX;e;?\n"));
         assert_eq!(data.rows()[0].lengths.length_mm, [Some(57.8)]);
-        let told = &data.broken()[0].fault.help;
-        assert!(told.contains(&format!("like {cell} ")), "{told}");
+        let message = &data.broken()[0].fault.help;
+        assert!(message.contains(&format!("like {cell} ")), "{message}");
     }
     // The column in the message is that of the file.
     let reordered = "HGp_mm,vowel,HGa_mm,SGa_mm,SGm_mm,SGp_mm,GGp_mm,GGm_mm,GGa_mm,subject";
@@ -186,14 +186,14 @@ fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
 
 #[test]
 fn one_decimal_mark_a_table() {
-    for (cells, told) in [
+    for (cells, expected) in [
         (["47,5", "47.5", "48,5"], "\"47.5\", with a decimal point; write it with a decimal comma"),
         (["47.5", "48,5", "48"], "\"48,5\", with a decimal comma; write it with a decimal point"),
     ] {
         let rows: String = cells.iter().enumerate().map(|(n, c)| format!("X{n};a;{c}\n")).collect();
         let data = dataset(format!("subject;vowel;GGa_mm\n{rows}"));
         let fault = data.broken()[0].fault.to_string();
-        assert!(fault.starts_with(&format!("my.csv:3:3: GGa_mm is {told}")), "{fault}");
+        assert!(fault.starts_with(&format!("my.csv:3:3: GGa_mm is {expected}")), "{fault}");
     }
     for cell in ["57", "", "a,b", "5,7,8", "1.234,5", "1,234.5"] {
         for (other, mark) in [("40", DecimalMark::Point), ("47,5", DecimalMark::Comma)] {
@@ -225,11 +225,11 @@ fn doubts_under(header: &str, rows: &[(String, Vec<f64>)]) -> Vec<String> {
 }
 
 #[track_caller]
-fn doubted(change: impl Fn(&mut Vec<(String, Vec<f64>)>), told: &str) {
+fn doubted(change: impl Fn(&mut Vec<(String, Vec<f64>)>), message: &str) {
     let mut rows = published();
     change(&mut rows);
     let doubts = doubts_under(HEADER, &rows);
-    assert!(doubts.len() == 1 && doubts[0].contains(told), "{told}: {doubts:?}");
+    assert!(doubts.len() == 1 && doubts[0].contains(message), "{message}: {doubts:?}");
 }
 
 #[test]
@@ -276,20 +276,20 @@ fn published_lengths_are_not_doubted() {
 #[test]
 fn names_that_do_not_belong_to_their_columns_are_told() {
     let names: Vec<&str> = HEADER.split(',').collect();
-    let told = |change: &dyn Fn(&mut [&str])| {
+    let message = |change: &dyn Fn(&mut [&str])| {
         let mut names = names.clone();
         change(&mut names[2..]);
         doubts_under(&names.join(","), &published()).join("; ")
     };
     for by in 1..8 {
-        let said = told(&|names| names.rotate_left(by));
-        assert!(said.contains("seems to have the lengths of"), "{by}: {said}");
+        let text = message(&|names| names.rotate_left(by));
+        assert!(text.contains("seems to have the lengths of"), "{by}: {text}");
     }
-    let said = told(&|names| names.rotate_left(1));
-    assert!(said.contains("shifted by one column: GGm seems to have the lengths of GGa"), "{said}");
+    let text = message(&|names| names.rotate_left(1));
+    assert!(text.contains("shifted by one column: GGm seems to have the lengths of GGa"), "{text}");
     for (muscle, place) in [("GGm", 1), ("GGp", 2), ("SGp", 3)] {
-        let said = told(&|names| names.swap(place, 4));
-        assert!(said.contains(&format!("of its muscles SGm and {muscle} are exchanged")), "{said}");
+        let text = message(&|names| names.swap(place, 4));
+        assert!(text.contains(&format!("of its muscles SGm and {muscle} are exchanged")), "{text}");
     }
 }
 

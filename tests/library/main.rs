@@ -45,7 +45,7 @@ mod tongue_in_space;
 mod unknowns_are_recovered;
 mod vowels_are_heard;
 mod walls_are_traced;
-mod weight_walls_and_carried_bones;
+mod weight_walls_and_displaced_bones;
 
 #[path = "../fixtures/mod.rs"]
 mod fixtures;

@@ -29,7 +29,7 @@ impl Moved {
         let (system, left) =
             (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
         let activations = half.activations(&body.activations(given).unwrap()).unwrap();
-        let positions = half.whole(solved(&left, &activations).positions());
+        let positions = half.positions_of_whole(solved(&left, &activations).positions());
         Self { body, system, half, left, positions }
     }
 
@@ -72,10 +72,10 @@ impl Moved {
         self.body.groups().into_iter().filter(|g| g != "GGA").enumerate().map(of).collect()
     }
 
-    fn search(&self, seen: &[SpaceMark], prior_sd: f64, starts: usize) -> SpaceFit {
+    fn search(&self, marks: &[SpaceMark], prior_sd: f64, starts: usize) -> SpaceFit {
         let usual = SpaceSearch::default();
         let search = SpaceSearch { prior_sd, settings: FitSettings { starts, ..usual.settings }, ..usual };
-        search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen, None).unwrap()
+        search.fit_alike((&self.body, &self.system), (&self.half, &self.left), marks, None).unwrap()
     }
 }
 
@@ -102,8 +102,8 @@ fn points_anywhere_on_its_surface_give_its_activations_back() {
 #[test]
 fn intervals_hold_what_was_found_where_one_length_is_all_that_was_seen() {
     let measure = LengthMeasure::Stretch(0.8);
-    let seen = [mark(Marked::Muscle { muscle: "GGP".to_owned(), measure })];
-    let fit = Moved::to(&[]).search(&seen, SpaceSearch::default().prior_sd, 1);
+    let marks = [mark(Marked::Muscle { muscle: "GGP".to_owned(), measure })];
+    let fit = Moved::to(&[]).search(&marks, SpaceSearch::default().prior_sd, 1);
     for (a, [low, high]) in fit.activations_found().iter().zip(fit.intervals_95()) {
         assert!((low..=high).contains(a), "{a}: {low} to {high}");
     }
@@ -132,13 +132,13 @@ fn lines_of_the_plane_have_their_lengths_in_space_and_give_activations() {
     let moved = Moved::to(&[("GGP", 0.1), ("HG", 0.02)]);
     let anatomy = Anatomy::reference().unwrap();
     assert_eq!(moved.body.lines.len(), 8);
-    let mut seen = Vec::new();
+    let mut marks = Vec::new();
     for ((name, line), of_plane) in moved.body.lines.iter().zip(anatomy.muscles()) {
         let (rest, now) = (line.value(&moved.body.mesh.nodes), line.value(&moved.positions));
         let length = (of_plane.ends[1] - of_plane.ends[0]).norm();
         assert!(*name == of_plane.name && (rest - length).abs() < 1e-6, "{name} {rest} {length}");
         let measure = LengthMeasure::Stretch(now / rest);
-        seen.push(mark(Marked::Muscle { muscle: name.clone(), measure }));
+        marks.push(mark(Marked::Muscle { muscle: name.clone(), measure }));
     }
     // Outside the tissue its ends are on bone: the styloid process, and the lower part of the hyoid.
     let on_bone = |name: &str| {
@@ -146,7 +146,7 @@ fn lines_of_the_plane_have_their_lengths_in_space_and_give_activations() {
         line.ends.iter().filter(|e| e.weights.is_empty()).count()
     };
     assert_eq!(["SGp", "HGp", "GGa"].map(on_bone), [1, 1, 0]);
-    let fit = moved.search(&seen, 0.5, 1);
+    let fit = moved.search(&marks, 0.5, 1);
     assert!(fit.answer.status == FitStatus::Converged && fit.rms_m < 1e-4);
     assert!(fit.combinations.iter().any(|c| c.sd > 0.1), "eight lengths leave three of eleven open");
 }

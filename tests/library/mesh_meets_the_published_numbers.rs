@@ -205,7 +205,7 @@ fn a_body_is_read_back_from_its_json_with_its_bones() {
         *connection = serde_json::json!({ "nodes": connection["nodes"] });
     }
     assert_eq!(json::read(&bare.to_string(), "my.json").unwrap().mesh, body.mesh);
-    for (key, to, told) in [
+    for (key, to, expected) in [
         ("\"stiffness_n_per_m\":", "-", "my.json; stiffness_n_per_m of connection 0; program computes it"),
         ("\"rest_length_m\":", "1", "my.json; rest_length_m of connection 0"),
         ("\"kappa_s_j\":", "5", "my.json; kappa_s_j = 51.5"),
@@ -214,6 +214,6 @@ fn a_body_is_read_back_from_its_json_with_its_bones() {
     ] {
         let edited = text.replacen(key, &format!("{key}{to}"), 1);
         assert!(edited != text, "{key}");
-        fixtures::says(json::read(&edited, "my.json"), told);
+        fixtures::says(json::read(&edited, "my.json"), expected);
     }
 }

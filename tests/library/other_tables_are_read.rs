@@ -44,7 +44,7 @@ fn columns_of_curves_may_come_in_any_order() {
     let read = curves("SGm, time_s, GGa\n1, 0, 2\n3, 0.5, 4\n").unwrap();
     assert_eq!(read.muscles, [2, 0]);
     let mut out = [0.0; 3];
-    read.tensions.at(0.25, &mut out);
+    read.tensions.write_at(0.25, &mut out);
     assert_eq!(out, [3.0, 0.0, 2.0]);
     assert_eq!(curves("SGm;time_s;GGa\n1;0;2\n3;0,5;4\n"), Ok(read));
 }
@@ -83,13 +83,13 @@ fn faults_are_named_with_line_and_column() {
         ("time_s\n1\n", "1:1: the table has fewer than two columns"),
         ("time_s,GGa\n", "2:1: no row below the header"),
     ];
-    let of_activity = of_activity.map(|(table, told)| {
+    let of_activity = of_activity.map(|(table, expected)| {
         let full = (table != TABLE).then_some(30.0);
-        (tensions(table, "a", full).unwrap_err(), told)
+        (tensions(table, "a", full).unwrap_err(), expected)
     });
-    let of_curves = of_curves.map(|(table, told)| (curves(table).unwrap_err(), told));
-    for (fault, told) in of_activity.into_iter().chain(of_curves) {
-        assert!(fault.to_string().starts_with(&format!("t.csv:{told}")), "{fault}");
+    let of_curves = of_curves.map(|(table, expected)| (curves(table).unwrap_err(), expected));
+    for (fault, expected) in of_activity.into_iter().chain(of_curves) {
+        assert!(fault.to_string().starts_with(&format!("t.csv:{expected}")), "{fault}");
     }
     says(tensions(include_str!("../../targets/fang2009_patterns.csv"), "a", None), "not say how active");
 }

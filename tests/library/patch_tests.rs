@@ -13,7 +13,7 @@ use tongue_fit::system::{Model, System, coefficients};
 
 const LAYERS: usize = 9;
 
-/// A system whose springs have the sum of k over their triangles, as finite elements are assembled, and area terms.
+/// A system with area terms whose springs count k once for each triangle at the edge, as finite elements are assembled.
 fn system(mesh: &Mesh<2>) -> System<2> {
     let c = coefficients(mesh, &Model::default()).unwrap();
     let triangles = mesh.cells.edges();

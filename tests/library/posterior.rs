@@ -32,13 +32,13 @@ fn matched(subject: &str, vowel: &str) -> TargetOnBody {
     TargetOnBody::new(&Body::tongue(5.5 * MM).unwrap().mesh, &target).unwrap()
 }
 
-pub fn seen(subject: &str, vowel: &str) -> Measurements {
-    Measurements::of(&matched(subject, vowel))
+pub fn measurements(subject: &str, vowel: &str) -> Measurements {
+    Measurements::of_vowel(&matched(subject, vowel))
 }
 
 fn together(subject: &str, vowels: &[&str]) -> Measurements {
     let all: Vec<TargetOnBody> = vowels.iter().map(|vowel| matched(subject, vowel)).collect();
-    Measurements::together(&all.iter().collect::<Vec<_>>())
+    Measurements::of_vowels(&all.iter().collect::<Vec<_>>())
 }
 
 /// Rows that several tests sample with 1000 draws.
@@ -50,7 +50,8 @@ pub fn sampled(subject: &str) -> &'static Posterior<'static> {
     let row = SAMPLED.iter().position(|(s, _)| *s == subject).unwrap();
     ALL[row].get_or_init(|| {
         let posterior_model = Box::leak(Box::new(posterior_model(&Priors::default())));
-        sample(posterior_model, seen(subject, SAMPLED[row].1), &Sampling { draws: 1000, seed: 1 }).unwrap()
+        sample(posterior_model, measurements(subject, SAMPLED[row].1), &Sampling { draws: 1000, seed: 1 })
+            .unwrap()
     })
 }
 
@@ -102,7 +103,7 @@ pub fn at_mode(density: &Density<'_>, map_estimate: &MapEstimate) -> Linearisati
 fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tensions_lead_from_rest() {
     let continuum = Body::continuum(12.0 * MM, &ContinuumSettings::default()).unwrap();
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &Priors::default()).unwrap();
-    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
     let map_estimate = MapEstimate::find(&mut density).unwrap();
     let settings = hmc::Settings { chains: 8, warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
@@ -122,7 +123,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
 fn from_rest(posterior_model: &PosteriorModel, draw: &Draw) -> (Trace, f64) {
     let mut w = Workspace::new(&posterior_model.system);
     let load = posterior_model.load(&draw.values, 0, None);
-    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&posterior_model.system, nodes, *shift));
+    load.bones.iter().for_each(|(nodes, shift)| w.displace_bone(&posterior_model.system, nodes, *shift));
     w.start_from_rest(&posterior_model.system);
     let found = trace(&posterior_model.system, &mut w, &load.tensions, &SolveSettings::default());
     let lengths = posterior_model.system.lengths(w.positions());
@@ -132,15 +133,15 @@ fn from_rest(posterior_model: &PosteriorModel, draw: &Draw) -> (Trace, f64) {
 #[test]
 fn vowels_together_share_the_baseline_and_tell_contrasts() {
     let posterior_model = coarse_posterior_model(&Priors::default());
-    let seen = together("S2", &["i", "a"]);
-    let n = seen.len();
-    assert_eq!((n, seen.labels.len()), (16, 2));
+    let recording = together("S2", &["i", "a"]);
+    let n = recording.len();
+    assert_eq!((n, recording.labels.len()), (16, 2));
     // Two stretches of a muscle share the rounding of its length in the baseline; stretches of different muscles share nothing.
     for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
-        let shares = seen.muscles[i] == seen.muscles[j];
-        assert_eq!(seen.rounding[(i, j)] > 0.0, shares, "{i} {j}");
+        let shares = recording.muscles[i] == recording.muscles[j];
+        assert_eq!(recording.rounding[(i, j)] > 0.0, shares, "{i} {j}");
     }
-    let posterior = sample(&posterior_model, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let posterior = sample(&posterior_model, recording, &Sampling { draws: 2000, seed: 1 }).unwrap();
     assert!(posterior.is_mixed(), "{}", posterior.diagnostics.why);
     let reports = Report::of_each(&posterior, false, 1);
     let contrasts = Contrast::all(&posterior);
@@ -181,7 +182,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
             let p = whole.p_rises.clamp(0.02, 0.98);
             let room = 4.0 * (p * (1.0 - p) / 100.0).sqrt();
             assert!((quick.p_rises - whole.p_rises).abs() < room, "{subject} {vowel}: {quick:?} {whole:?}");
-            same += usize::from(quick.word == whole.word);
+            same += usize::from(quick.certainty == whole.certainty);
         }
     }
     assert!(
@@ -249,9 +250,9 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
 fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
     // Stretches of 1 with errors that are far larger than the effect of tensions.
     let posterior_model = coarse_posterior_model(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
-    let mut seen = seen("S2", "a");
-    seen.stretches.fill(1.0);
-    let posterior = sample(&posterior_model, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let mut measurements = measurements("S2", "a");
+    measurements.stretches.fill(1.0);
+    let posterior = sample(&posterior_model, measurements, &Sampling { draws: 2000, seed: 1 }).unwrap();
     let summary = Report::of_each(&posterior, false, 1).remove(0).summary.unwrap();
     for (muscle, change) in &summary.changes_n.0 {
         let p = change.probability_rises;
@@ -265,7 +266,7 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
     let run = |threads: usize| {
         let settings = Sampling { draws: 104, seed: 3 };
         parallel::with_threads(threads, || {
-            sample(&posterior_model, seen("S1", "i"), &settings).unwrap().draws
+            sample(&posterior_model, measurements("S1", "i"), &settings).unwrap().draws
         })
         .unwrap()
     };

@@ -58,12 +58,12 @@ fn exported(frames: &Frames, towards: usize) -> Frames {
     out
 }
 
-fn seen(frames: &Frames) -> AlignedRecording {
+fn aligned_recording(frames: &Frames) -> AlignedRecording {
     aligned(&recording(frames), "").unwrap()
 }
 
-fn is_told(seen: &AlignedRecording) -> bool {
-    seen.notes.iter().filter(|n| n.starts_with("its contour is in a frame of each sample")).count() == 1
+fn is_told(recording: &AlignedRecording) -> bool {
+    recording.notes.iter().filter(|n| n.starts_with("its contour is in a frame of each sample")).count() == 1
 }
 
 /// Largest distance of contour points between two recordings, m, when the bones of the second were shifted by `bones_by`, mm.
@@ -78,14 +78,14 @@ fn apart(a: &AlignedRecording, b: &AlignedRecording, bones_by: Point) -> f64 {
 fn contours_in_a_frame_of_each_sample_are_brought_back_also_where_the_bones_fit_by_chance() {
     for seed in 0..40 {
         let frames = speaker(seed, 90, 0.0, seed % 2 == 1);
-        let right = seen(&frames);
+        let right = aligned_recording(&frames);
         assert!(!is_told(&right), "{seed}: {:?}", right.notes);
         for towards in [12, 13] {
             let moved = exported(&frames, towards);
             // Bones as they are, and shifted so that the hyoid is on average at the origin of the contour.
             let hyoid = frames.iter().map(|(_, p)| Point::from(p[HYOID].1)).sum::<Point>() / 90.0;
             for bones_by in [Point::zeros(), -hyoid] {
-                let found = seen(&shifted(moved.clone(), HYOID.., bones_by));
+                let found = aligned_recording(&shifted(moved.clone(), HYOID.., bones_by));
                 assert!(is_told(&found), "{seed} {towards} {bones_by}: {:?}", found.notes);
                 let off = apart(&right, &found, bones_by);
                 assert!(off < 5e-7, "{seed} {towards} {bones_by}: {off}");
@@ -102,7 +102,7 @@ fn contours_in_the_frame_of_their_bones_stay_there() {
         let hyoid = Point::from(frames[0].1[HYOID].1);
         // The origin at the probe, and by chance at the hyoid.
         for origin in [Point::zeros(), hyoid] {
-            let found = seen(&shifted(frames.clone(), 0.., -origin));
+            let found = aligned_recording(&shifted(frames.clone(), 0.., -origin));
             assert!(!is_told(&found), "{seed} {origin}: {:?}", found.notes);
         }
     }
@@ -112,18 +112,18 @@ fn contours_in_the_frame_of_their_bones_stay_there() {
 fn a_few_frames_and_a_map_tell_the_frame_of_a_contour() {
     let frames = speaker(3, 8, 0.0, false);
     let moved = exported(&frames, 13);
-    assert!(is_told(&seen(&moved)));
+    assert!(is_told(&aligned_recording(&moved)));
     assert!(!is_told(&aligned(&recording(&moved), "contour_frame = \"bones\"").unwrap()));
     // Eight frames whose bones fit by chance do not show the frame, but the map may state it.
     let hyoid = Point::from(frames[0].1[HYOID].1);
     let chance = recording(&shifted(moved.clone(), HYOID.., -hyoid));
     let stated = aligned(&chance, "contour_frame = \"hyoid\"").unwrap();
-    assert!(is_told(&stated) && apart(&seen(&frames), &stated, -hyoid) < 2e-6);
-    for (map, told) in [
+    assert!(is_told(&stated) && apart(&aligned_recording(&frames), &stated, -hyoid) < 2e-6);
+    for (map, expected) in [
         ("contour_frame = \"hyoid\"\n[points]\nhyoid = \"ignore\"", "needs the hyoid"),
         ("contour_frame = \"hyoid\"\nback = \"x\"", "take back and up out of the map"),
     ] {
-        assert!(aligned(&chance, map).unwrap_err().contains(told), "{map}");
+        assert!(aligned(&chance, map).unwrap_err().contains(expected), "{map}");
     }
     // Short recordings of one speaker are judged together.
     let all = speaker(5, 90, 0.0, false);
@@ -155,11 +155,11 @@ fn the_lower_end_of_a_fan_is_the_root_whichever_line_it_is_on() {
         aligned(&read(text.as_bytes(), "fan.txt")[0], "").unwrap()
     };
     let both = [false, true].map(fan);
-    for (seen, is_turned) in both.iter().zip([false, true]) {
-        let points: Vec<Point> = seen.frames[0].contour.iter().flatten().map(|m| m.at).collect();
+    for (recording, is_turned) in both.iter().zip([false, true]) {
+        let points: Vec<Point> = recording.frames[0].contour.iter().flatten().map(|m| m.at).collect();
         let (root, tip) = (points[0], points[points.len() - 1]);
-        assert!(seen.mirrored && root.x > tip.x && root.y < tip.y, "{root} {tip}");
-        let count = |words: &str| seen.notes.iter().filter(|n| n.contains(words)).count();
+        assert!(recording.mirrored && root.x > tip.x && root.y < tip.y, "{root} {tip}");
+        let count = |words: &str| recording.notes.iter().filter(|n| n.contains(words)).count();
         assert_eq!(count("from the tip to the root (its lower end is the root)"), usize::from(is_turned));
         assert_eq!(count("the lower end of the contour"), 1);
     }
@@ -184,7 +184,7 @@ fn coils(change: impl Fn(&str, Point) -> Point) -> AlignedRecording {
         };
         (0.0069 * f64::from(t), places.iter().copied().map(&mut place).collect())
     };
-    seen(&(0..60).map(frame).collect())
+    aligned_recording(&(0..60).map(frame).collect())
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn coils_on_the_jaw_are_the_mandible_and_two_of_them_turn_it() {
     for name in ["JAW", "LI", "li", "MANi", "Lower incisor", "jaw"] {
         let with = |front: &str, back: &str| {
             let points = [(front, [0.0, 10.0]), (back, [15.0, 15.0]), (name, [-12.0, 2.0])];
-            seen(&vec![(0.0, points.map(|(name, at)| (name.to_owned(), at)).to_vec())])
+            aligned_recording(&vec![(0.0, points.map(|(name, at)| (name.to_owned(), at)).to_vec())])
         };
         assert_eq!(with("TT", "TB").bones, ["mental_spine"], "{name}");
         let beside = with("tongue_1", "tongue_0");

@@ -7,7 +7,7 @@ use tongue_fit::measured::recording::{
 
 use tongue_input::measured::recording::Label;
 
-use crate::recordings_are_read::{aligned, read, seen};
+use crate::recordings_are_read::{aligned, aligned_recording, read};
 
 use Severity::{Note, Refused, Untrusted};
 use std::f64::consts::TAU;
@@ -57,7 +57,7 @@ pub fn recording(frames: &Frames) -> Recording {
 }
 
 fn seen_with(frames: &Frames, map: &str) -> AlignedRecording {
-    seen(&recording(frames), map)
+    aligned_recording(&recording(frames), map)
 }
 
 fn changed(change: impl Fn(usize, &mut f64, &mut Vec<(String, [f64; 2])>)) -> Frames {
@@ -80,19 +80,19 @@ fn contour() -> Frames {
 }
 
 /// The messages of all doubts, and the worst severity.
-fn said(frames: &Frames, map: &str) -> (String, Option<Severity>) {
+fn doubts_and_severity(frames: &Frames, map: &str) -> (String, Option<Severity>) {
     let all = check_plausibility(&seen_with(frames, map), None);
     let words: Vec<&str> = all.iter().map(|d| d.message.as_str()).collect();
     (words.join("; "), all.iter().map(|d| d.severity).max())
 }
 
 fn not_suspected(frames: &Frames, map: &str) {
-    assert_eq!(said(frames, map), (String::new(), None));
+    assert_eq!(doubts_and_severity(frames, map), (String::new(), None));
 }
 
 #[track_caller]
 fn noticed(frames: &Frames, map: &str, word: &str, severity: Severity) {
-    let (words, worst) = said(frames, map);
+    let (words, worst) = doubts_and_severity(frames, map);
     assert!(words.contains(word) && worst == Some(severity), "{word}: {words:?}, {worst:?}");
     assert_eq!(words.matches(word).count(), 1, "told once: {words}");
 }
@@ -106,7 +106,8 @@ fn a_good_recording_is_not_suspected() {
     not_suspected(&scaled(tongue(90), 8.0), "unit_mm = 0.125");
     let built_in = read(include_bytes!("../../targets/recordings/synthetic.tsv"), "synthetic.tsv");
     assert!(
-        built_in.len() == 2 && built_in.iter().all(|one| check_plausibility(&seen(one, ""), None).is_empty())
+        built_in.len() == 2
+            && built_in.iter().all(|one| check_plausibility(&aligned_recording(one, ""), None).is_empty())
     );
 }
 
@@ -205,7 +206,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     let exchanged = seen_with(&coils(["T3", "T2", "T1"]), "");
     assert!(exchanged.notes[0].contains("looks to the right"), "{:?}", exchanged.notes);
     // Lips show which axis points upwards and which to the front.
-    for (upper, lower, names, told) in [
+    for (upper, lower, names, expected) in [
         (40.0, 20.0, ["T1", "T2", "T3"], ""),
         (20.0, 40.0, ["T1", "T2", "T3"], "upside down"),
         (40.0, 20.0, ["T3", "T2", "T1"], "exchanged"),
@@ -213,7 +214,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
         let lips = [("UL", upper), ("LL", lower)].map(|(n, y)| (n.to_owned(), [-25.0, y]));
         let with = |(t, points): (f64, Vec<_>)| (t, [points, lips.to_vec()].concat());
         let found = aligned(&recording(&coils(names).into_iter().map(with).collect()), "").err();
-        assert!(found.is_some() != told.is_empty() && found.unwrap_or_default().contains(told));
+        assert!(found.is_some() != expected.is_empty() && found.unwrap_or_default().contains(expected));
     }
     // A coil at the incisors must be in front of the first one on the tongue, unless a map gives its role.
     let mut behind = good;
@@ -245,7 +246,7 @@ fn errors_that_leave_nothing_to_know_and_rounded_places_are_reported() {
     not_suspected(&tongue(90), "noise_mm = 4");
     let round = |frames: Frames, mm: f64| moved(frames, |p| p.map(|v| (v / mm).round() * mm));
     not_suspected(&round(tongue(90), 0.5), "");
-    let (words, worst) = said(&round(tongue(90), 4.0), "");
+    let (words, worst) = doubts_and_severity(&round(tongue(90), 4.0), "");
     assert!(words.contains("rounded to steps") && worst == Some(Note), "{words}");
 }
 
@@ -287,9 +288,9 @@ fn frames_and_points_out_of_order_are_reported() {
         (0..11).for_each(|i| points[i].0 = format!("tongue_{}", 10 - i));
     });
     not_suspected(&reversed, "");
-    let (seen, straight) = (seen_with(&reversed, ""), seen_with(&good, ""));
-    assert!(seen.notes[0].contains("from the tip to the root"), "{:?}", seen.notes);
-    assert_eq!(seen.frames, straight.frames, "it is taken the other way round");
+    let (recording, straight) = (seen_with(&reversed, ""), seen_with(&good, ""));
+    assert!(recording.notes[0].contains("from the tip to the root"), "{:?}", recording.notes);
+    assert_eq!(recording.frames, straight.frames, "it is taken the other way round");
 }
 
 #[test]
@@ -315,7 +316,7 @@ fn exchanged_bones_and_axes_are_reported() {
     // The mental spine is where the hyoid is. The contour shows that the unit is right.
     let near = changed(|_, _, points| points[12].1 = [points[11].1[0] - 8.0, 1.0]);
     noticed(&near, "", "one of them is another point; correct their names", Refused);
-    assert!(!said(&near, "").0.contains("unit_mm"));
+    assert!(!doubts_and_severity(&near, "").0.contains("unit_mm"));
     noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", Refused);
     noticed(&tongue(90), "up = \"-y\"", "upside down", Refused);
     not_suspected(&contour(), "");
@@ -334,19 +335,23 @@ fn one_coil_and_a_coil_of_the_tongue_as_reference_are_refused() {
     let one = changed(|_, _, points| points.retain(|(n, _)| n == "tongue_7"));
     noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "only 1 coil is seen", Refused);
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
-    let mut seen = seen_with(&none, "");
-    seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
-    assert!(check_plausibility(&seen, None).iter().any(|d| d.is_refused() && d.message.contains("no point")));
+    let mut aligned_recording = seen_with(&none, "");
+    aligned_recording.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
+    assert!(
+        check_plausibility(&aligned_recording, None)
+            .iter()
+            .any(|d| d.is_refused() && d.message.contains("no point"))
+    );
 }
 
 #[test]
 fn palates_are_compared_with_the_recording() {
-    let seen = seen_with(&tongue(90), "");
+    let recording = seen_with(&tongue(90), "");
     let vault = |height: f64, shift: f64, sign: f64| -> Vec<Point> {
         let arch = |i| 12.0 * (std::f64::consts::PI * f64::from(i) / 8.0).sin();
         (0..9).map(|i| Point::new(6.25 * f64::from(i) + shift, height + sign * arch(i)) * 1e-3).collect()
     };
-    let doubts = |palate: &[Point]| check_plausibility(&seen, Some(palate));
+    let doubts = |palate: &[Point]| check_plausibility(&recording, Some(palate));
     assert_eq!(doubts(&vault(45.0, 0.0, 1.0)), []);
     // A palate with the incisors, which is steep at the front.
     let incisors = |sign: f64| -> Vec<Point> {
@@ -356,7 +361,7 @@ fn palates_are_compared_with_the_recording() {
         shape.map(|(x, y)| Point::new(x + 10.0, 50.0 + sign * (y - 50.0)) * 1e-3).collect()
     };
     assert_eq!(doubts(&incisors(1.0)), []);
-    for (palate, told, severity) in [
+    for (palate, expected, severity) in [
         (incisors(-1.0), "upside down", Refused),
         (vault(60.0, 0.0, -1.0), "upside down", Refused),
         (vault(45.0, 500.0, 1.0), "no point", Refused),
@@ -365,14 +370,14 @@ fn palates_are_compared_with_the_recording() {
         (vault(-500.0, 0.0, 1.0), "beyond the palate", Refused),
     ] {
         let doubt = doubts(&palate).remove(0);
-        assert!(doubt.message.contains(told) && doubt.severity == severity, "{doubt:?}");
+        assert!(doubt.message.contains(expected) && doubt.severity == severity, "{doubt:?}");
     }
     // Coils are checked, too, in every frame.
     let map = "[points]\ntongue_4 = \"coil\"\ntongue_7 = \"coil\"\ntongue_10 = { coil = 1 }";
     let mut coils = changed(|_, _, points| points.retain(|(n, _)| n != "tongue_0"));
     coils[13].1.iter_mut().filter(|(n, _)| n == "tongue_7").for_each(|(_, p)| p[1] += 11.0);
-    let mut seen = seen_with(&coils, map);
-    let faults = remove_outliers(&mut seen, Some(&vault(43.0, 0.0, 1.0)));
+    let mut recording = seen_with(&coils, map);
+    let faults = remove_outliers(&mut recording, Some(&vault(43.0, 0.0, 1.0)));
     assert!(faults[13].iter().any(|f| f.points.contains(&"tongue_7".to_owned())), "{:?}", faults[13]);
 }
 
@@ -429,8 +434,8 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
             not_suspected(&frames, "");
             good += 1;
             let slow: Frames = frames.into_iter().map(|(t, points)| (10.0 * t, points)).collect();
-            let told = check_plausibility(&seen_with(&slow, ""), None);
-            assert!(told.iter().any(|d| d.severity == Untrusted), "{scale} {rate_hz} {told:?}");
+            let doubts = check_plausibility(&seen_with(&slow, ""), None);
+            assert!(doubts.iter().any(|d| d.severity == Untrusted), "{scale} {rate_hz} {doubts:?}");
         }
         // A vowel that is held throughout, a single posture, and a posture with rounded positions.
         let held = speech(scale, rate_hz, 4.0, 1.0, 0.0);
@@ -470,7 +475,8 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
 
 #[test]
 fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
-    let of_sample = |seen: &AlignedRecording| seen.notes.iter().any(|n| n.contains("frame of each sample"));
+    let of_sample =
+        |recording: &AlignedRecording| recording.notes.iter().any(|n| n.contains("frame of each sample"));
     for (bone, by, from) in
         [(11, [0.0, 25.0], 40), (11, [-20.0, 6.0], 30), (11, [6.0, -22.0], 60), (12, [0.0, 24.0], 45)]
     {
@@ -495,10 +501,10 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
     for slips in [|f: usize| f % 3 == 1, |f: usize| (30..32).contains(&f)] {
         let jumped = changed(|f, _, points| points[11].1[1] += if slips(f) { 24.0 } else { 0.0 });
         not_suspected(&jumped, "");
-        let mut seen = seen_with(&jumped, "");
-        assert!(!of_sample(&seen));
-        let faults = remove_outliers(&mut seen, None);
-        for (f, (faults, frame)) in faults.iter().zip(&seen.frames).enumerate() {
+        let mut recording = seen_with(&jumped, "");
+        assert!(!of_sample(&recording));
+        let faults = remove_outliers(&mut recording, None);
+        for (f, (faults, frame)) in faults.iter().zip(&recording.frames).enumerate() {
             let named = faults.iter().filter(|fault| fault.points == ["hyoid"]).count();
             assert_eq!((named, frame.bones.iter().flatten().count()), if slips(f) { (1, 1) } else { (0, 2) });
         }
@@ -533,8 +539,12 @@ fn the_axis_to_the_back_is_found_where_it_is_not_the_usual_one() {
     turned.format = Format::Ag50x;
     let places = turned.samples.iter_mut().flat_map(|s| s.places.iter_mut().flatten());
     places.for_each(|p| *p = [0.5, p[0], p[1]]);
-    let seen = aligned(&turned, "").unwrap();
-    assert_eq!(seen.frames, aligned(&read, "").unwrap().frames);
-    assert!(seen.notes.iter().any(|n| n.contains("y is taken for the axis to the back")), "{:?}", seen.notes);
-    assert_eq!(check_plausibility(&seen, None), []);
+    let aligned_recording = aligned(&turned, "").unwrap();
+    assert_eq!(aligned_recording.frames, aligned(&read, "").unwrap().frames);
+    assert!(
+        aligned_recording.notes.iter().any(|n| n.contains("y is taken for the axis to the back")),
+        "{:?}",
+        aligned_recording.notes
+    );
+    assert_eq!(check_plausibility(&aligned_recording, None), []);
 }

@@ -22,7 +22,7 @@ pub fn aligned(recording: &Recording, map: &str) -> Result<AlignedRecording, Str
     AlignedRecording::new(recording, &Map::from_toml(map, "m.toml").unwrap()).map_err(|e| e.to_string())
 }
 
-pub fn seen(recording: &Recording, map: &str) -> AlignedRecording {
+pub fn aligned_recording(recording: &Recording, map: &str) -> AlignedRecording {
     aligned(recording, map).unwrap()
 }
 
@@ -40,16 +40,16 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert_eq!(found.iter().map(|r| r.samples.len()).collect::<Vec<_>>(), [2, 1]);
     assert_eq!(found[0].name, "s, d1, pa");
     assert_eq!(found[0].channels, ["tongue_0", "tongue_1", "hyoid", "mandible", "mental_spine"]);
-    let seen = seen(&found[0], "");
+    let recording = aligned_recording(&found[0], "");
     // The spine has a larger x than the hyoid, so the face looks to the right and x is reversed.
-    assert!(seen.mirrored);
-    let first = &seen.frames[0];
+    assert!(recording.mirrored);
+    let first = &recording.frames[0];
     assert!(near(first.contour[0].map(|m| m.at), [-0.010, 0.020]));
     assert!((first.contour[0].unwrap().sd - 0.93e-3).abs() < 1e-12);
-    assert!(near(first.bones[seen.bone("mental_spine").unwrap()], [-0.055, 0.003]));
-    assert_eq!(seen.frames[1].contour[0], None);
-    assert_eq!(seen.frames[1].bones[seen.bone("hyoid").unwrap()], None);
-    assert_eq!((seen.ignored, seen.notes), (vec!["mandible".to_owned()], Vec::new()));
+    assert!(near(first.bones[recording.bone("mental_spine").unwrap()], [-0.055, 0.003]));
+    assert_eq!(recording.frames[1].contour[0], None);
+    assert_eq!(recording.frames[1].bones[recording.bone("hyoid").unwrap()], None);
+    assert_eq!((recording.ignored, recording.notes), (vec!["mandible".to_owned()], Vec::new()));
     // Spreadsheets save the table with other separators, perhaps with decimal commas and a title above the header.
     let table = format!("{AAA}{rows}").replace("pa\t", "ɯ pa\t");
     let plain = read(table.as_bytes(), "a.tsv");
@@ -63,11 +63,11 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
         assert_eq!(read(text.as_bytes(), "a.csv"), plain.clone(), "{text}");
     }
     let commas = format!("{AAA}{rows}").replace('\t', ",").replace("10,20", "10,5,20,5");
-    let told = refused(commas.as_bytes(), "a.csv");
-    assert!(told.starts_with("a.csv:2:17: ") && told.contains("separated by tabs"), "{told}");
+    let message = refused(commas.as_bytes(), "a.csv");
+    assert!(message.starts_with("a.csv:2:17: ") && message.contains("separated by tabs"), "{message}");
     let cut = format!("t\n{AAA}{}", rows.replace("60\t2\n", "60\t2.25\n")).replace('\t', ";");
-    let told = refused(&cut.as_bytes()[..cut.len() - 2], "a.csv");
-    assert!(told.starts_with("a.csv:5:16: ") && told.contains("cut off"), "{told}");
+    let message = refused(&cut.as_bytes()[..cut.len() - 2], "a.csv");
+    assert!(message.starts_with("a.csv:5:16: ") && message.contains("cut off"), "{message}");
 }
 
 #[test]
@@ -76,22 +76,22 @@ fn tidy_tables_hold_any_points_in_any_order() {
                 tongue_1,0,a,2,1,0.5\ntongue_0,0,a,4,3,\nhyoid,0,a,0,30,\ntongue_0,0.5,a,5,3.5,\ntongue_0,0,b,1,1,\n";
     let all = read(text.as_bytes(), "t.csv");
     assert_eq!((all.len(), all[0].samples.len()), (2, 2));
-    let found = seen(&all[0], "");
+    let found = aligned_recording(&all[0], "");
     assert_eq!(found.contour, ["tongue_0", "tongue_1"]);
     assert!(near(found.frames[1].contour[0].map(|m| m.at), [0.0035, 0.005]));
     assert_eq!(found.frames[1].contour[1], None);
     assert!((found.frames[0].contour[1].unwrap().sd - 0.5e-3).abs() < 1e-12);
     // Names are known in any case and with spaces; unknown ones are reported.
     let named = "a title\ntime_s;point;x_mm;y_mm\n0;Tongue 1;1,5;2\n0;TONGUE_0;3;4\n0;Hyoid;30;0\n0;Mental Spine;1;0\n0;tonuge_2;2;2\n0;UI;0;9\n";
-    let found = seen(&read(named.as_bytes(), "t.csv")[0], "");
+    let found = aligned_recording(&read(named.as_bytes(), "t.csv")[0], "");
     assert_eq!(found.contour, ["TONGUE_0", "Tongue 1"]);
     assert!(near(found.frames[0].contour[1].map(|m| m.at), [0.0015, 0.002]));
     assert_eq!(found.bones, ["hyoid", "mental_spine"]);
-    let told = "nothing is known of the channels tonuge_2, so they are not used";
-    assert!(found.notes.len() == 1 && found.notes[0].starts_with(told), "{:?}", found.notes);
+    let message = "nothing is known of the channels tonuge_2, so they are not used";
+    assert!(found.notes.len() == 1 && found.notes[0].starts_with(message), "{:?}", found.notes);
     // A map can also leave bones out by their own names when their channels have other names.
     let map = "[points]\ntonuge_2 = \"ignore\"\nhyoid = \"ignore\"\nmental_spine = \"ignore\"";
-    let found = seen(&read(named.as_bytes(), "t.csv")[0], map);
+    let found = aligned_recording(&read(named.as_bytes(), "t.csv")[0], map);
     let notes = found.notes.concat();
     assert!(found.bones.is_empty() && !notes.contains("nothing is known"), "{notes}");
 }
@@ -107,8 +107,8 @@ fn a_head_that_moves_is_brought_back_to_its_references() {
         }
     }
     let map = "back = \"x\"\n[points]\nr1 = \"reference\"\nr2 = \"reference\"\nT = \"contour\"";
-    let seen = seen(&read(text.as_bytes(), "t.csv")[0], map);
-    assert!(near(seen.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
+    let recording = aligned_recording(&read(text.as_bytes(), "t.csv")[0], map);
+    assert!(near(recording.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
 }
 
 /// Seven points along a line in eight frames, of which `change` changes those in `frames`.
@@ -124,19 +124,19 @@ fn changed_in(frames: &[i32], change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRec
             text += &format!("{},tongue_{i},{x},{y}\n", 0.02 * f64::from(frame));
         }
     }
-    seen(&read(text.as_bytes(), "t.csv")[0], "")
+    aligned_recording(&read(text.as_bytes(), "t.csv")[0], "")
 }
 
 #[test]
 fn implausible_points_are_removed_and_reported() {
     let changed = |change: fn(&mut [[f64; 2]; 7])| changed_in(&[4], change);
-    let told = |seen: &mut AlignedRecording, palate: Option<&[Point]>| {
-        let faults = remove_outliers(seen, palate);
+    let faults_of = |recording: &mut AlignedRecording, palate: Option<&[Point]>| {
+        let faults = remove_outliers(recording, palate);
         assert!(faults.iter().enumerate().all(|(t, f)| t == 4 || f.is_empty()), "{faults:?}");
         faults[4].clone()
     };
     let mut good = changed(|_| {});
-    assert!(told(&mut good, None).is_empty());
+    assert!(faults_of(&mut good, None).is_empty());
     let palate = [Point::new(0.0, 0.036), Point::new(0.06, 0.036)];
     type Change = fn(&mut [[f64; 2]; 7]);
     let cases: [(Change, FaultKind, &str); 3] = [
@@ -145,10 +145,10 @@ fn implausible_points_are_removed_and_reported() {
         (|p| p[2][1] += 9.0, FaultKind::BeyondPalate, "tongue_2"),
     ];
     for (change, kind, points) in cases {
-        let mut seen = changed(change);
-        let faults = told(&mut seen, (kind == FaultKind::BeyondPalate).then_some(&palate));
+        let mut recording = changed(change);
+        let faults = faults_of(&mut recording, (kind == FaultKind::BeyondPalate).then_some(&palate));
         assert_eq!((faults[0].kind, faults[0].points.join(" ")), (kind, points.to_owned()));
-        let is_left = |t: usize, i: usize| seen.frames[t].contour[i].is_some();
+        let is_left = |t: usize, i: usize| recording.frames[t].contour[i].is_some();
         assert!((0..7).all(|i| is_left(4, i) != points.contains(&format!("_{i}")) && is_left(3, i)));
     }
     // A point stands out of the contour in every third frame by as much as tongues move.

@@ -149,10 +149,10 @@ fn what_space_does_not_have_and_surgery_that_cannot_be_is_refused() {
         ("[surgery]\noperate = [\"ball:1,2\"]\nfilling = \"flap\"", "a ball has four numbers"),
         ("[surgery]\noperate = [\"GGP_L\"]\nfilling = \"scar\"\nscar = 0.0", "scar is 0"),
     ] {
-        let said = refused(&format!("[body.tongue-in-space]\n{of_space}\n"));
-        assert!(said.contains(why), "{said}");
+        let message = refused(&format!("[body.tongue-in-space]\n{of_space}\n"));
+        assert!(message.contains(why), "{message}");
     }
     assert!(refused("[body.tongue]\n[activations]\nGGP = 0.1\n").contains("give tensions_n"));
-    let said = refused(&format!("[body.tongue]\n[surgery]\n{flap}\n"));
-    assert!(said.contains("only [body.tongue-in-space] is operated"), "{said}");
+    let message = refused(&format!("[body.tongue]\n[surgery]\n{flap}\n"));
+    assert!(message.contains("only [body.tongue-in-space] is operated"), "{message}");
 }

@@ -244,7 +244,7 @@ fn as_continuum(name: &str) -> String {
 }
 
 #[test]
-fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
+fn a_continuum_has_weight_walls_displaced_bones_and_motion_as_every_body() {
     let plain = outcome(&as_continuum("vowel-a"));
     // The last two are solids of ten-node tetrahedra, which contract and sag.
     let names =
@@ -260,7 +260,7 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let (_, palate) = planned(&as_continuum("vowel-i-palate"));
     let workspace = solved(&palate);
     let wall = palate.wall.as_ref().unwrap();
-    assert!(wall.penetrated(workspace.positions(), &palate.body.mesh.connections).is_none());
+    assert!(wall.first_penetration(workspace.positions(), &palate.body.mesh.connections).is_none());
     // The trajectory ends at the equilibrium if the viscous tissue has enough time.
     let motion = as_continuum("vowel-a-trajectory").replace("duration_s = 3.0", "duration_s = 60.0");
     let motion = outcome(&motion);
@@ -273,7 +273,7 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
 }
 
 #[test]
-fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_carried() {
+fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_displaced() {
     let start = |effects: &str| {
         let (scene, mut prepared) = planned(&format!(
             "{}[trajectory]\nduration_s = 0.01\n[tensions_n]\nGGa = 5.0\n[effects]\nincompressibility = true\n\
@@ -413,8 +413,8 @@ fn points_of_a_scene_with_weight_and_a_shifted_hyoid_determine_its_tensions() {
         .collect();
     let points = format!("[points]\ncontour_mm = [{}]\nnoise_mm = 0.02\n", points.join(", "));
     let found = simulate(&Scene::from_toml(&format!("{body}{points}{effects}"), "t").unwrap()).unwrap();
-    let told = found.points.as_ref().unwrap();
-    assert!(found.converged && told.rms_mm.unwrap() < 0.02, "{told:?}");
+    let points_fit = found.points.as_ref().unwrap();
+    assert!(found.converged && points_fit.rms_mm.unwrap() < 0.02, "{points_fit:?}");
     for muscle in &found.muscles {
         let truth = tensions.iter().find(|(m, _)| *m == muscle.muscle).map_or(0.0, |(_, f)| *f);
         let [low, high] = muscle.interval_n.unwrap();
@@ -424,7 +424,7 @@ fn points_of_a_scene_with_weight_and_a_shifted_hyoid_determine_its_tensions() {
     }
     // Without the weight and the hyoid the same points give other tensions.
     let other = simulate(&Scene::from_toml(&format!("{body}{points}{kept}"), "t").unwrap()).unwrap();
-    assert!(other.points.unwrap().rms_mm.unwrap() > 3.0 * told.rms_mm.unwrap());
+    assert!(other.points.unwrap().rms_mm.unwrap() > 3.0 * points_fit.rms_mm.unwrap());
 }
 
 /// Found by the fuzz target of scenes: without incompressibility, a muscle folds the springs.

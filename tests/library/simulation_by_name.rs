@@ -97,16 +97,16 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     let mut solver = model.solver();
     solver.shift_bone("hyoid", SVector::from([3.0 * MM, -2.0 * MM])).unwrap();
     let truth = [("GGa", 14.0), ("HGa", 9.0)];
-    let seen = solver.equilibrium(&truth).unwrap();
+    let shape = solver.equilibrium(&truth).unwrap();
     let followed = solver.follow_from_rest(&truth).unwrap();
-    assert!(followed.is_traced() && largest_distance(followed.positions(), seen.positions()) < 1e-9);
-    let observations = |seen: &Shape<2>| -> Vec<Observation<2>> {
+    assert!(followed.is_traced() && largest_distance(followed.positions(), shape.positions()) < 1e-9);
+    let observations = |shape: &Shape<2>| -> Vec<Observation<2>> {
         let names = body.mesh.muscle_names();
-        let of = |name: &String| Observation::new(model.length(name).unwrap(), seen.length(name).unwrap());
+        let of = |name: &String| Observation::new(model.length(name).unwrap(), shape.length(name).unwrap());
         names.iter().map(|name| of(name).with_standard_deviation(0.3 * MM)).collect()
     };
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
-    let problem = || InverseProblem::new(&model, observations(&seen)).with_settings(settings);
+    let problem = || InverseProblem::new(&model, observations(&shape)).with_settings(settings);
     let free = problem().free_bone("hyoid", 10.0 * MM).unwrap().fit().unwrap();
     assert!(free.is_trustworthy(), "{:?}", free.status);
     let shift = free.displacement("hyoid").unwrap();
@@ -127,8 +127,8 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     let soft = Model {
         constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
     };
-    let seen = soft.assemble(&body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
-    let found = InverseProblem::new(&model, observations(&seen))
+    let shape = soft.assemble(&body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
+    let found = InverseProblem::new(&model, observations(&shape))
         .with_settings(settings)
         .with_tension("GGa", 14.0)
         .and_then(|problem| problem.with_tension("HGa", 0.0))
@@ -214,12 +214,15 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
         (model.trajectory(&[], 0.0, f64::NAN, 2).unwrap_err(), "time to the end is NaN"),
     ];
     for (error, parts) in cases {
-        let said = error.to_string();
-        assert!(parts.split("; ").all(|part| said.contains(part)), "{said}");
+        let message = error.to_string();
+        assert!(parts.split("; ").all(|part| message.contains(part)), "{message}");
     }
     let block = Body::new("a block", solid::block([0.03; 3], [1; 3]));
-    let said = Model::default().assemble(&block, ["GGa"]).unwrap_err().to_string();
-    assert!(said.contains("no muscles") && Dataset::reference().unwrap().ratios("S2", "").is_err(), "{said}");
+    let message = Model::default().assemble(&block, ["GGa"]).unwrap_err().to_string();
+    assert!(
+        message.contains("no muscles") && Dataset::reference().unwrap().ratios("S2", "").is_err(),
+        "{message}"
+    );
 }
 
 /// The derivatives of all nodes, also of those on straight paths and in the muscles of a continuum.

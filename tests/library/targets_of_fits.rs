@@ -77,7 +77,7 @@ fn targets_that_cannot_be_fitted_are_refused_with_advice() {
         let options = TargetOptions { muscles: muscles.map(strings), baseline: None };
         Target::new(&dataset(table), "X", &vowel("a"), TargetKind::Stretch, &options)
     };
-    for (refused, told) in [
+    for (refused, expected) in [
         (chosen(None, "u", "S2"), "/ɯ/ of S2 is the baseline itself, so there is nothing to fit; choose"),
         (
             chosen(None, "a", "S4"),
@@ -96,7 +96,7 @@ fn targets_that_cannot_be_fitted_are_refused_with_advice() {
              than 1.7 times",
         ),
     ] {
-        says(refused, told);
+        says(refused, expected);
     }
 }
 
@@ -106,13 +106,13 @@ fn a_change_is_uncertain_within_both_half_widths_and_what_was_not_measured_is_le
         "subject,vowel,A_mm,B_mm,C_mm,D_mm,E_mm,half_width_mm\n\
          X,ɯ,43.1,43.1,43.1,43.1,NA,0.5\nX,a,42.1,42.099,44.1,NA,40,0.5\nX,e,42.1,40.8,45,43.1,40,2\n",
     );
-    let told = |label: &str| {
+    let rows_of = |label: &str| {
         let all = data.row("X", &vowel(label)).unwrap().activation(data.baseline("X").unwrap());
         all.into_iter().map(|a| a.map(|a| (a.contracting, a.uncertain))).collect::<Vec<_>>()
     };
-    assert_eq!(told("a"), [Some((true, true)), Some((true, false)), Some((false, true)), None, None]);
+    assert_eq!(rows_of("a"), [Some((true, true)), Some((true, false)), Some((false, true)), None, None]);
     let wide = [Some((true, true)), Some((true, true)), Some((false, true)), Some((false, true)), None];
-    assert_eq!(told("e"), wide);
+    assert_eq!(rows_of("e"), wide);
     // A millimetre is within rounding: the muscle contracts and is marked as uncertain.
     let data = Dataset::reference().unwrap();
     let baseline = data.baseline("S2").unwrap();
@@ -181,8 +181,11 @@ fn published_patterns_count_portions_for_their_muscle_and_say_nothing_of_other_v
         ("i", &all, &[(7, 1.0), (2, 0.5 * ACTIVE_N)], [&[], &["GGa", "GGp", "SG"], &["HG"]]),
         ("u", &some, &[(0, 1.0), (1, 1.0)], [&["GGa"], &[], &[]]),
     ] {
-        let told = check(label, names, tensions).unwrap();
-        assert_eq!([told.found, told.missing, told.unexpected], [found, missing, unexpected].map(strings));
+        let comparison = check(label, names, tensions).unwrap();
+        assert_eq!(
+            [comparison.found, comparison.missing, comparison.unexpected],
+            [found, missing, unexpected].map(strings)
+        );
     }
     assert_eq!(check("ə", &all, &[(0, 1.0)]), None);
     assert_eq!(patterns.muscles(&Vowel::unrounded_u()), ["GGa", "SG"]);

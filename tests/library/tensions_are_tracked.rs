@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use tongue_fit::acoustics::{Articulation, VocalTract};
-use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed_bones};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::MovableBone;
@@ -14,7 +14,7 @@ use tongue_fit::system::Model;
 use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{
     Comparison, Errors, FrameStatus, Interval, LabelDraws, RestShape, TrackSettings, Tracked,
-    TrackingContext, Watch, add_formants, compare, compared, frames, is_untrusted, mark, track,
+    TrackingContext, Watch, add_formants, compare, frames, is_untrusted, labels_to_compare, mark, track,
 };
 use tongue_input::measured::recording::Label;
 
@@ -37,7 +37,7 @@ fn recorded(speaker: &Speaker, count: usize, noise: f64) -> AlignedRecording {
     let times = times(count);
     let shapes: Vec<Vec<Point>> =
         times.iter().map(|t| speaker.shape(&course(*t), Point::zeros()).unwrap()).collect();
-    speaker.seen(&shapes, &times, Kind::Contour(11, noise), &mut fastrand::Rng::with_seed(7))
+    speaker.record(&shapes, &times, Kind::Contour(11, noise), &mut fastrand::Rng::with_seed(7))
 }
 
 fn independent() -> TrackSettings {
@@ -45,19 +45,19 @@ fn independent() -> TrackSettings {
 }
 
 /// With the known body and independent errors.
-fn tracked(speaker: &Speaker, seen: &AlignedRecording) -> Vec<Tracked> {
-    tracked_with(speaker, seen, &[], &independent(), None)
+fn tracked(speaker: &Speaker, recording: &AlignedRecording) -> Vec<Tracked> {
+    tracked_with(speaker, recording, &[], &independent(), None)
 }
 
 fn tracked_with(
     speaker: &Speaker,
-    seen: &AlignedRecording,
+    recording: &AlignedRecording,
     freed: &[MovableBone<2>],
     settings: &TrackSettings,
     shape: Option<&RestShape>,
 ) -> Vec<Tracked> {
-    let followed = &followed(&speaker.body, &seen.bones);
-    let ready = vec![frames(seen, &speaker.surface, followed, &[])];
+    let followed = &followed_bones(&speaker.body, &recording.bones);
+    let ready = vec![frames(recording, &speaker.surface, followed, &[])];
     let context = TrackingContext { system: &speaker.system, followed, freed, shape };
     Watch::collect(|watch| track(&context, ready, settings, watch)).unwrap().pop().unwrap().frames
 }
@@ -66,26 +66,26 @@ fn tracked_with(
 fn part_inside(found: &[Tracked]) -> f64 {
     let held = found
         .iter()
-        .flat_map(|f| f.levels.iter().zip(course(f.time_s)).map(|(level, truth)| level.holds(truth)));
+        .flat_map(|f| f.tensions.iter().zip(course(f.time_s)).map(|(level, truth)| level.holds(truth)));
     held.clone().filter(|held| *held).count() as f64 / held.count() as f64
 }
 
 #[test]
 fn courses_are_found_again_as_far_as_a_contour_tells() {
     let speaker = speaker();
-    let mut seen = recorded(&speaker, 24, 0.05e-3);
-    let found = tracked(&speaker, &seen);
+    let mut recording = recorded(&speaker, 24, 0.05e-3);
+    let found = tracked(&speaker, &recording);
     for (t, frame) in found.iter().enumerate() {
         assert_eq!(frame.status, FrameStatus::Converged, "{t}");
         assert!(frame.rms_m.unwrap() < 0.1e-3, "{t}: {:?}", frame.rms_m);
         // GGa shapes the visible surface, so its tension is known well.
-        let off = frame.levels[0].median - course(frame.time_s)[0];
-        assert!(off.abs() < 1.5, "{t}: {:?}", frame.levels);
+        let off = frame.tensions[0].median - course(frame.time_s)[0];
+        assert!(off.abs() < 1.5, "{t}: {:?}", frame.tensions);
     }
     assert!(part_inside(&found) >= 0.9);
     // With less noise more directions are resolved.
-    seen.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 2e-3);
-    let vague = tracked(&speaker, &seen);
+    recording.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 2e-3);
+    let vague = tracked(&speaker, &recording);
     let resolved = |all: &[Tracked]| all.iter().map(|f| f.resolved).sum::<usize>();
     assert!(resolved(&vague) < resolved(&found));
 }
@@ -93,30 +93,30 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
 #[test]
 fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_narrow_them() {
     let speaker = speaker();
-    let mut seen = recorded(&speaker, 12, 0.5e-3);
+    let mut recording = recorded(&speaker, 12, 0.5e-3);
     let at = |name: &str, from: usize, to: usize| {
         let [from_s, to_s] = [from, to].map(|frame| 0.0125 * frame as f64);
         Label { tier: "part".into(), name: name.into(), from_s, to_s }
     };
     // Labels that occur twice are compared, but neither `x`, which is alone in its tier, nor `once`.
     for _ in 0..2 {
-        seen.labels.extend([at("fourth", 3, 3), at("tenth", 9, 9), at("all", 0, 11)]);
+        recording.labels.extend([at("fourth", 3, 3), at("tenth", 9, 9), at("all", 0, 11)]);
     }
-    seen.labels.extend([Label { tier: "one".into(), ..at("x", 0, 11) }, at("once", 2, 4)]);
-    let compared = compared(&[&seen]);
+    recording.labels.extend([Label { tier: "one".into(), ..at("x", 0, 11) }, at("once", 2, 4)]);
+    let compared = labels_to_compare(&[&recording]);
     assert_eq!(compared.iter().map(|c| c.label.as_str()).collect::<Vec<_>>(), ["fourth", "tenth", "all"]);
-    let followed = followed(&speaker.body, &seen.bones);
-    let mut other = seen.clone();
+    let followed = followed_bones(&speaker.body, &recording.bones);
+    let mut other = recording.clone();
     // A frame that cannot be of this tongue does not count.
     other.frames[6].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
-    let ready = |seen: &AlignedRecording| {
-        let mut ready = frames(seen, &speaker.surface, &followed, &[]);
-        mark(&mut ready, &seen.labels, &compared);
+    let ready = |recording: &AlignedRecording| {
+        let mut ready = frames(recording, &speaker.surface, &followed, &[]);
+        mark(&mut ready, &recording.labels, &compared);
         ready
     };
     let settings = independent();
     let context = TrackingContext { system: &speaker.system, followed: &followed, freed: &[], shape: None };
-    let all = vec![ready(&seen), ready(&other)];
+    let all = vec![ready(&recording), ready(&other)];
     let found = Watch::collect(|watch| track(&context, all, &settings, watch)).unwrap();
     let draws: Vec<&[LabelDraws]> = found.iter().map(|one| one.compared.as_slice()).collect();
     assert_eq!((draws[0][2].frames, draws[1][2].frames, draws[1][2].repetitions), (24, 22, 2));
@@ -138,7 +138,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         let ends = |r: &Interval| [r.low, r.median, r.high];
         let tracked = &found[0].frames[3];
         near(contrast(&first, "fourth", "all", m).1, ends(&tracked.courses[m]));
-        near(ends(&first.labels[0].tensions.0[m].1), ends(&tracked.levels[m]));
+        near(ends(&first.labels[0].tensions.0[m].1), ends(&tracked.tensions[m]));
         let draw = |of: &[LabelDraws], label: usize, d: usize| {
             of[label].means[m] + f64::from(of[label].deviations[m][d])
         };
@@ -162,9 +162,9 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
 #[test]
 fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let speaker = speaker();
-    let seen = recorded(&speaker, 40, 0.5e-3);
-    let followed = &followed(&speaker.body, &seen.bones);
-    let mut ready = frames(&seen, &speaker.surface, followed, &[]);
+    let recording = recorded(&speaker, 40, 0.5e-3);
+    let followed = &followed_bones(&speaker.body, &recording.bones);
+    let mut ready = frames(&recording, &speaker.surface, followed, &[]);
     let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::drawn().unwrap()).unwrap());
     add_formants(&mut ready, &airway, followed, &Articulation::default(), 2);
     let settings = independent();
@@ -175,9 +175,9 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     for frame in &found {
         let shape = speaker.shape(&course(frame.time_s), Point::zeros()).unwrap();
         let Ok(truth) = airway.sound(&shape, &Articulation::default()) else { continue };
-        for (i, told) in frame.formants.iter().enumerate() {
-            assert!(told.sd_hz > 1.0 && told.sd_hz < 0.3 * told.hz, "{told:?}");
-            squares[i].push(((told.hz - truth.formants[i].frequency_hz) / told.sd_hz).powi(2));
+        for (i, formant) in frame.formants.iter().enumerate() {
+            assert!(formant.sd_hz > 1.0 && formant.sd_hz < 0.3 * formant.hz, "{formant:?}");
+            squares[i].push(((formant.hz - truth.formants[i].frequency_hz) / formant.sd_hz).powi(2));
         }
     }
     for all in squares {
@@ -193,11 +193,11 @@ fn a_bone_that_was_not_seen_is_found_where_it_is() {
     let (times, hyoid) = (times(6), Point::new(3e-3, -4e-3));
     let shapes: Vec<_> = times.iter().map(|t| speaker.shape(&course(*t), hyoid).unwrap()).collect();
     let kind = Kind::Contour(31, 0.05e-3);
-    let mut seen = speaker.seen(&shapes, &times, kind, &mut fastrand::Rng::with_seed(7));
-    seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
+    let mut recording = speaker.record(&shapes, &times, kind, &mut fastrand::Rng::with_seed(7));
+    recording.frames.iter_mut().for_each(|f| f.bones[0] = None);
     let freed = [MovableBone::of(&speaker.body, &Model::default(), &Vec::from_iter(0..8), "hyoid").unwrap()];
     let [found, held] =
-        [&freed[..], &[]].map(|bones| tracked_with(&speaker, &seen, bones, &independent(), None));
+        [&freed[..], &[]].map(|bones| tracked_with(&speaker, &recording, bones, &independent(), None));
     for (frame, held) in found.iter().zip(&held) {
         assert_eq!(frame.status, FrameStatus::Converged);
         assert!(
@@ -212,15 +212,15 @@ fn a_bone_that_was_not_seen_is_found_where_it_is() {
 #[test]
 fn threads_do_not_change_a_bit() {
     let speaker = speaker();
-    let seen = recorded(&speaker, 70, 0.9e-3);
+    let recording = recorded(&speaker, 70, 0.9e-3);
     let all: Vec<usize> = (0..8).collect();
     let shape = RestShape::of(&speaker.body, &Model::default(), &all, |_| None).unwrap();
     let bits = |threads: usize, seed: u64| {
         let settings = TrackSettings { seed, ..TrackSettings::new(20.0, 0.1) };
-        let work = || tracked_with(&speaker, &seen, &[], &settings, Some(&shape));
+        let work = || tracked_with(&speaker, &recording, &[], &settings, Some(&shape));
         let found = parallel::with_threads(threads, work).unwrap();
         let numbers = |r: &Interval| [r.low, r.median, r.high];
-        let both = |f: &Tracked| f.levels.iter().chain(&f.courses).flat_map(numbers).collect::<Vec<_>>();
+        let both = |f: &Tracked| f.tensions.iter().chain(&f.courses).flat_map(numbers).collect::<Vec<_>>();
         found.iter().flat_map(both).map(f64::to_bits).collect::<Vec<_>>()
     };
     let one = bits(1, 0);
@@ -231,39 +231,39 @@ fn threads_do_not_change_a_bit() {
 #[test]
 fn a_frame_without_data_is_a_gap_with_wide_intervals() {
     let speaker = speaker();
-    let mut seen = recorded(&speaker, 9, 0.5e-3);
-    seen.frames[4].contour.iter_mut().for_each(|m| *m = None);
-    let found = tracked(&speaker, &seen);
+    let mut recording = recorded(&speaker, 9, 0.5e-3);
+    recording.frames[4].contour.iter_mut().for_each(|m| *m = None);
+    let found = tracked(&speaker, &recording);
     assert_eq!(found[4].status, FrameStatus::Gap);
     assert_eq!(found[4].rms_m, None);
-    let width = |t: usize| found[t].levels.iter().map(Interval::width).sum::<f64>();
+    let width = |t: usize| found[t].tensions.iter().map(Interval::width).sum::<f64>();
     assert!(width(4) > width(3) && width(4) > width(5));
     assert!(found.iter().enumerate().all(|(t, f)| t == 4 || f.status == FrameStatus::Converged));
     // Without data the answer is the prior, and the status says so.
-    seen.frames.iter_mut().flat_map(|f| &mut f.contour).for_each(|m| *m = None);
-    let nothing = tracked(&speaker, &seen);
+    recording.frames.iter_mut().flat_map(|f| &mut f.contour).for_each(|m| *m = None);
+    let nothing = tracked(&speaker, &recording);
     assert!(nothing.iter().all(|f| f.status == FrameStatus::Gap && f.resolved == 0));
-    assert!((nothing[0].levels[0].median - 13.5).abs() < 0.5, "the median of the prior of scale 20");
-    assert!((nothing[0].levels[0].width() - 52.7).abs() < 4.0, "{:?}", nothing[0].levels[0]);
+    assert!((nothing[0].tensions[0].median - 13.5).abs() < 0.5, "the median of the prior of scale 20");
+    assert!((nothing[0].tensions[0].width() - 52.7).abs() < 4.0, "{:?}", nothing[0].tensions[0]);
 }
 
 #[test]
 fn what_cannot_be_reached_is_told_and_not_fitted() {
     let speaker = speaker();
-    let mut seen = recorded(&speaker, 9, 0.5e-3);
+    let mut recording = recorded(&speaker, 9, 0.5e-3);
     // In one frame the whole contour jumps away; in another one point is 8 mm off, which is too little for a jump.
-    seen.frames[3].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
-    let point = seen.frames[6].contour[5].as_mut().unwrap();
+    recording.frames[3].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
+    let point = recording.frames[6].contour[5].as_mut().unwrap();
     point.at += Point::new(0.0, 8e-3);
-    let faults = remove_outliers(&mut seen, None);
+    let faults = remove_outliers(&mut recording, None);
     assert_eq!(faults[3][0].kind, FaultKind::Jumped);
     assert_eq!(faults[3][0].points.len(), 11);
-    let found = tracked(&speaker, &seen);
+    let found = tracked(&speaker, &recording);
     assert_eq!(found[3].status, FrameStatus::Gap);
     assert_eq!(found[6].faults[0].kind, FaultKind::FarFromFit);
     assert_eq!(found[6].faults[0].points, ["tongue_5"]);
     let truth = course(found[6].time_s);
-    assert!((found[6].levels[0].median - truth[0]).abs() < 6.0);
+    assert!((found[6].tensions[0].median - truth[0]).abs() < 6.0);
     // The recording is of another head, so that every frame is out of reach.
     let mut other = recorded(&speaker, 3, 0.5e-3);
     other.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.at *= 1.6);
@@ -273,17 +273,17 @@ fn what_cannot_be_reached_is_told_and_not_fitted() {
 #[test]
 fn a_frame_beyond_three_standard_deviations_of_its_points_is_not_converged() {
     let speaker = speaker();
-    let mut seen = recorded(&speaker, 9, 0.02e-3);
-    seen.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 0.2e-3);
+    let mut recording = recorded(&speaker, 9, 0.02e-3);
+    recording.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 0.2e-3);
     // In one frame the points are by turns 0.75 mm outside and inside of the surface, which no tongue can do.
-    let contour = &mut seen.frames[4].contour;
+    let contour = &mut recording.frames[4].contour;
     let centre = contour.iter().flatten().map(|m| m.at).sum::<Point>() / contour.len() as f64;
     for (i, mark) in contour.iter_mut().flatten().enumerate() {
         let out = (mark.at - centre).normalize();
         mark.at += out * if i % 2 == 0 { 0.75e-3 } else { -0.75e-3 };
     }
     // The errors of a body of unknown shape are larger, but do not explain those of the points.
-    let found = tracked_with(&speaker, &seen, &[], &TrackSettings::new(20.0, 0.1), None);
+    let found = tracked_with(&speaker, &recording, &[], &TrackSettings::new(20.0, 0.1), None);
     assert_eq!(found[4].status, FrameStatus::PoorFit, "{:?}", found[4].rms_sd);
     assert!(found[4].rms_sd.unwrap() > 3.0 && found[4].faults.is_empty(), "{:?}", found[4].rms_sd);
     for (t, frame) in found.iter().enumerate().filter(|(t, _)| *t != 4) {
@@ -310,7 +310,7 @@ fn a_recording_with_more_than_one_untrusted_frame_in_twenty_is_untrusted() {
 fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
     let speaker = speaker();
     let count = 540;
-    let seen = recorded(&speaker, count, 0.3e-3);
+    let recording = recorded(&speaker, count, 0.3e-3);
     let settings = TrackSettings {
         errors: Errors::INDEPENDENT,
         draws: 100,
@@ -318,10 +318,10 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
         shapes: 11,
         ..TrackSettings::new(20.0, 0.1)
     };
-    let found = tracked_with(&speaker, &seen, &[], &settings, None);
+    let found = tracked_with(&speaker, &recording, &[], &settings, None);
     assert_eq!(found.iter().filter(|f| !f.positions.is_empty()).count(), 11);
     // The widths do not show the border between the windows of 512 frames.
-    let widths: Vec<f64> = found.iter().map(|f| f.levels.iter().map(Interval::width).sum()).collect();
+    let widths: Vec<f64> = found.iter().map(|f| f.tensions.iter().map(Interval::width).sum()).collect();
     let beside = widths[500..524].iter().sum::<f64>() / 24.0;
     for width in &widths[510..514] {
         assert!((width / beside - 1.0).abs() < 0.25, "{width} {beside}");
@@ -333,19 +333,19 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
 }
 
 #[test]
-fn bones_are_carried_to_where_they_are_seen() {
+fn bones_are_displaced_to_where_they_are_seen() {
     let speaker = speaker();
-    let mut seen = recorded(&speaker, 4, 1e-6);
+    let mut recording = recorded(&speaker, 4, 1e-6);
     // Everything is shifted with the head. With bones that follow, the tongue is the same but for the styloid process, which is far away.
     let by = Point::new(0.4e-3, -0.3e-3);
-    for frame in &mut seen.frames {
+    for frame in &mut recording.frames {
         frame.contour.iter_mut().flatten().for_each(|m| m.at += by);
         frame.bones.iter_mut().flatten().for_each(|p| *p += by);
         frame.contour.iter_mut().flatten().for_each(|m| m.sd = 0.3e-3);
     }
-    let with = tracked(&speaker, &seen);
-    seen.frames.iter_mut().for_each(|f| f.bones = vec![None, None]);
-    let without = tracked(&speaker, &seen);
+    let with = tracked(&speaker, &recording);
+    recording.frames.iter_mut().for_each(|f| f.bones = vec![None, None]);
+    let without = tracked(&speaker, &recording);
     let rms = |all: &[Tracked]| all.iter().map(|f| f.rms_m.unwrap()).fold(0.0, f64::max);
     assert!(rms(&with) < 0.5 * rms(&without), "{} {}", rms(&with), rms(&without));
 }
@@ -356,8 +356,9 @@ fn sensors_are_material_points() {
     let times = times(6);
     let shapes: Vec<Vec<Point>> =
         times.iter().map(|t| speaker.shape(&course(*t), Point::zeros()).unwrap()).collect();
-    let seen = speaker.seen(&shapes, &times, Kind::Sensors(3, 0.05e-3), &mut fastrand::Rng::with_seed(9));
-    let found = tracked(&speaker, &seen);
+    let recording =
+        speaker.record(&shapes, &times, Kind::Sensors(3, 0.05e-3), &mut fastrand::Rng::with_seed(9));
+    let found = tracked(&speaker, &recording);
     assert!(found.iter().all(|f| f.status == FrameStatus::Converged && f.rms_m.unwrap() < 0.15e-3));
     // Three coils leave most directions of the eight tensions to the prior.
     assert!(
@@ -371,9 +372,9 @@ fn sensors_are_material_points() {
 fn a_run_from_options_places_the_body_and_meets_the_contours() {
     let speaker = speaker();
     // Everything is turned, enlarged and shifted.
-    let mut seen = recorded(&speaker, 8, 0.3e-3);
+    let mut recording = recorded(&speaker, 8, 0.3e-3);
     let to = |p: Point| Point::new(p.x - 0.1 * p.y, p.y + 0.1 * p.x) * 1.08 + Point::new(4e-3, -7e-3);
-    for frame in &mut seen.frames {
+    for frame in &mut recording.frames {
         frame.contour.iter_mut().flatten().for_each(|m| m.at = to(m.at));
         frame.bones.iter_mut().flatten().for_each(|p| *p = to(*p));
     }
@@ -393,15 +394,15 @@ fn a_run_from_options_places_the_body_and_meets_the_contours() {
         free_bones: &[],
         hide: &[],
     };
-    let placed = run.body(&[&seen], &|_, _| ()).unwrap().similarity.unwrap();
+    let placed = run.body(&[&recording], &|_, _| ()).unwrap().similarity.unwrap();
     assert!((placed.scale() / 1.085 - 1.0).abs() < 0.03, "{placed:?}");
-    let found = run.run(&[&seen], &|note| panic!("{note}")).unwrap();
+    let found = run.run(&[&recording], &|note| panic!("{note}")).unwrap();
     assert_eq!(found.len(), 1);
     for frame in &found[0].frames {
         assert_eq!(frame.status, FrameStatus::Converged);
         assert!(frame.rms_m.unwrap() < 0.6e-3, "{:?}", frame.rms_m);
     }
     let twice = ["hyoid".to_owned(), "hyoid".to_owned()];
-    let message = TrackRun { free_bones: &twice, ..run }.run(&[&seen], &|_| ()).unwrap_err().to_string();
+    let message = TrackRun { free_bones: &twice, ..run }.run(&[&recording], &|_| ()).unwrap_err().to_string();
     assert!(message.starts_with("hyoid: it is seen in every recording"), "{message}");
 }

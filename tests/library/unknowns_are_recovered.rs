@@ -36,7 +36,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let truth: Vec<f64> =
         body.mesh.muscles.iter().map(|m| if m.name == "across" { 0.11 } else { 0.23 }).collect();
     let system = System::new(&body.mesh, &Model::default(), &[0, 1]).unwrap();
-    let seen = solved_to(1e-11, &system, &truth);
+    let positions = solved_to(1e-11, &system, &truth);
     let unknowns = || vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)];
     let fit = |observations, method, room: f64| {
         let problem = LeastSquaresProblem::new(&system, observations, unknowns());
@@ -48,7 +48,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let stretch = |m| {
         let length = Length::new(system.muscle_ends(m));
         let o = Observation::new(Stretch::new(length, system.length(system.rest(), m)), 0.0);
-        Observation { measured: o.observable.value(&seen), ..o }
+        Observation { measured: o.observable.value(&positions), ..o }
     };
     fit((0..2).map(stretch).collect(), Method::GaussNewton, 1e-6);
     fit((0..2).map(stretch).collect(), Method::NelderMead, 1e-2);
@@ -66,7 +66,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
         })
         .collect();
     assert_eq!(top.len(), 18);
-    let centres = top.iter().map(|f| f.iter().map(|&n| seen[n]).sum::<Vector3<f64>>() / 3.0);
+    let centres = top.iter().map(|f| f.iter().map(|&n| positions[n]).sum::<Vector3<f64>>() / 3.0);
     let points =
         centres.map(|p| Observation::new(Surface::new(top.clone(), p), 0.0).with_standard_deviation(1e-4));
     fit(points.collect(), Method::GaussNewton, 1e-6);
@@ -125,16 +125,16 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
             Unknown::tension(t.muscles[1], 100.0),
             Unknown::poisson_ratio(30.0, 49.9),
         ];
-        let inverse = LeastSquaresProblem {
+        let problem = LeastSquaresProblem {
             bones: &bones,
             tissue: Some(&constants),
             ..LeastSquaresProblem::new(&system, observations(&system), unknowns)
         };
         let settings = settings();
-        let mut forward = Forward::new(&inverse, &settings);
+        let mut forward = Forward::new(&problem, &settings);
         let x = [12.0, 2.0, -1.5, 60.0, 8.0, 46.0];
         let linear = forward.linearise(&x).unwrap();
-        assert_eq!(linear.residuals.len(), inverse.observations.len() + 1, "a prior is a residual");
+        assert_eq!(linear.residuals.len(), problem.observations.len() + 1, "a prior is a residual");
         for i in 0..x.len() {
             let h = 1e-3;
             let mut at = |by: f64| {
@@ -154,14 +154,14 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
 fn incompatible_problems_are_refused_with_a_sentence() {
     let t = tongue();
     let system = System::new(&t.mesh, &Model::default(), &t.muscles).unwrap();
-    let seen = || observations(&system);
+    let of_system = || observations(&system);
     let gga = t.muscles[0];
     for (observations, unknown, why) in [
-        (seen(), Unknown::tension(2, 100.0), "does not contract"),
-        (seen(), Unknown::bone(0, 0, 5.0), "was not freed"),
-        (seen(), Unknown::young_modulus(10.0, 100.0), "no tissue was given"),
+        (of_system(), Unknown::tension(2, 100.0), "does not contract"),
+        (of_system(), Unknown::bone(0, 0, 5.0), "was not freed"),
+        (of_system(), Unknown::young_modulus(10.0, 100.0), "no tissue was given"),
         (Vec::new(), Unknown::tension(gga, 100.0), "at least one observation"),
-        (seen(), Unknown::tension(gga, f64::NAN), "finite and in order"),
+        (of_system(), Unknown::tension(gga, f64::NAN), "finite and in order"),
     ] {
         let problem = LeastSquaresProblem::new(&system, observations, vec![unknown]);
         says(inverse::solve(&problem, &settings()), why);

@@ -21,7 +21,7 @@ fn pulled() -> (Body<2>, System<2>, Vec<f64>) {
     let body = Body::tongue(5.5e-3).unwrap();
     let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
     let additions = Additions { incompressible: true, ..Additions::default() };
-    let system = System::with(&body.mesh, &Model::default(), &all, additions).unwrap();
+    let system = System::with_additions(&body.mesh, &Model::default(), &all, additions).unwrap();
     (body, system, vec![10.0, 3.0, 6.0, 2.0, 8.0, 4.0, 7.0, 5.0])
 }
 

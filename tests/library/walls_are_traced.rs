@@ -160,7 +160,7 @@ fn four_of_five_vowels_are_nearest_to_their_own_mean() {
         let nearest = &nearest_vowel(&means, f[0], f[1]).unwrap().vowel;
         own += usize::from(nearest == vowel);
         near += [f[0] / f1_hz, f[1] / f2_hz].iter().filter(|r| (*r - 1.0).abs() <= 0.2).count();
-        let told = [
+        let cells = [
             format!("/{vowel}/"),
             format!("{:.0}", f[0]),
             format!("{f1_hz}"),
@@ -170,7 +170,7 @@ fn four_of_five_vowels_are_nearest_to_their_own_mean() {
             format!("{:+.0} %", 100.0 * (f[1] / f2_hz - 1.0)),
             format!("/{nearest}/"),
         ];
-        assert_eq!(rows(&format!("| /{vowel}/ | ")), [told.to_vec()]);
+        assert_eq!(rows(&format!("| /{vowel}/ | ")), [cells.to_vec()]);
     }
     assert!(own >= 4 && near >= 8, "{own} of 5 vowels, {near} of 10 formants");
     // The /ɯ/ of S1 and S3 is the same tongue at rest, which is left out.
@@ -181,7 +181,7 @@ fn four_of_five_vowels_are_nearest_to_their_own_mean() {
 }
 
 #[test]
-fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
+fn estimates_of_walls_jaw_and_lips_change_the_formants_compare() {
     let (body, drawn) = (Body::tongue(5.5e-3).unwrap(), VocalTract::drawn().unwrap());
     let vowels = ["i", "e", "a", "o", "ɯ"].map(|vowel| {
         let positions = in_posture("S2", vowel, |_| ()).positions_m;
@@ -198,16 +198,16 @@ fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
         })
     };
     let usual = heard(&drawn, &|_| (), 1.0);
-    let (mut found_rows, mut told_rows) = (Vec::new(), Vec::new());
-    let mut as_told = |what: &str, found: [Vec<f64>; 5]| {
+    let (mut found_rows, mut documented_rows) = (Vec::new(), Vec::new());
+    let mut compare = |what: &str, found: [Vec<f64>; 5]| {
         let most = |k: usize| {
             let parts = found.iter().zip(&usual).map(|(a, b)| (a[k] / b[k] - 1.0).abs());
             format!("{:.0} %", 100.0 * parts.fold(0.0, f64::max))
         };
         found_rows.push(vec![what.to_owned(), most(0), most(1)]);
-        told_rows.extend(rows(&format!("| {what} | ")));
+        documented_rows.extend(rows(&format!("| {what} | ")));
     };
-    as_told("all areas 20 % larger", heard(&drawn, &|_| (), 1.2));
+    compare("all areas 20 % larger", heard(&drawn, &|_| (), 1.2));
     for (what, walls, by) in [
         ("back wall and velum 2 mm further back", 1..3, [2.0, 0.0]),
         ("velum, palate and upper teeth 2 mm higher", 2..5, [0.0, 2.0]),
@@ -216,7 +216,7 @@ fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
         for point in tract.wall[walls].iter_mut().flat_map(|wall| &mut wall.points_mm) {
             (point[0], point[1]) = (point[0] + by[0], point[1] + by[1]);
         }
-        as_told(what, heard(&tract, &|_| (), 1.0));
+        compare(what, heard(&tract, &|_| (), 1.0));
     }
     type Change = fn(&mut Articulation);
     let of_posture: [(&str, Change); 4] = [
@@ -227,9 +227,9 @@ fn estimates_of_walls_jaw_and_lips_change_the_formants_as_told() {
         ("larynx 5 mm lower", |posture| posture.hyoid_mm[1] -= 10.0),
     ];
     for (what, change) in of_posture {
-        as_told(what, heard(&drawn, &change, 1.0));
+        compare(what, heard(&drawn, &change, 1.0));
     }
-    assert_eq!(told_rows, found_rows);
+    assert_eq!(documented_rows, found_rows);
 }
 
 /// Areas from the glottis to the lips, cm^2, and the length of each section, cm: Fant (1960), printed in the order from the lips; Story,
@@ -241,7 +241,7 @@ const STORY_A: &str = ".45 .2 .26 .21 .32 .3 .33 1.05 1.12 .85 .63 .39 .26 .28 .
 const STORY_I: &str = ".33 .3 .36 .34 .68 .5 2.43 3.15 2.66 2.49 3.39 3.8 3.78 4.35 4.5 4.43 4.68 4.52 4.15 4.09 3.51 2.95 2.03 1.66 1.38 1.05 .6 .35 .32 .12 .1 .16 .25 .24 .38 .28 .36 .65 1.58 2.05 2.01 1.58";
 
 /// Mean areas of the four quarters of a tract, cm^2, and its first two formants, Hz.
-fn told(name: &str, sections: &[Section]) -> Vec<String> {
+fn row_of(name: &str, sections: &[Section]) -> Vec<String> {
     let length: f64 = sections.iter().map(|s| s.length_m).sum();
     let mut quarters = [0.0; 4];
     let mut at = 0.0;
@@ -277,9 +277,9 @@ fn areas_are_told_beside_those_of_fant_and_of_story() {
     };
     let mut all = Vec::new();
     for (vowel, fant, story) in [("a", FANT_A, STORY_A), ("i", FANT_I, STORY_I)] {
-        all.push(told(&format!("/{vowel}/, S2 here"), &ours(vowel)));
-        all.push(told(&format!("/{vowel}/, Fant"), &read(fant, 0.5, true)));
-        all.push(told(&format!("/{vowel}/, Story"), &read(story, 0.397, false)));
+        all.push(row_of(&format!("/{vowel}/, S2 here"), &ours(vowel)));
+        all.push(row_of(&format!("/{vowel}/, Fant"), &read(fant, 0.5, true)));
+        all.push(row_of(&format!("/{vowel}/, Story"), &read(story, 0.397, false)));
     }
     for row in all {
         assert_eq!(rows(&format!("| {} | ", row[0])), [row]);

@@ -243,7 +243,7 @@ fn the_priors_that_are_printed_are_read_back() {
         ("points_apart_mm", errors.apart_mm),
         ("tension_n", link.scale_n()),
         ("level_n", link.level_sd_n),
-        ("course_n", link.course_sd_n),
+        ("course_n", link.deviation_sd_n),
         ("activation", space.prior_sd),
         ("stretch", read.discrepancy.sd),
         ("hyoid_mm", read.hyoid.sd_mm),

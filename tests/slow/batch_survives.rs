@@ -75,10 +75,10 @@ fn killed_again_and_again_and_its_journal_damaged_it_ends_with_the_files_of_an_u
         assert!(FILES.iter().all(|f| !killed.join(f).exists()), "no output before all fits are done");
     }
     assert!(kills >= 2, "killed only {kills} times");
-    let (status, _, told) = run(&killed, &arguments);
+    let (status, _, message) = run(&killed, &arguments);
     assert_eq!(status, 3);
-    assert!(told.contains("resuming after"), "{told}");
-    assert!(told.contains("lines of the journal that are damaged"), "{told}");
+    assert!(message.contains("resuming after"), "{message}");
+    assert!(message.contains("lines of the journal that are damaged"), "{message}");
     // A kill while outputs are written leaves a hidden file without effect.
     assert!(files(&killed) == files(&undisturbed), "the files differ");
 }

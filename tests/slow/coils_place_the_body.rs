@@ -46,13 +46,13 @@ fn placements_of_coils_hold_where_the_tongue_is() {
     let seeds: Vec<u64> = (0..cases(200) as u64).collect();
     let all = parallel::map(&seeds, |&seed| {
         let speaker = recorded(seed + 5000, Seeing::Coils(3 + seed as usize % 2, 10));
-        let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
+        let recordings: Vec<&AlignedRecording> = speaker.recordings.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
-            let placed = adaptation_input(&body, palate).place(&seen, &[]).unwrap();
+            let placed = adaptation_input(&body, palate).place(&recordings, &[]).unwrap();
             compared(&speaker, &placed.by_coils.unwrap(), middle)
         })
     });
-    for (with, told) in ["coils alone", "coils and a palate"].iter().enumerate() {
+    for (with, name) in ["coils alone", "coils and a palate"].iter().enumerate() {
         for (i, what) in ["back", "up", "turn", "scale"].iter().enumerate() {
             let of = || all.iter().map(|a| a[with][i]);
             let held = of().filter(|(truth, [_, low, high])| low <= truth && truth <= high).count();
@@ -60,7 +60,7 @@ fn placements_of_coils_hold_where_the_tongue_is() {
             let missed = upper_median(of().map(|(truth, [found, ..])| (found - truth).abs())).unwrap();
             let part = 100.0 * held as f64 / seeds.len() as f64;
             println!(
-                "{told}, {what}: {part:.1} % held, half width {width:.4}, missed by {missed:.4} (medians)"
+                "{name}, {what}: {part:.1} % held, half width {width:.4}, missed by {missed:.4} (medians)"
             );
         }
     }
@@ -94,9 +94,9 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
     // A recording is refused where a bone is more than 10 mm from its place in a tongue with this contour.
     let all = parallel::map(&seeds, |&seed| {
         let speaker = recorded(seed, Seeing::Contour);
-        let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
+        let recordings: Vec<&AlignedRecording> = speaker.recordings.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
-            let found = match adaptation_input(&body, palate).place(&seen, &[]) {
+            let found = match adaptation_input(&body, palate).place(&recordings, &[]) {
                 Ok(placed) => placed.similarity,
                 Err(RestError::NotOneFrame(_)) => return None,
                 Err(other) => panic!("{other}"),
@@ -117,16 +117,16 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
 /// Tracks a speaker by coils on the built-in tongue, as `tongue-fit track` does.
 fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let body = Body::tongue(5.5e-3).unwrap();
-    let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
+    let recordings: Vec<&AlignedRecording> = speaker.recordings.iter().collect();
     let made = adaptation_input(&body, None)
-        .to_recordings(&seen, RestShapeMethod::Similarity, &[], &|_, _| {})
+        .adapt_to_recordings(&recordings, RestShapeMethod::Similarity, &[], &|_, _| {})
         .unwrap();
     let placement = made.placement.unwrap();
     let contracting: Vec<usize> = (0..8).collect();
     let system = System::new(&made.body.mesh, &Model::default(), &contracting).unwrap();
     let shape = RestShape::of_coils(&made.body, &Model::default(), &contracting, &placement).unwrap();
     let surface = TongueSurface::of(&made.body).unwrap();
-    let seated = speaker.seen.iter().map(|s| placement.with_coil_positions(s));
+    let seated = speaker.recordings.iter().map(|s| placement.with_coil_positions(s));
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
     let context =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
@@ -149,12 +149,12 @@ fn intervals_of_speakers_seen_by_coils_hold_the_truth() {
     });
     let mut sum = Held::default();
     for (what, held, met) in &all {
-        println!("{what}: {}; met to {:.2} mm", held.told(), met * 1e3);
+        println!("{what}: {}; met to {:.2} mm", held.summary(), met * 1e3);
         sum.extend(held);
     }
-    println!("all: {}", sum.told());
-    assert!((93.0..=98.0).contains(&sum.levels()), "{}", sum.told());
-    assert!((93.0..=99.5).contains(&sum.courses()), "{}", sum.told());
+    println!("all: {}", sum.summary());
+    assert!((93.0..=98.0).contains(&sum.levels()), "{}", sum.summary());
+    assert!((93.0..=99.5).contains(&sum.courses()), "{}", sum.summary());
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn recordings_of_synthetic_speakers_raise_no_doubt() {
     let all = (0..40).flat_map(|seed| {
         [Seeing::Contour, Seeing::Coils(3, 1), Seeing::Coils(4, 1)].map(|seeing| (seed, seeing))
     });
-    let told: Vec<_> = all.map(|(seed, seeing)| (seed, seeing, recorded(seed, seeing).doubts())).collect();
-    let told: Vec<_> = told.iter().filter(|(.., doubts)| !doubts.is_empty()).collect();
-    assert!(told.is_empty(), "{told:#?}");
+    let doubted: Vec<_> = all.map(|(seed, seeing)| (seed, seeing, recorded(seed, seeing).doubts())).collect();
+    let doubted: Vec<_> = doubted.iter().filter(|(.., doubts)| !doubts.is_empty()).collect();
+    assert!(doubted.is_empty(), "{doubted:#?}");
 }

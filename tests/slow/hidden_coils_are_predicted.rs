@@ -27,16 +27,16 @@ struct Missed {
 
 fn missed(speaker: &Recorded, coil: usize) -> Missed {
     let (body, model, all) = (Body::tongue(5.5e-3).unwrap(), Model::default(), Vec::from_iter(0..8));
-    let hide = [speaker.seen[0].sensors[coil].0.clone()];
-    let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
+    let hide = [speaker.recordings[0].sensors[coil].0.clone()];
+    let recordings: Vec<&AlignedRecording> = speaker.recordings.iter().collect();
     let made = adaptation_input(&body, None)
-        .to_recordings(&seen, RestShapeMethod::Similarity, &hide, &|_, _| {})
+        .adapt_to_recordings(&recordings, RestShapeMethod::Similarity, &hide, &|_, _| {})
         .unwrap();
     let placement = made.placement.unwrap();
     let system = System::new(&made.body.mesh, &model, &all).unwrap();
     let shape = RestShape::of_coils(&made.body, &model, &all, &placement).unwrap();
     let surface = TongueSurface::of(&made.body).unwrap();
-    let ready = seen
+    let ready = recordings
         .iter()
         .map(|s| frames(&placement.with_coil_positions(s), &surface, &made.followed, &hide))
         .collect();
@@ -45,7 +45,7 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
     let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
     let found = Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap();
     let tracked: Vec<&[Tracked]> = found.iter().map(|one| one.frames.as_slice()).collect();
-    let judged = held_out(&seen, &tracked, &hide).unwrap().opponents;
+    let judged = held_out(&recordings, &tracked, &hide).unwrap().opponents;
     let pooled =
         |name: &str| judged.iter().find(|opponent| opponent.name.starts_with(name)).map(|o| o.pooled_mm);
     let hidden = tracked.iter().copied().flatten().flat_map(|frame| &frame.hidden);
@@ -82,12 +82,12 @@ fn a_hidden_coil_is_predicted_better_than_by_a_line_and_its_intervals_hold() {
     let every: Vec<f64> = all.iter().map(|m| m.model_mm).collect();
     let (held, due) = held_and_due(all.iter().flat_map(|m| &m.parts).copied().collect());
     let (inner, line, every) = (rms(&inner), rms(&line), rms(&every));
-    let told = format!(
+    let message = format!(
         "RMS {inner:.2} mm between other coils (line {line:.2}), {every:.2} of all; {held:.1} % held; 95 % would be {due:.2} times as far"
     );
-    println!("{told}");
-    assert!(inner < line, "{told}");
-    assert!((93.0..=97.0).contains(&held), "{told}");
+    println!("{message}");
+    assert!(inner < line, "{message}");
+    assert!((93.0..=97.0).contains(&held), "{message}");
 }
 
 /// Share of the points with these numbers that lie in their intervals, %, when contours changed by `change` are tracked without them, and a
@@ -108,41 +108,41 @@ fn held_of_contours(
         let judged = hidden.filter_map(|h| Some((h.missed_m, h.interval_m?[1])));
         Some(judged.map(|(missed, far)| (1e3 * missed, missed.abs() / far)).collect::<Vec<_>>())
     });
-    let told: Vec<_> = all.into_iter().flatten().collect();
-    let (count, all) = (told.len(), told.concat());
+    let found: Vec<_> = all.into_iter().flatten().collect();
+    let (count, all) = (found.len(), found.concat());
     let rms = (all.iter().map(|(mm, _)| mm * mm).sum::<f64>() / all.len() as f64).sqrt();
     let (held, due) = held_and_due(all.into_iter().map(|(_, part)| part).collect());
-    let told = format!(
+    let message = format!(
         "{what}, {count} speakers: RMS {rms:.2} mm; {held:.1} % held; 95 % would be {due:.2} times as far"
     );
-    println!("{told}");
-    assert!(4 * count >= 3 * seeds.len(), "{told}");
-    (held, told)
+    println!("{message}");
+    assert!(4 * count >= 3 * seeds.len(), "{message}");
+    (held, message)
 }
 
 /// The intervals hold up to 98 % of the points of 100 and more speakers, which is a little too much.
 #[test]
 fn intervals_of_hidden_points_of_a_contour_hold() {
-    let (held, told) = held_of_contours("11 points", |_| (), [2, 5, 8]);
-    assert!((93.0..=98.0).contains(&held), "{told}");
+    let (held, message) = held_of_contours("11 points", |_| (), [2, 5, 8]);
+    assert!((93.0..=98.0).contains(&held), "{message}");
 }
 
 /// The contours are drawn by splines through 41 points; hidden are single points, or five in a row, which leave a gap.
 #[test]
 fn intervals_of_hidden_points_of_a_contour_of_many_points_hold() {
     let dense = |speaker: &mut Recorded| redrawn(speaker, 4);
-    let (single, told) = held_of_contours("41 points, three hidden", dense, [8, 20, 32]);
+    let (single, message) = held_of_contours("41 points, three hidden", dense, [8, 20, 32]);
     let (row, of_row) = held_of_contours("41 points, five in a row hidden", dense, 18..23);
-    assert!((93.0..=98.0).contains(&single), "{told}");
+    assert!((93.0..=98.0).contains(&single), "{message}");
     assert!((93.0..=98.0).contains(&row), "{of_row}");
 }
 
 #[test]
 fn a_hidden_point_of_a_contour_of_few_points_has_no_interval() {
     let mut speaker = recorded_with(0, Seeing::Contour, Tones::HalfNormal(20.0));
-    for seen in &mut speaker.seen {
-        seen.contour = seen.contour.iter().step_by(2).cloned().collect();
-        for frame in &mut seen.frames {
+    for recording in &mut speaker.recordings {
+        recording.contour = recording.contour.iter().step_by(2).cloned().collect();
+        for frame in &mut recording.frames {
             frame.contour = frame.contour.iter().step_by(2).copied().collect();
         }
     }

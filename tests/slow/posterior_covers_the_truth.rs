@@ -14,7 +14,7 @@ use tongue_infer::posterior::{
 use crate::cases;
 use crate::fixtures::less_compressible;
 use crate::synthetic_speakers::{
-    Number, activity, coils, contours, p_of_uniform, posterior_model_at, seen, shapes, stretches_of,
+    Number, activity, coils, contours, measurements, p_of_uniform, posterior_model_at, shapes, stretches_of,
     unknowns, unseen,
 };
 
@@ -125,7 +125,7 @@ impl Coverage {
     }
 
     /// Prints the results, and returns the share held of every kind with its standard error.
-    fn told(&self, what: &str) -> Vec<(f64, f64)> {
+    fn print(&self, what: &str) -> Vec<(f64, f64)> {
         let cases = self.cases();
         let (p, name) = self.least_uniform();
         let kinds: Vec<&str> = KINDS.into_iter().filter(|kind| self.of_kind(kind).next().is_some()).collect();
@@ -147,15 +147,15 @@ impl Coverage {
         kinds.into_iter().map(|kind| self.held(kind)).collect()
     }
 
-    /// [`Self::told`], with checks to four binomial errors: sure and probable signs must be right as often as these words say, and 95 % of
+    /// [`Self::print`], with checks to four binomial errors: sure and probable signs must be right as often as these words say, and 95 % of
     /// the intervals of each of [`EXTRA_INTERVALS`] must contain the truth.
     fn with_words(&self, what: &str) -> Vec<(f64, f64)> {
-        let found = self.told(what);
+        let found = self.print(what);
         for kind in ["F - F0", "contrast"] {
             let words = self.words(kind);
-            for ([said, right], least) in words.into_iter().zip([0.95, 0.8]) {
-                let room = 4.0 * (least * (1.0 - least) * said as f64).sqrt();
-                assert!(right as f64 >= least * said as f64 - room, "{kind}: {words:?}");
+            for ([count, right], least) in words.into_iter().zip([0.95, 0.8]) {
+                let room = 4.0 * (least * (1.0 - least) * count as f64).sqrt();
+                assert!(right as f64 >= least * count as f64 - room, "{kind}: {words:?}");
             }
         }
         for (kind, [held, all]) in EXTRA_INTERVALS.iter().zip(self.others).filter(|(_, [_, all])| *all > 0) {
@@ -238,9 +238,9 @@ fn coverage_with(
             }
         };
         let stretches = stretches_of(&system, &shapes);
-        let seen = seen(truth, postures, &stretches, &mut random);
-        let seen = Measurements { auxiliary: beside(&drawn, &shapes, &mut random), ..seen };
-        let posterior = sample(fitted, seen, &Sampling { draws, seed: number as u64 }).unwrap();
+        let measurements = measurements(truth, postures, &stretches, &mut random);
+        let measurements = Measurements { auxiliary: beside(&drawn, &shapes, &mut random), ..measurements };
+        let posterior = sample(fitted, measurements, &Sampling { draws, seed: number as u64 }).unwrap();
         let count = posterior.draws.len() as f64;
         // Cases where no chain found a start that its tensions reach from rest have no draws and do not count.
         (count > 0.0).then(|| {
@@ -267,7 +267,7 @@ fn coverage_with(
             let held = fitted.iter().zip(&stretches).filter(|(interval, truth)| interval.holds(**truth));
             // The program gives verdicts on lengths of one vowel in a body of springs.
             let has_verdict =
-                postures == 1 && fitted_of_springs && posterior.density.seen.auxiliary.is_empty();
+                postures == 1 && fitted_of_springs && posterior.density.measurements.auxiliary.is_empty();
             let brief = has_verdict.then(|| short_run(&posterior.density, &posterior.map_estimate, None));
             let brief = brief.transpose().unwrap().unwrap_or_default();
             let of_short_run = |kind: &str| {
@@ -289,15 +289,15 @@ fn coverage_with(
             (each, ([fitted, of_short_run("F"), of_short_run("hyoid"), by_others], contradicted))
         })
     });
-    let (told, others): (Vec<Vec<Found>>, Vec<([[usize; 2]; 4], bool)>) = cases.into_iter().flatten().unzip();
-    assert!(told.len() * 50 >= count * 49, "{} of {count} are told", told.len());
+    let (found, others): (Vec<Vec<Found>>, Vec<_>) = cases.into_iter().flatten().unzip();
+    assert!(found.len() * 50 >= count * 49, "{} of {count} have intervals", found.len());
     let number = |(i, number): (usize, &Number)| Counted {
         kind: number.kind,
         name: number.name.clone(),
-        held: told.iter().map(|case| case[i].held).collect(),
-        width: told.iter().map(|case| case[i].width).sum(),
-        ranks: told.iter().map(|case| case[i].rank).collect(),
-        words: told.iter().map(|case| case[i].word).collect(),
+        held: found.iter().map(|case| case[i].held).collect(),
+        width: found.iter().map(|case| case[i].width).sum(),
+        ranks: found.iter().map(|case| case[i].rank).collect(),
+        words: found.iter().map(|case| case[i].word).collect(),
     };
     Coverage {
         numbers: unknowns.iter().enumerate().map(number).collect(),
@@ -325,7 +325,7 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
         for (name, wrong) in
             [("F ~ HN30", "tension.scale_n_per_m = 30.0"), ("F ~ HN10", "tension.scale_n_per_m = 10.0")]
         {
-            coverage(&[model(wrong)], &usual[0], 1, count, 400).told(name);
+            coverage(&[model(wrong)], &usual[0], 1, count, 400).print(name);
         }
     }
 }

@@ -9,7 +9,7 @@ use tongue_infer::posterior::{Measurements, ParameterValues, Report, Sampling, s
 use crate::cases;
 use crate::fixtures::tongue;
 use crate::synthetic_speakers::{
-    coarse_posterior_model, p_of_uniform, posterior_model, seen, stretches, unknowns, unseen,
+    coarse_posterior_model, measurements, p_of_uniform, posterior_model, stretches, unknowns, unseen,
 };
 
 #[test]
@@ -29,9 +29,10 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
                     break (truth, s);
                 }
             };
-            let seen = seen(&posterior_model, postures, &measured, &mut random);
+            let measurements = measurements(&posterior_model, postures, &measured, &mut random);
             let posterior =
-                sample(&posterior_model, seen, &Sampling { draws: 160, seed: number as u64 }).unwrap();
+                sample(&posterior_model, measurements, &Sampling { draws: 160, seed: number as u64 })
+                    .unwrap();
             if posterior.draws.is_empty() {
                 return None;
             }
@@ -72,8 +73,9 @@ fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
         let target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
         let matched = TargetOnBody::new(&tongue(), &target).unwrap();
         let summaries = posterior_models.each_ref().map(|posterior_model| {
-            let seen = Measurements::of(&matched);
-            let posterior = sample(posterior_model, seen, &Sampling { draws: 1000, seed: 1 }).unwrap();
+            let measurements = Measurements::of_vowel(&matched);
+            let posterior =
+                sample(posterior_model, measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
             Report::of_each(&posterior, false, 1).remove(0).summary
         });
         let [usual, others @ ..] = summaries;
@@ -97,19 +99,20 @@ fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
 #[test]
 fn the_sign_of_s1_i_sgm_with_averaged_geometry_is_as_told() {
     let target = Dataset::reference().unwrap().stretches("S1", "i").unwrap();
-    let seen = Measurements::of(&TargetOnBody::new(&tongue(), &target).unwrap());
+    let measurements = Measurements::of_vowel(&TargetOnBody::new(&tongue(), &target).unwrap());
     let known = |poisson_ratio: &str| {
         format!("[compressibility]\npoisson_ratio = {poisson_ratio}\nsd_ln_kappa = 0.01")
     };
     let cases =
         [(known("0.48"), 0.035), (known("0.49"), 0.029), (known("0.499"), 0.11), (String::new(), 0.12)];
-    for (priors, told) in cases {
+    for (priors, expected) in cases {
         let posterior_model = posterior_model(&priors);
         let muscle = posterior_model.muscles.iter().position(|m| m == "SGm").unwrap();
-        let posterior = sample(&posterior_model, seen.clone(), &Sampling { draws: 1000, seed: 1 }).unwrap();
+        let posterior =
+            sample(&posterior_model, measurements.clone(), &Sampling { draws: 1000, seed: 1 }).unwrap();
         let above = posterior.draws.iter().filter(|draw| draw.change(0, muscle) > 0.0).count();
         let rises = above as f64 / posterior.draws.len() as f64;
         // Four standard errors of 700 effective draws.
-        assert!((rises - told).abs() < 0.05, "{priors}: {rises}");
+        assert!((rises - expected).abs() < 0.05, "{priors}: {rises}");
     }
 }

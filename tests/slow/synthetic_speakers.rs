@@ -82,18 +82,19 @@ fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -
 }
 
 /// Measurements of true stretches with errors.
-pub fn seen(
+pub fn measurements(
     posterior_model: &PosteriorModel,
     postures: usize,
     stretches: &[f64],
     random: &mut fastrand::Rng,
 ) -> Measurements {
-    let mut seen = exact(posterior_model, postures, stretches);
+    let mut measurements = exact(posterior_model, postures, stretches);
     let n = stretches.len();
-    let errors = &seen.rounding + DMatrix::identity(n, n) * posterior_model.priors.discrepancy.sd.powi(2);
+    let errors =
+        &measurements.rounding + DMatrix::identity(n, n) * posterior_model.priors.discrepancy.sd.powi(2);
     let errors = errors.cholesky().unwrap().l() * normals(n, random);
-    seen.stretches.iter_mut().zip(errors.iter()).for_each(|(s, e)| *s += e);
-    seen
+    measurements.stretches.iter_mut().zip(errors.iter()).for_each(|(s, e)| *s += e);
+    measurements
 }
 
 /// Points of shapes in the frame of the fitted body, shifted, turned and scaled as a posterior assumes, with noise along each axis.
@@ -136,8 +137,8 @@ pub fn contours(
         let curve = NaturalSpline::through(points).unwrap();
         curve.polygon().iter().step_by(16 / (between + 1)).copied().collect::<Vec<_>>()
     }));
-    let seen = AlignedRecording::of_contours(&drawn.iter().map(Vec::as_slice).collect::<Vec<_>>());
-    AuxiliaryData::points(body, &seen, &postures(shapes)).unwrap()
+    let recording = AlignedRecording::of_contours(&drawn.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    AuxiliaryData::points(body, &recording, &postures(shapes)).unwrap()
 }
 
 /// Three coils on shapes, at places that are not measured.
@@ -153,8 +154,8 @@ pub fn coils(body: &Body<2>, shapes: &[Vec<Point>], random: &mut fastrand::Rng) 
         Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap().remove(0)
     }));
     let map = Map::from_toml("back = \"x\"\nup = \"y\"\n", "test").unwrap();
-    let seen = AlignedRecording::new(&Recording::of_coils(&files).unwrap(), &map).unwrap();
-    AuxiliaryData::points(body, &seen, &postures(shapes)).unwrap()
+    let recording = AlignedRecording::new(&Recording::of_coils(&files).unwrap(), &map).unwrap();
+    AuxiliaryData::points(body, &recording, &postures(shapes)).unwrap()
 }
 
 /// Activity of GGa, and of HGa and HGp together, in a posture and in the baseline; each electrode has its own gain.

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::DVector;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::normal;
-use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed_bones};
 use tongue_fit::body::{Body, HYOID};
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::MovableBone;
@@ -16,8 +16,8 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{RegistrationData, RestError};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    Errors, RestShape, Softplus, TrackSettings, TrackedRecording, TrackingContext, Watch, compared, frames,
-    mark, track,
+    Errors, RestShape, Softplus, TrackSettings, TrackedRecording, TrackingContext, Watch, frames,
+    labels_to_compare, mark, track,
 };
 
 use crate::cases;
@@ -45,7 +45,7 @@ impl Counts {
 fn drawn(link: &Softplus, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let levels: Vec<f64> = (0..8).map(|_| link.middle_n + link.level_sd_n * normal(rng)).collect();
     let courses = drawn_scores(8, memory_s, times, rng);
-    let tension = |(level, e): (&f64, &f64)| link.tension(level + link.course_sd_n * e).0;
+    let tension = |(level, e): (&f64, &f64)| link.tension(level + link.deviation_sd_n * e).0;
     courses.iter().map(|e| levels.iter().zip(e.iter()).map(tension).collect()).collect()
 }
 
@@ -55,7 +55,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
     let freed = MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
     let freed = if unseen { std::slice::from_ref(&freed) } else { &[] };
     let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
-    let bones = followed(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
+    let bones = followed_bones(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
     let times: Vec<f64> = (0..frames_each).map(|i| 0.0125 * i as f64).collect();
     let seeds: Vec<u64> = (0..recordings as u64).collect();
     let one = |seed: &u64| {
@@ -74,20 +74,20 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
                 break (truth, hyoid, shapes);
             }
         };
-        let mut seen = speaker.seen(&shapes, &times, kind, &mut rng);
+        let mut recording = speaker.record(&shapes, &times, kind, &mut rng);
         if unseen {
-            seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
+            recording.frames.iter_mut().for_each(|f| f.bones[0] = None);
         }
         let settings = TrackSettings { seed: *seed, ..settings.clone() };
-        let ready = vec![frames(&seen, &speaker.surface, &bones, &[])];
+        let ready = vec![frames(&recording, &speaker.surface, &bones, &[])];
         let context = TrackingContext { system: &speaker.system, followed: &bones, freed, shape: None };
         let found =
             Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap().pop().unwrap().frames;
         let mut counts = Counts::default();
         for (frame, truth) in found.iter().zip(&truth) {
             counts.all += truth.len();
-            counts.missed[0] += truth.iter().zip(&frame.levels).filter(|(t, l)| **t < l.low).count();
-            counts.missed[1] += truth.iter().zip(&frame.levels).filter(|(t, l)| **t > l.high).count();
+            counts.missed[0] += truth.iter().zip(&frame.tensions).filter(|(t, l)| **t < l.low).count();
+            counts.missed[1] += truth.iter().zip(&frame.tensions).filter(|(t, l)| **t > l.high).count();
             counts.resolved += frame.resolved;
         }
         for (frame, hyoid) in found.iter().zip(&hyoid) {
@@ -131,13 +131,13 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
         ("one frame of 31 points at 0.5 mm", points, None, due, 1),
     ];
     let recordings = cases(200);
-    let mut told = Vec::new();
+    let mut lines = Vec::new();
     let mut good = true;
     for (name, kind, of_bone, range, frames) in kinds {
         let counts = counted(&speaker, kind, of_bone.is_some(), [recordings, frames]);
         let part = counts.covered();
         let resolved = counts.resolved as f64 / (recordings * frames) as f64;
-        told.push(format!(
+        lines.push(format!(
             "{name}: {:.1} %, {resolved:.1} directions, {:?} below and above; {:?} of the bone",
             100.0 * part,
             counts.missed,
@@ -147,8 +147,8 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
         good &=
             of_bone.is_none_or(|range| range.contains(&(counts.bones[1] as f64 / counts.bones[0] as f64)));
     }
-    println!("{told:#?}");
-    assert!(good, "{told:?}");
+    println!("{lines:#?}");
+    assert!(good, "{lines:?}");
 }
 
 /// Tracks a speaker on the built-in tongue, as `tongue-fit track` does, with up to `shared_frames` frames for levels and shape; `None`
@@ -163,7 +163,7 @@ pub fn tracked_without(
     shared_frames: usize,
     hide: &[String],
 ) -> Option<Vec<TrackedRecording>> {
-    let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
+    let recordings: Vec<&AlignedRecording> = speaker.recordings.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
     let settings = TrackSettings::new(20.0, 0.1);
@@ -175,22 +175,27 @@ pub fn tracked_without(
         settings,
         palate: None,
     };
-    let placed = match adaptation_input.to_recordings(&seen, RestShapeMethod::Similarity, hide, &|_, _| {}) {
+    let placed = match adaptation_input.adapt_to_recordings(
+        &recordings,
+        RestShapeMethod::Similarity,
+        hide,
+        &|_, _| {},
+    ) {
         Err(RestError::NotOneFrame(_)) => return None,
         placed => placed.unwrap(),
     };
     let system = System::new(&placed.body.mesh, &model, &contracting).unwrap();
-    let data = RegistrationData::of(&seen, hide);
+    let data = RegistrationData::of_recordings(&recordings, hide);
     let at = |bone: &str| if bone == HYOID { data.hyoid } else { data.spine };
     let shape = RestShape::of(&placed.body, &model, &contracting, at).unwrap();
     let surface = TongueSurface::of(&placed.body).unwrap();
-    let compared = compared(&seen);
+    let compared = labels_to_compare(&recordings);
     let ready = |s: &&AlignedRecording| {
         let mut ready = frames(s, &surface, &placed.followed, hide);
         mark(&mut ready, &s.labels, &compared);
         ready
     };
-    let ready = seen.iter().map(ready).collect();
+    let ready = recordings.iter().map(ready).collect();
     let context =
         TrackingContext { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
@@ -239,7 +244,7 @@ impl Held {
         self.dead[1] / self.dead[0].max(1.0)
     }
 
-    pub fn told(&self) -> String {
+    pub fn summary(&self) -> String {
         let part = |x: f64| 100.0 * x / self.all;
         format!(
             "levels {:.1} %, {:.1} N/m wide; courses {:.1} %, {:.1} N/m wide; means over labels {:.1} %; dead muscles above 5 N/m in {} of {} frames",
@@ -268,10 +273,10 @@ impl Held {
     pub fn add(&mut self, speaker: &Recorded, found: Vec<TrackedRecording>) {
         let link = Softplus::default();
         let highest = link.tension(link.middle_n + 1.96 * link.level_sd_n).0;
-        for ((truth, found), seen) in speaker.truth.iter().zip(found).zip(&speaker.seen) {
+        for ((truth, found), recording) in speaker.truth.iter().zip(found).zip(&speaker.recordings) {
             for segment in &found.segments {
-                let label = &seen.labels[segment.label];
-                let all = truth.iter().zip(&seen.frames);
+                let label = &recording.labels[segment.label];
+                let all = truth.iter().zip(&recording.frames);
                 let own: Vec<_> = all.filter(|(_, f)| label.holds(f.time_s)).map(|(t, _)| t).collect();
                 for (m, change) in segment.changes.iter().enumerate() {
                     let mean =
@@ -286,7 +291,7 @@ impl Held {
                 let mean = truth.iter().map(|t| t[m]).sum::<f64>() / truth.len() as f64;
                 let is_dead = truth.iter().all(|t| t[m] == 0.0);
                 for (truth, frame) in truth.iter().zip(&found.frames) {
-                    let (level, course) = (&frame.levels[m], &frame.courses[m]);
+                    let (level, course) = (&frame.tensions[m], &frame.courses[m]);
                     self.all += 1.0;
                     self.levels += f64::from(level.holds(truth[m]));
                     self.courses += f64::from(course.holds(truth[m] - mean));
@@ -304,31 +309,31 @@ impl Held {
 #[test]
 fn intervals_of_speakers_with_other_bodies_hold_the_truth() {
     let held = sum(usual());
-    assert!((93.0..=97.0).contains(&held.levels()), "{}", held.told());
-    assert!((93.0..=97.0).contains(&held.courses()), "{}", held.told());
-    assert!(held.level_width() < 46.0, "of 52.7 N/m without data: {}", held.told());
-    assert!((93.0..=98.0).contains(&held.of_labels()), "{}", held.told());
+    assert!((93.0..=97.0).contains(&held.levels()), "{}", held.summary());
+    assert!((93.0..=97.0).contains(&held.courses()), "{}", held.summary());
+    assert!(held.level_width() < 46.0, "of 52.7 N/m without data: {}", held.summary());
+    assert!((93.0..=98.0).contains(&held.of_labels()), "{}", held.summary());
 }
 
 #[test]
 fn intervals_hold_the_truth_where_levels_and_shape_are_found_from_a_part_of_the_frames() {
     let held = other_bodies(Tones::HalfNormal(20.0), 15, 40);
-    assert!(held.levels() >= 93.0 && held.courses() >= 93.0, "{}", held.told());
+    assert!(held.levels() >= 93.0 && held.courses() >= 93.0, "{}", held.summary());
 }
 
 #[test]
 fn intervals_of_weak_tones_hold_more_than_is_due() {
     let held = other_bodies(Tones::Weak, SHARED, 12);
-    assert!(held.levels() >= 93.0 && held.courses() >= 93.0, "{}", held.told());
-    assert!(held.dead_above_5() <= 0.02, "{}", held.told());
+    assert!(held.levels() >= 93.0 && held.courses() >= 93.0, "{}", held.summary());
+    assert!(held.dead_above_5() <= 0.02, "{}", held.summary());
 }
 
 #[test]
 fn of_strong_tones_a_contour_says_little_but_courses_hold() {
     let held = other_bodies(Tones::HalfNormal(40.0), SHARED, 12);
     let by_prior = 100.0 * held.by_prior / held.all;
-    assert!((held.levels() - by_prior).abs() < 10.0, "{by_prior:.1} % by the prior; {}", held.told());
-    assert!(held.courses() >= 90.0, "{}", held.told());
+    assert!((held.levels() - by_prior).abs() < 10.0, "{by_prior:.1} % by the prior; {}", held.summary());
+    assert!(held.courses() >= 90.0, "{}", held.summary());
 }
 
 /// Largest number of frames by which levels and shape are found.
@@ -341,13 +346,18 @@ fn more_points_of_a_contour_and_frames_given_twice_are_no_new_data() {
     let usual = sum(&usual()[..cases(12)]);
     for (what, held) in [("41 points", held(&|s| redrawn(s, 4))), ("frames twice", held(&doubled))] {
         let wider = held.level_width() / usual.level_width();
-        assert!((wider - 1.0).abs() < 0.1, "{what}: {} and {}", held.told(), usual.told());
-        assert!((held.levels() - usual.levels()).abs() < 3.0, "{what}: {} and {}", held.told(), usual.told());
+        assert!((wider - 1.0).abs() < 0.1, "{what}: {} and {}", held.summary(), usual.summary());
+        assert!(
+            (held.levels() - usual.levels()).abs() < 3.0,
+            "{what}: {} and {}",
+            held.summary(),
+            usual.summary()
+        );
         assert!(
             (held.courses() - usual.courses()).abs() < 3.0,
             "{what}: {} and {}",
-            held.told(),
-            usual.told()
+            held.summary(),
+            usual.summary()
         );
     }
 }
@@ -383,12 +393,12 @@ fn held_of(tones: Tones, shared_frames: usize, speakers: usize, change: &Change)
         (speaker.what, held, placed)
     });
     for (seed, (what, held, placed)) in all.iter().enumerate() {
-        println!("{seed} {what}: {}{}", held.told(), if *placed { "" } else { "refused" });
+        println!("{seed} {what}: {}{}", held.summary(), if *placed { "" } else { "refused" });
     }
     let refused = all.iter().filter(|(.., placed)| !placed).count();
     let count = all.len();
     let all: Vec<Held> = all.into_iter().map(|(_, held, _)| held).collect();
-    println!("{tones:?}, {shared_frames} frames: {}; {refused} of {count} refused", sum(&all).told());
+    println!("{tones:?}, {shared_frames} frames: {}; {refused} of {count} refused", sum(&all).summary());
     // These bodies differ more than people do; no real recording in the right frame is refused for its bones.
     assert!(refused * 3 <= count, "{refused} of {count}");
     all

@@ -10,7 +10,7 @@ use tongue_fit::parallel;
 use tongue_fit::system::Model;
 use tongue_fit::validate::{self, ValidationPlan};
 use tongue_infer::posterior::{
-    Density, LeftOut, MapEstimate, Measurements, PosteriorModel, Priors, without_each,
+    Density, LeftOut, MapEstimate, Measurements, PosteriorModel, Priors, predict_each_from_others,
 };
 
 use crate::fixtures::target;
@@ -46,16 +46,22 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     let posterior_model = PosteriorModel::new(&body, &Model::default(), &priors).unwrap();
     let rows: Vec<_> =
         ["S1", "S2", "S3"].iter().flat_map(|s| ["i", "e", "a", "o"].map(|v| (*s, v))).collect();
-    let told: Vec<Vec<(f64, LeftOut)>> = parallel::map(&rows, |&(subject, vowel)| {
+    let predicted: Vec<Vec<(f64, LeftOut)>> = parallel::map(&rows, |&(subject, vowel)| {
         let target = target(subject, vowel, TargetKind::Stretch);
-        let seen = Measurements::of(&TargetOnBody::new(&body.mesh, &target).unwrap());
-        let mut density = Density::new(&posterior_model, seen).unwrap();
+        let measurements = Measurements::of_vowel(&TargetOnBody::new(&body.mesh, &target).unwrap());
+        let mut density = Density::new(&posterior_model, measurements).unwrap();
         let map_estimate = MapEstimate::find(&mut density).unwrap();
-        target.values.iter().copied().zip(without_each(&density, &map_estimate).unwrap()).collect()
+        target
+            .values
+            .iter()
+            .copied()
+            .zip(predict_each_from_others(&density, &map_estimate).unwrap())
+            .collect()
     });
-    let told = told.concat();
-    assert_eq!(told.len(), 96);
-    let mean = |of: &dyn Fn(f64, &LeftOut) -> f64| told.iter().map(|(y, p)| of(*y, p)).sum::<f64>() / 96.0;
+    let predicted = predicted.concat();
+    assert_eq!(predicted.len(), 96);
+    let mean =
+        |of: &dyn Fn(f64, &LeftOut) -> f64| predicted.iter().map(|(y, p)| of(*y, p)).sum::<f64>() / 96.0;
     let rms = mean(&|y, p| (p.spread.mean - y).powi(2)).sqrt();
     let log_score = mean(&|_, p| p.log_score);
     let held = mean(&|y, p| f64::from(u8::from(p.spread.holds(y))));

@@ -16,7 +16,7 @@ pub fn instances() -> [[*const (); 26]; 2] {
 fn of_dimension<const D: usize>() -> [*const (); 26] {
     [
         continuum::from_mesh::<D> as *const (),
-        System::<D>::with as *const (),
+        System::<D>::with_additions as *const (),
         System::<D>::from_effects as *const (),
         Additions::<D>::add_contact as *const (),
         Additions::<D>::add_gravity as *const (),
@@ -39,7 +39,7 @@ fn of_dimension<const D: usize>() -> [*const (); 26] {
         LaneGroup::<D>::motions as *const (),
         LaneGroup::<D>::adjoint as *const (),
         IntegrationMethod::integrator::<D> as *const (),
-        IntegrationMethod::checked::<D> as *const (),
+        IntegrationMethod::checked_integrator::<D> as *const (),
         dynamics::run::<D> as *const (),
     ]
 }

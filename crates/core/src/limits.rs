@@ -136,13 +136,13 @@ mod tests {
     #[test]
     fn a_number_beyond_its_limits_is_refused_with_the_reason() {
         assert_eq!(POSTERIOR_DRAWS.check(200.0), Ok(()));
-        let told = COORDINATE_MM.check(1e6).unwrap_err().to_string();
+        let message = COORDINATE_MM.check(1e6).unwrap_err().to_string();
         assert_eq!(
-            told,
+            message,
             "a coordinate is 1000000 mm; it must be from -1000 to 1000 mm: a tongue is smaller; is the unit right?"
         );
         assert!(STIFFENING.check(f64::NAN).is_err());
-        let told = YOUNG_MODULUS.check(0.0).unwrap_err().to_string();
-        assert!(told.contains("from 1e-6 to 1e12 Pa"), "{told}");
+        let message = YOUNG_MODULUS.check(0.0).unwrap_err().to_string();
+        assert!(message.contains("from 1e-6 to 1e12 Pa"), "{message}");
     }
 }

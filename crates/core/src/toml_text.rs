@@ -92,12 +92,12 @@ mod tests {
         assert_eq!((line, column), (2, 7), "{problem}");
         let Misread { problem, .. } = read("a = true");
         assert_eq!(problem, "there is a wrong kind of value, boolean `true`; needed is a number");
-        for (text, said) in [
+        for (text, expected) in [
             ("a = 1.0\na = 2.0", "this name is given a second time"),
             ("ä = 1.0", "must be in double quotes"),
         ] {
             let Misread { problem, .. } = read(text);
-            assert!(problem.contains(said), "{problem}");
+            assert!(problem.contains(expected), "{problem}");
         }
         assert_eq!(line_and_column("ä\nb", 3), (2, 1));
     }

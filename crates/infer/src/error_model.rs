@@ -132,8 +132,8 @@ pub struct Along {
     pub sd_mm: f64,
 }
 
-/// Distances of the points of a contour from its first one along the lines between them, in 1/`per_m` of a metre. A point that was not seen
-/// has that of the one before it.
+/// Length of the polyline from its first point to each point, times `per_m` (1e3: in mm). A point that was not measured gets the value of
+/// the point before it.
 pub(crate) fn distances_along(points: impl IntoIterator<Item = Option<Point>>, per_m: f64) -> Vec<f64> {
     let (mut last, mut along): (Option<Point>, f64) = (None, 0.0);
     Vec::from_iter(points.into_iter().map(|point| {
@@ -160,9 +160,9 @@ pub(crate) struct Knots {
 }
 
 impl Knots {
-    pub fn new<'a>(errors: Errors, seen: impl IntoIterator<Item = &'a Along>) -> Self {
+    pub fn new<'a>(errors: Errors, measured: impl IntoIterator<Item = &'a Along>) -> Self {
         let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
-        for along in seen {
+        for along in measured {
             match ends.iter_mut().find(|(c, _)| *c == along.channel) {
                 Some((_, [low, high])) => {
                     *low = low.min(along.at_mm);
@@ -268,17 +268,17 @@ mod tests {
     #[test]
     fn knots_and_own_errors_are_the_covariance_that_is_meant() {
         let errors = Errors::default();
-        let seen = along(&[0.0, 5.0, 9.0, 31.0, 44.0, 70.0, 88.0]);
-        let knots = Knots::new(errors, &seen);
-        let frame = knots.frame(&seen, 0.00625).unwrap();
+        let places = along(&[0.0, 5.0, 9.0, 31.0, 44.0, 70.0, 88.0]);
+        let knots = Knots::new(errors, &places);
+        let frame = knots.frame(&places, 0.00625).unwrap();
         let shared = knots.precision(errors.slow_mm).try_inverse().unwrap()
             + knots.precision(errors.static_mm).try_inverse().unwrap();
         let own = DMatrix::from_diagonal(&frame.sds.map(|sd| sd * sd));
         let found = own + &frame.basis * shared * frame.basis.transpose();
         // Frames are half as far apart as independent ones; the first three points are 5, 4.5 and 13 mm from their neighbours on average.
         let crowded = [1.8, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0];
-        for (i, a) in seen.iter().enumerate() {
-            for (j, b) in seen.iter().enumerate() {
+        for (i, a) in places.iter().enumerate() {
+            for (j, b) in places.iter().enumerate() {
                 let own = if i == j { 2.0 * 0.93_f64.powi(2) * crowded[i] } else { 0.0 };
                 let meant = errors.of_body(a, b, true) + own;
                 assert!((found[(i, j)] - meant).abs() < 0.02, "{i} {j}: {} {meant}", found[(i, j)]);
@@ -308,10 +308,10 @@ mod tests {
 
     /// The information of a tenth of a second about a shift and about waves of the contour.
     fn information(count: usize, rate_hz: f64, wave_mm: f64) -> f64 {
-        let seen = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
-        let frame = Knots::new(Errors::default(), &[]).frame(&seen, 1.0 / rate_hz).unwrap();
+        let places = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
+        let frame = Knots::new(Errors::default(), &[]).frame(&places, 1.0 / rate_hz).unwrap();
         let shift =
-            DMatrix::from_fn(count, 1, |i, _| (std::f64::consts::TAU * seen[i].at_mm / wave_mm).cos());
+            DMatrix::from_fn(count, 1, |i, _| (std::f64::consts::TAU * places[i].at_mm / wave_mm).cos());
         frame.whitened(shift).norm_squared() * 0.1 * rate_hz
     }
 }

@@ -51,7 +51,7 @@ impl Profile {
     /// The sections of a tract around a tongue in the plane; `tongue` has its surface points from root to tip, m.
     pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
-        let across = walls.across()?;
+        let across = walls.lines_across()?;
         let mut sections = Vec::with_capacity(across.len() + 1);
         let mut slopes = Vec::with_capacity(across.len());
         for (i, pair) in across.windows(2).enumerate() {
@@ -81,7 +81,7 @@ impl Profile {
         to_tongue: ToTongue<'_>,
     ) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
-        let across = walls.across()?;
+        let across = walls.lines_across()?;
         // Area of each cross-section over its distance across in the midsagittal plane, m.
         let mut widths = Vec::with_capacity(across.len());
         for (i, line) in across.iter().enumerate() {
@@ -120,7 +120,7 @@ impl Profile {
 
     /// Derivatives by the points of the tongue, from those by area and length of each section: calls `part` with the number of a point and
     /// the derivative by its position.
-    pub fn to_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
+    pub fn rates_by_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
             for end in 0..2 {
@@ -134,10 +134,10 @@ impl Profile {
         }
     }
 
-    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::to_tongue`].
-    pub fn frequency_to_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
+    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::rates_by_tongue`].
+    pub fn frequency_rates_by_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
         let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
-        self.to_tongue(&each, part);
+        self.rates_by_tongue(&each, part);
     }
 }
 

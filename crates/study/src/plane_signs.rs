@@ -12,7 +12,7 @@ use tongue_core::system::{Model, SpaceModel, System};
 use tongue_files::run::TrackRun;
 use tongue_infer::adapt::{AdaptationInput, RestShapeMethod, mark_of};
 use tongue_infer::posterior::Certainty;
-use tongue_infer::track::{TrackSettings, compare, compared};
+use tongue_infer::track::{TrackSettings, compare, labels_to_compare};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Label, Mark};
 
 use crate::plane::shape;
@@ -210,11 +210,12 @@ fn verdicts(recording: &AlignedRecording) -> Result<Option<[Certainty; 8]>, Erro
     let Ok(found) = run.run(&[recording], &|_| ()) else { return Ok(None) };
     let names = MUSCLES.map(|(name, _)| name.to_owned());
     let draws = found.iter().map(|one| one.compared.as_slice());
-    let Some(comparison) = compare(&compared(&[recording]), &names, &link, draws).pop() else {
+    let Some(comparison) = compare(&labels_to_compare(&[recording]), &names, &link, draws).pop() else {
         return Ok(None);
     };
-    let of =
-        |name: &String| comparison.contrasts.iter().find(|c| c.muscle == *name && c.a == "a").map(|c| c.word);
+    let of = |name: &String| {
+        comparison.contrasts.iter().find(|c| c.muscle == *name && c.a == "a").map(|c| c.certainty)
+    };
     let all: Option<Vec<Certainty>> = names.iter().map(of).collect();
     Ok(all.and_then(|all| all.try_into().ok()))
 }

@@ -65,7 +65,7 @@ impl TestTensions {
         let area = Incompressibility::new(PRINTED_KAPPA, &mesh.cells, &mesh.nodes);
         let additions =
             Additions { effects: vec![Box::new(area)], incompressible: false, ..Additions::default() };
-        let system = System::with(mesh, &Model::default(), &contracting, additions)?;
+        let system = System::with_additions(mesh, &Model::default(), &contracting, additions)?;
         Ok(Self { system, tensions, muscles: mesh.muscle_names() })
     }
 

@@ -233,7 +233,7 @@ impl Engine {
         let Some(wall) = &self.wall else { return 0.0 };
         let passed = |&&n: &&usize| {
             let way = [self.system.rest()[n], positions[n]];
-            wall.penetrated(&way, &[[0, 1]]).is_some()
+            wall.first_penetration(&way, &[[0, 1]]).is_some()
         };
         self.surface.iter().filter(passed).map(|&n| wall.distance(&positions[n])).fold(0.0, f64::max)
     }
@@ -263,10 +263,10 @@ impl Engine {
             angle: opening_deg.to_radians(),
         };
         let shifted = PrescribedDisplacement::Shifted(SVector::from(hyoid_mm) * 1e-3);
-        for (bone, carried) in [(MANDIBLE, turned), (HYOID, shifted)] {
+        for (bone, displacement) in [(MANDIBLE, turned), (HYOID, shifted)] {
             for &node in self.body.bone(bone) {
                 let rest = self.system.rest()[node];
-                self.workspace.carry_bone(&self.system, &[node], carried.place(rest) - rest);
+                self.workspace.displace_bone(&self.system, &[node], displacement.place(rest) - rest);
             }
         }
     }

@@ -84,7 +84,7 @@ impl Space {
             ..SolveSettings::default()
         };
         let solution = statics::solve(&self.system, &mut self.workspace, &own, &settings);
-        let positions = micrometres(&self.half.whole(self.workspace.positions()));
+        let positions = micrometres(&self.half.positions_of_whole(self.workspace.positions()));
         if !matches!(solution.status, SolveStatus::Converged | SolveStatus::IterationLimit) {
             self.workspace.start_from_rest(&self.system);
         }
@@ -99,7 +99,7 @@ impl Space {
         let solved = Solved::of(Arc::clone(&self.system), &own, false);
         self.workspace.start_from_rest(&self.system);
         self.workspace.start_from(&solved.positions);
-        let positions = self.half.whole(&solved.positions);
+        let positions = self.half.positions_of_whole(&solved.positions);
         Ok(Solved { positions, pulls: whole, ..solved }.record(&self.body, None))
     }
 

@@ -31,7 +31,7 @@ impl IntegrationMethod {
         matches!(self, IntegrationMethod::Verlet)
     }
 
-    /// The integrator, without a check of the stability of its step; see [`IntegrationMethod::checked`].
+    /// The integrator, without a check of the stability of its step; see [`IntegrationMethod::checked_integrator`].
     #[inline(never)]
     pub fn integrator<const D: usize>(
         self,
@@ -60,7 +60,7 @@ impl IntegrationMethod {
 
     /// The integrator; a step beyond the stability limit at rest or at the equilibrium of the strongest tensions is an error.
     #[inline(never)]
-    pub fn checked<const D: usize>(
+    pub fn checked_integrator<const D: usize>(
         self,
         motion: &Motion<'_, D>,
         control: Control,

@@ -111,7 +111,7 @@ impl<'a, const D: usize> Motion<'a, D> {
     /// found from its shape. `None` if it is not found, or if the body began there.
     pub fn part_of_way(&self, start: &[SVector<f64, D>], state: &State<D>) -> Option<f64> {
         let mut tensions = self.slack.clone();
-        self.tensions.at(state.time, &mut tensions);
+        self.tensions.write_at(state.time, &mut tensions);
         let goal = self.equilibrium_from(&state.positions, &tensions)?;
         let whole = largest_distance(start, &goal);
         (whole > AT_EQUILIBRIUM).then(|| 1.0 - largest_distance(&state.positions, &goal) / whole)
@@ -142,7 +142,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         for &node in self.system.pattern().nodes() {
             acceleration[node] = force[node] / self.mass;
         }
-        self.tensions.at(state.time, tensions);
+        self.tensions.write_at(state.time, tensions);
         let at = Configuration { positions: &state.positions, tensions };
         for (effect, range) in self.system.effects().iter().zip(&self.internal) {
             if let Some(i) = effect.internal() {
@@ -166,7 +166,7 @@ impl<'a, const D: usize> Motion<'a, D> {
 
     /// Solves `s = known + step rate` for the internal states at the state's positions and time; `state` holds `known`.
     pub(super) fn update_internal_state(&self, state: &mut State<D>, step: f64, tensions: &mut [f64]) {
-        self.tensions.at(state.time, tensions);
+        self.tensions.write_at(state.time, tensions);
         self.update_internal_state_under(tensions, step, state);
     }
 

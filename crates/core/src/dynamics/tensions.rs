@@ -28,7 +28,7 @@ impl Tensions {
     }
 
     /// Writes the tension of every muscle at `time`, N.
-    pub fn at(&self, time: f64, out: &mut [f64]) {
+    pub fn write_at(&self, time: f64, out: &mut [f64]) {
         match self {
             Self::Constant(to) => out.copy_from_slice(to),
             Self::Ramp { to, duration } => {
@@ -85,7 +85,7 @@ mod tests {
             Tensions::Table { times: vec![1.0, 2.0, 4.0], values: vec![vec![0.0], vec![10.0], vec![6.0]] };
         let at = |t| {
             let mut out = [f64::NAN];
-            table.at(t, &mut out);
+            table.write_at(t, &mut out);
             out[0]
         };
         assert_eq!([0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(at), [0.0, 0.0, 5.0, 10.0, 8.0, 6.0, 6.0]);
@@ -96,11 +96,11 @@ mod tests {
     fn a_ramp_ends_where_it_says_and_a_ramp_of_no_time_is_a_step() {
         let mut out = [0.0];
         let ramp = Tensions::Ramp { to: vec![8.0], duration: 0.5 };
-        ramp.at(0.125, &mut out);
+        ramp.write_at(0.125, &mut out);
         assert_eq!(out, [2.0]);
-        ramp.at(0.5, &mut out);
+        ramp.write_at(0.5, &mut out);
         assert_eq!(out, [8.0]);
-        Tensions::Ramp { to: vec![8.0], duration: 0.0 }.at(0.0, &mut out);
+        Tensions::Ramp { to: vec![8.0], duration: 0.0 }.write_at(0.0, &mut out);
         assert_eq!(out, [8.0]);
     }
 }

@@ -110,7 +110,7 @@ pub(super) fn step_is_free<const D: usize>(x: &SimplexNodes<D>, step: &SimplexNo
     let (x, step) = (halves(x), halves(step));
     let (start, leading) = (measures(&x), measures(&step));
     let end = measures(&std::array::from_fn(|i| x[i] + step[i]));
-    // This is the first test of `simplex::safe_part`.
+    // Bounds the change of area along the step as the first test in `simplex::safe_part` does, with a margin for rounding.
     (0..7).all(|i| {
         let change = end[i] - start[i] - leading[i];
         LARGEST_LOSS * start[i] > ROUNDING_MARGIN * (change.abs() + leading[i].abs())

@@ -56,7 +56,7 @@ impl Contact {
 
     /// The first of `pairs` of nodes whose connecting line meets the outline at these positions, m. Its ends are on opposite sides of the
     /// wall, so that the body has penetrated it.
-    pub fn penetrated<const D: usize>(
+    pub fn first_penetration<const D: usize>(
         &self,
         positions: &[SVector<f64, D>],
         pairs: &[[usize; 2]],

@@ -25,7 +25,7 @@ struct Cell<const D: usize> {
     nodes: [usize; MAX_CORNERS],
     /// Area, m², or volume, m³, at rest.
     rest: f64,
-    /// Slots of the diagonal blocks; `pairs` has those of the pairs (0,1), (0,2) and so on.
+    /// Places in the stiffness matrix of the blocks of each corner with itself; `pairs` has those of the corners (0,1), (0,2) and so on.
     diagonal: [Slot; MAX_CORNERS],
     pairs: [Slot; 6],
 }

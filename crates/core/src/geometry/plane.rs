@@ -90,7 +90,7 @@ impl Similarity {
     }
 
     /// The inverse of [`place`](Self::place).
-    pub fn back(&self, p: Point) -> Point {
+    pub fn place_back(&self, p: Point) -> Point {
         let ([c, s], q) = (self.turn, p - self.shift);
         Point::new(c * q.x + s * q.y, c * q.y - s * q.x) / (c * c + s * s)
     }

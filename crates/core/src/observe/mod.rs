@@ -11,7 +11,8 @@
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //! | [`Midsagittal`] | one of the above in the midsagittal plane of a body in space | its unit |
 //!
-//! A test compares the gradients of all of them with differences in both dimensions.
+//! A test compares the gradients of all of them with differences, each in the dimensions that it has. The frequency of a formant, in Hz, is
+//! an observable too (`FormantFrequency` in `tongue-infer`).
 
 mod contour;
 mod length;

@@ -111,7 +111,7 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
     #[inline(always)]
     fn call(self) -> [bool; L] {
         let Self { symbolic: s, pairs, diagonal, factor: FlatFactor { lower, inverse: inverses } } = self;
-        let floor = largest_diagonal(&diagonal[..s.columns]) * Simd::all(SMALLEST_PIVOT);
+        let floor = largest_diagonal(&diagonal[..s.columns]) * Simd::splat(SMALLEST_PIVOT);
         let mut safe = [true; L];
         let mut product = 0;
         for (j, whole) in diagonal[..s.columns].iter().enumerate() {

@@ -15,7 +15,7 @@ impl<const L: usize> Simd<L> {
     pub const ONE: Self = Self([1.0; L]);
 
     #[inline(always)]
-    pub fn all(value: f64) -> Self {
+    pub fn splat(value: f64) -> Self {
         Self([value; L])
     }
 

@@ -16,14 +16,16 @@
 //! At the same loads a body can have several equilibria. There are four questions about each:
 //!
 //! - Does one branch of stable equilibria lead to it from rest, without a jump? Then it is a [`FromRest::Branch`] of [`trace()`], or of
-//!   [`leads_from_rest`] for a given shape, and a solution has [`Connection::Traced`]. `simulate`, scenes and fits require this.
+//!   [`leads_from_rest`] for a given shape, and a solution has [`Connection::Traced`]. `simulate` (unless `--direct`), scenes without a
+//!   wall, and fits raise an alarm where it does not. A scene with a wall is not checked unless its direct solve descended from an
+//!   unstable state.
 //! - Does the body reach it as all loads grow together, perhaps with jumps? Then it is a [`FromRest::Branch`] or [`FromRest::Jumped`].
-//!   Draws of a posterior and frames of a recording require this (`reached_with_jumps`), and so do candidates of a search on the load path
-//!   (`on_load_path`).
+//!   Draws of a posterior (`lengths_reached_from_rest`) and frames of a recording (`shape_reached_from_rest`) require this, and so do
+//!   candidates of a search on the load path (`on_load_path`).
 //! - Does Newton's method find it from rest at the whole loads? [`Trace::same_by_newton`] tells; a search compares costs
 //!   (`same_cost_by_newton`) and misfits along a curve. Fits use this; a scene with a wall keeps the shape of Newton's method.
 //! - Does another path lead to it: from a neighbour's shape, or with one muscle before the others? `leads_from_neighbour` and
-//!   `pulled_in_turn` in `track` answer this for frames of a recording.
+//!   `reached_in_turn` in `track` answer this for frames of a recording.
 //!
 //! The posterior and `track` solve at a few growing loads, which is faster than a trace. If these end in another shape, `track` follows
 //! the tensions with [`leads_from_rest`], and the posterior takes more loads. A posterior displaces bones in proportion to the loads;
@@ -34,8 +36,7 @@
 //! Mass-spring bodies in the plane (springs, muscles, incompressible triangles) are solved on flat lists of their elements, one load or,
 //! in [`lanes`], several at once. Solves that need a safeguard, and all other bodies, go effect by effect.
 //!
-//! A trace costs about two equilibria for each of its steps. The study of hard cases measures over all subsets of the muscles how often it
-//! agrees with a direct solve (`results/stability`).
+//! The study of hard cases measures over all subsets of the muscles how often a trace agrees with a direct solve (`results/stability`).
 
 mod from_rest;
 pub mod lanes;

@@ -51,14 +51,14 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 
     /// Computes the response to a tension of 1 N in a muscle (2D: per metre of thickness).
-    pub fn to_tension(&mut self, muscle: usize) {
-        self.to_tensions([muscle]);
+    pub fn compute_for_tension(&mut self, muscle: usize) {
+        self.compute_for_tensions([muscle]);
     }
 
     /// Computes the response to a tension of 1 N in each of several muscles.
-    pub fn to_tensions(&mut self, muscles: impl IntoIterator<Item = usize>) {
+    pub fn compute_for_tensions(&mut self, muscles: impl IntoIterator<Item = usize>) {
         let effects = self.system.effects();
-        self.to_load(|at, load| {
+        self.compute_for_load(|at, load| {
             for muscle in muscles {
                 effects.iter().for_each(|e| e.add_force_per_tension(at, muscle, load));
             }
@@ -66,7 +66,7 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 
     /// Computes the response to a small load: `add` adds its force on every node per unit, N. Forces on bones have no effect.
-    pub fn to_load(&mut self, add: impl FnOnce(Configuration<'_, D>, &mut [SVector<f64, D>])) {
+    pub fn compute_for_load(&mut self, add: impl FnOnce(Configuration<'_, D>, &mut [SVector<f64, D>])) {
         let (pattern, w) = (self.system.pattern(), &mut *self.w);
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         self.motion.fill(SVector::zeros());
@@ -83,7 +83,7 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 
     /// Adds a displacement of bone nodes by 1 m along an axis to the response.
-    pub fn carry(&mut self, nodes: &[usize], axis: usize) {
+    pub fn displace(&mut self, nodes: &[usize], axis: usize) {
         nodes.iter().for_each(|&n| self.motion[n][axis] += 1.0);
     }
 
@@ -110,7 +110,7 @@ pub fn position_rates<const D: usize>(
     let motions = muscles.iter().map(|fibres| {
         let mut motion = vec![SVector::zeros(); positions.len()];
         for &fibre in fibres {
-            response.to_tension(fibre);
+            response.compute_for_tension(fibre);
             motion.iter_mut().zip(response.motion()).for_each(|(sum, m)| *sum += m);
         }
         system.move_path_nodes(positions, &mut motion);

@@ -20,7 +20,7 @@ pub(super) fn step_load<const D: usize>(
     failed: &Solution,
 ) -> Solution {
     let (mut reached, mut step) = (0.0, 0.25);
-    let mut held = match workspace.carried.as_slice() {
+    let mut held = match workspace.displaced.as_slice() {
         [] => system.rest().to_vec(),
         // In the shape at rest the bones are not displaced.
         _ => workspace.positions.clone(),
@@ -95,7 +95,7 @@ pub(super) fn escape_unstable<const D: usize>(
             break;
         }
         let next = SolveState::new(system, workspace).run(&tensions, settings);
-        all = Solution { connection: Connection::Downhill, ..next.after(&all) };
+        all = Solution { connection: Connection::Downhill, ..next.with_earlier(&all) };
         all.escapes += 1;
         if all.status != SolveStatus::Converged {
             break;

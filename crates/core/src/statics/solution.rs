@@ -13,8 +13,7 @@ pub struct SolveSettings {
     /// Whether the exact stiffness is factorised at every solution to check its stability. Default false: the last factorisation, a step
     /// or two before the solution, shows the stability if it was exact.
     pub certify: bool,
-    /// Largest number of solves of a [`trace()`](super::trace()), which then stops. Default 600. A branch that reaches the whole load
-    /// takes about two for each step, and locating the end of one about 120 more.
+    /// Largest number of solves of a [`trace()`](super::trace()), which then stops. Default 600.
     pub most_solves: usize,
     /// Whether a [`trace()`](super::trace()) that reaches the whole load also searches for a second stable shape: the load is doubled and
     /// reduced again, and the shapes before and after are compared. Default true; searches, which need only the shape that is reached from
@@ -166,7 +165,7 @@ impl Solution {
     }
 
     /// This result with the counts of work of `earlier` added.
-    pub(super) fn after(mut self, earlier: &Self) -> Self {
+    pub(super) fn with_earlier(mut self, earlier: &Self) -> Self {
         self.add_cost(earlier);
         if earlier.connection == Connection::Downhill {
             self.connection = Connection::Downhill;

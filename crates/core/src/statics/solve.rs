@@ -58,7 +58,7 @@ pub fn solve<const D: usize>(
     for _ in 0..MOST_BONE_STEPS {
         match move_bones(system, workspace) {
             BoneProgress::Complete => {
-                return solve_with_fixed_bones(system, workspace, tensions, settings).after(&spent);
+                return solve_with_fixed_bones(system, workspace, tensions, settings).with_earlier(&spent);
             }
             BoneProgress::Blocked => break,
             BoneProgress::Partial => {}
@@ -68,12 +68,12 @@ pub fn solve<const D: usize>(
             certify: false,
             ..*settings
         };
-        spent = solve_with_fixed_bones(system, workspace, tensions, &follow).after(&spent);
+        spent = solve_with_fixed_bones(system, workspace, tensions, &follow).with_earlier(&spent);
         if !matches!(spent.status, SolveStatus::Converged | SolveStatus::Stalled) {
             return spent;
         }
     }
-    let last = solve_with_fixed_bones(system, workspace, tensions, settings).after(&spent);
+    let last = solve_with_fixed_bones(system, workspace, tensions, settings).with_earlier(&spent);
     Solution { status: SolveStatus::Stalled, ..last }
 }
 
@@ -111,11 +111,11 @@ pub(super) enum BoneProgress {
 
 /// Moves the bones by a part of their remaining displacement.
 pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> BoneProgress {
-    if w.carried.iter().all(|&(node, to)| w.positions[node] == to) {
+    if w.displaced.iter().all(|&(node, to)| w.positions[node] == to) {
         return BoneProgress::Complete;
     }
     w.step.fill(SVector::zeros());
-    for &(node, to) in &w.carried {
+    for &(node, to) in &w.displaced {
         w.step[node] = to - w.positions[node];
     }
     let at = Configuration { positions: &w.positions, tensions: &w.tensions };
@@ -124,7 +124,7 @@ pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D
         w.step.fill(SVector::zeros());
         return BoneProgress::Blocked;
     }
-    for &(node, to) in &w.carried {
+    for &(node, to) in &w.displaced {
         if limit < 1.0 {
             w.positions[node] += w.step[node] * (0.5 * limit);
         } else {
@@ -155,9 +155,9 @@ fn solve_single<const D: usize>(
         return Err(Solution::NONE);
     }
     work.set_load(elements, 0, tensions, &w.positions, |node| {
-        w.carried.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to)
+        w.displaced.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to)
     });
-    if w.carried.is_empty()
+    if w.displaced.is_empty()
         && w.positions == system.rest()
         && let Some(at_rest) = at_rest(system, elements)
     {

@@ -52,8 +52,9 @@ pub struct Trace {
     pub from_rest: FromRest,
     /// The end of the branch from rest; `None` if the branch reaches the whole load, so that the solution lies on it.
     pub critical: Option<Critical>,
-    /// Whether another equilibrium at the same load was found: the branch that the body left, the mirror image of it, or the shape that
-    /// the body has after the load was doubled and reduced again.
+    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one in which
+    /// the body stays after twice the load, or in [`super::solve_and_trace`] that of the direct solve. Without [`SolveSettings::beyond`]
+    /// twice the load is not tried.
     pub another: bool,
     /// Whether Newton's method from the start in the workspace gives the same shape; [`trace`] does not check it.
     #[serde(skip)]
@@ -86,10 +87,11 @@ pub(super) const COARSE_RESOLUTION: f64 = 1e-4;
 const ORTHOGONAL: f64 = 1e-4;
 
 /// Follows the equilibria from rest as the tensions grow to `tensions`, locates the load at which their branch ends, and solves from there
-/// for the equilibrium to which the body jumps. It takes ten steps, in a continuum four.
+/// for the equilibrium to which the body jumps. It takes at least ten steps, in a continuum at least four.
 ///
 /// A step continues the branch if its solve descended from no unstable equilibrium, and if a solve at the former load leads back to the
-/// former shape. Other steps are halved until they are shorter than the resolution. Each step costs two solves.
+/// former shape. Other steps are halved until they are shorter than the resolution. Each step costs two solves, and locating the end of a
+/// branch about 120.
 #[inline(never)]
 pub fn trace<const D: usize>(
     system: &System<D>,
@@ -174,7 +176,7 @@ impl<'a, const D: usize> Path<'a, D> {
     /// tensions.
     fn initial_shape(&mut self) -> Vec<SVector<f64, D>> {
         let rest = self.system.rest().to_vec();
-        if self.w.carried.is_empty() && !is_loaded(self.system, self.settings.tolerance) {
+        if self.w.displaced.is_empty() && !is_loaded(self.system, self.settings.tolerance) {
             return rest;
         }
         self.solve_at(&rest, 0.0);

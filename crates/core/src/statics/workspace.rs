@@ -29,7 +29,7 @@ pub struct Workspace<const D: usize> {
     pub(super) factor_is_exact: bool,
     pub(super) curvature: Vec<SVector<f64, D>>,
     /// Displaced nodes of bones, and the positions that they have in the next solve, m.
-    pub(super) carried: Vec<(usize, SVector<f64, D>)>,
+    pub(super) displaced: Vec<(usize, SVector<f64, D>)>,
     /// The solver of mass-spring bodies in the plane.
     pub(super) single: Option<Single>,
 }
@@ -51,24 +51,27 @@ impl<const D: usize> Workspace<D> {
             factor: Factor::new(system.pattern()),
             factor_ready: false,
             factor_is_exact: false,
-            carried: system.carried().to_vec(),
+            displaced: system.displaced().to_vec(),
             single: Single::new(system),
         }
     }
 
     /// A workspace at rest for the same system and the same displaced bones.
     pub(super) fn with_same_bones(&self, system: &System<D>) -> Self {
-        Self { carried: self.carried.clone(), ..Self::new(system) }
+        Self { displaced: self.displaced.clone(), ..Self::new(system) }
     }
 
     /// Places bone nodes in the next solve at their positions in the system plus `shift`, m.
-    pub fn carry_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
+    pub fn displace_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
         for &node in nodes {
-            let held =
-                system.carried().iter().find(|(n, _)| *n == node).map_or(system.rest()[node], |(_, at)| *at);
-            match self.carried.iter_mut().find(|(n, _)| *n == node) {
+            let held = system
+                .displaced()
+                .iter()
+                .find(|(n, _)| *n == node)
+                .map_or(system.rest()[node], |(_, at)| *at);
+            match self.displaced.iter_mut().find(|(n, _)| *n == node) {
                 Some((_, to)) => *to = held + shift,
-                None => self.carried.push((node, held + shift)),
+                None => self.displaced.push((node, held + shift)),
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::effect::{Contact, Effect, Gravity};
 pub struct Additions<const D: usize> {
     pub effects: Vec<Box<dyn Effect<D>>>,
     /// Displaced nodes of bones and their positions, m.
-    pub carried: Vec<(usize, SVector<f64, D>)>,
+    pub displaced: Vec<(usize, SVector<f64, D>)>,
     /// Whether the cells of mass-spring tissue keep their measure. Default true.
     pub incompressible: bool,
     /// The layout of another body, which is used if this body has the same one.
@@ -24,7 +24,7 @@ pub struct Additions<const D: usize> {
 
 impl<const D: usize> Default for Additions<D> {
     fn default() -> Self {
-        Self { effects: Vec::new(), carried: Vec::new(), incompressible: true, layout: None }
+        Self { effects: Vec::new(), displaced: Vec::new(), incompressible: true, layout: None }
     }
 }
 

@@ -29,12 +29,12 @@ static SYSTEM_COUNT: AtomicU64 = AtomicU64::new(0);
 impl<const D: usize> System<D> {
     /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can contract. All other connections are tissue.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
-        Self::with(mesh, model, contracting, Additions::default())
+        Self::with_additions(mesh, model, contracting, Additions::default())
     }
 
     /// A system with a scene's changes to the model.
     #[inline(never)]
-    pub fn with(
+    pub fn with_additions(
         mesh: &Mesh<D>,
         model: &Model,
         contracting: &[usize],
@@ -98,7 +98,7 @@ impl<const D: usize> System<D> {
         let all = mesh.cells.iter().chain(mesh.hexahedra.iter().map(|corners| &corners[..]));
         let cells = all.map(|cell| (cell.to_vec(), cell_measure(&rest, cell))).collect();
         let mut held: BTreeMap<usize, SVector<f64, D>> = mesh.fixed.iter().map(|&n| (n, rest[n])).collect();
-        for &(node, position) in &additions.carried {
+        for &(node, position) in &additions.displaced {
             *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
         }
         let mut is_unknown = vec![true; rest.len()];
@@ -109,7 +109,7 @@ impl<const D: usize> System<D> {
             .chain(followers)
             .chain(held.keys().copied())
             .for_each(|n| is_unknown[n] = false);
-        let carried = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
+        let displaced = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
         let mut stencils = Vec::new();
         for effect in &effects {
             effect.stencils(&mut |nodes| {
@@ -134,7 +134,7 @@ impl<const D: usize> System<D> {
             tissue,
             coefficients,
             rest,
-            carried,
+            displaced,
             effects,
             layout,
             paths,
@@ -223,7 +223,8 @@ pub(super) fn effects<const D: usize>(
     stiffness: &[f64],
     paths: &[StraightPath],
 ) -> Vec<Box<dyn Effect<D>>> {
-    // Every connection, or straight path in place of several, belongs to the contracting muscle along it, or else to the tissue.
+    // Each connection is a spring of the contracting muscle along it, otherwise of the tissue. A straight path counts as one connection in
+    // place of its chain.
     let mut in_path = vec![false; mesh.nodes.len()];
     paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
     let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();

@@ -75,7 +75,7 @@ pub struct System<const D: usize> {
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
     /// Displaced nodes of bones and their positions, m.
-    carried: Vec<(usize, SVector<f64, D>)>,
+    displaced: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
     /// Shared by bodies that differ only in the positions of their nodes.
     layout: Arc<Layout>,
@@ -106,8 +106,8 @@ impl<const D: usize> System<D> {
     }
 
     /// Displaced nodes of bones and their positions, m.
-    pub fn carried(&self) -> &[(usize, SVector<f64, D>)] {
-        &self.carried
+    pub fn displaced(&self) -> &[(usize, SVector<f64, D>)] {
+        &self.displaced
     }
 
     pub fn held(&self) -> Vec<usize> {

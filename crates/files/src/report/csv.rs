@@ -108,7 +108,7 @@ pub struct Draws<'a>(pub &'a Posterior<'a>, pub usize);
 
 impl Draws<'_> {
     fn measured_indices(&self) -> Vec<usize> {
-        let postures = &self.0.density.seen.postures;
+        let postures = &self.0.density.measurements.postures;
         (0..postures.len()).filter(|i| postures[*i] == self.1).collect()
     }
 
@@ -128,7 +128,7 @@ impl Draws<'_> {
 impl Export for Draws<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let (muscles, posture) = (&self.0.density.posterior_model.muscles, self.1);
-        let labels = &self.0.density.seen.labels;
+        let labels = &self.0.density.measurements.labels;
         let others: Vec<usize> = (0..labels.len()).filter(|p| *p != posture).collect();
         let mut columns = vec!["chain".to_owned(), "draw".to_owned(), "log_density".to_owned()];
         for name in ["tension", "baseline_tension", "change"] {
@@ -137,7 +137,7 @@ impl Export for Draws<'_> {
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
         let (measured, inverse) = (self.measured_indices(), self.0.density.factor().inverse());
-        let names = &self.0.density.seen.names;
+        let names = &self.0.density.measurements.names;
         columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", names[i])));
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));

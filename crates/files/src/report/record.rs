@@ -160,7 +160,7 @@ impl FitRecord {
     pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
         let TargetOnBody { target, muscles, .. } = &self.fit.matched;
         let labels: Vec<String> = (0..target.muscles.len())
-            .map(|m| format!("{}{}", muscles[m], if self.fit.contracts(m) { "*" } else { "" }))
+            .map(|m| format!("{}{}", muscles[m], if self.fit.has_tension(m) { "*" } else { "" }))
             .collect();
         let (mut simulated, measured_in) =
             (self.fit.simulated_in(TargetKind::Stretch), target.measured_in(TargetKind::Stretch));

@@ -143,7 +143,11 @@ impl Solved<3> {
         ));
         let Some((own, half)) = half else { return Ok(Self::of(system, activations, direct)) };
         let solved = Self::of(system, &own, direct);
-        Ok(Self { positions: half.whole(&solved.positions), pulls: activations.to_vec(), ..solved })
+        Ok(Self {
+            positions: half.positions_of_whole(&solved.positions),
+            pulls: activations.to_vec(),
+            ..solved
+        })
     }
 
     /// Positions of all nodes projected onto the midsagittal plane, m; the front is towards smaller x.

@@ -50,7 +50,7 @@ impl<'a> FitRun<'a> {
                 let matched = TargetOnBody::new(&body.mesh, target)?;
                 let mut additions = Additions::default();
                 additions.add_contact(wall(&body.mesh, model, palate)?);
-                let system = System::with(&body.mesh, model, &matched.contracting(), additions)?;
+                let system = System::with_additions(&body.mesh, model, &matched.contracting(), additions)?;
                 inverse::fit_in(&system, matched, settings)?
             }
         };

@@ -44,7 +44,7 @@ impl<'a> PosteriorRun<'a> {
         let [first, ..] = targets else {
             return Err(SimulationError::Refused("there is nothing measured".to_owned()));
         };
-        let seen = Measurements { auxiliary, ..Measurements::together(&matched.iter().collect::<Vec<_>>()) };
+        let seen = Measurements { auxiliary, ..Measurements::of_vowels(&matched.iter().collect::<Vec<_>>()) };
         let (Sampling { draws, seed }, vowels) = (sampling, seen.labels.join(", "));
         tell(&format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject));
         let posterior = posterior::sample(model, seen, &sampling)?;
@@ -62,7 +62,7 @@ impl<'a> PosteriorRun<'a> {
 impl SampledPosterior<'_> {
     /// A title such as `S2 /a/`.
     pub fn what(&self, posture: usize) -> String {
-        format!("{} /{}/", self.subject, self.posterior.density.seen.labels[posture])
+        format!("{} /{}/", self.subject, self.posterior.density.measurements.labels[posture])
     }
 
     /// A figure of the change of every tension in a posture; `None` if the chains have not mixed.

@@ -89,7 +89,7 @@ impl TrackRun<'_> {
         if self.is_given {
             return Ok(given_body(self.basis.body.clone(), self.adaptation));
         }
-        let made = self.basis.to_recordings(seen, self.rest, self.hide, progress)?;
+        let made = self.basis.adapt_to_recordings(seen, self.rest, self.hide, progress)?;
         let adaptation = made.adaptation();
         Ok(TrackedBody {
             similarity: Some(made.similarity),
@@ -119,13 +119,13 @@ impl TrackRun<'_> {
         let shape = match &speaker.placement {
             Some(placement) => RestShape::of_coils(body, model, contracting, placement),
             None => {
-                let data = RegistrationData::of(seen, &[]);
+                let data = RegistrationData::of_recordings(seen, &[]);
                 let at = |bone: &str| if bone == HYOID { data.hyoid } else { data.spine };
                 RestShape::of(body, model, contracting, at)
             }
         };
         let shape = shape.and_then(|shape| match wall {
-            Some(wall) => shape.under(wall.clone()),
+            Some(wall) => shape.with_wall(wall.clone()),
             None => Ok(shape),
         })?;
         let is_kept =
@@ -137,7 +137,7 @@ impl TrackRun<'_> {
     pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, SimulationError> {
         let Some(palate) = self.basis.palate else { return Ok(None) };
         let wall = fit::wall(&body.mesh, &self.basis.model, palate)?;
-        if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
+        if wall.first_penetration(&body.mesh.nodes, &body.mesh.connections).is_some() {
             tell("the body at rest passes through the palate: the tongue is tracked without contact");
             return Ok(None);
         }
@@ -157,11 +157,11 @@ impl TrackRun<'_> {
         let (body, model) = (&speaker.body, &self.basis.model);
         let mut additions = Additions::default();
         wall.into_iter().for_each(|wall| additions.add_contact(wall.clone()));
-        let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
+        let system = System::with_additions(&body.mesh, model, &self.basis.contracting, additions)?;
         let surface = TongueSurface::of(body).ok_or_else(|| {
             SimulationError::Refused(format!("{} has no outline of tissue to compare with", body.what))
         })?;
-        let compared = track::compared(seen);
+        let compared = track::labels_to_compare(seen);
         for (nth_session, session) in sessions(seen).into_iter().enumerate() {
             if !session.iter().any(|&number| (watch.is_wanted)(number)) {
                 continue;
@@ -232,7 +232,7 @@ impl TrackRun<'_> {
             statuses: tally(frames.iter().map(|f| status_name(&f.status))),
             untrusted: None,
             median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
-            comparisons: track::compare(&track::compared(seen), &muscles, &settings.link, draws),
+            comparisons: track::compare(&track::labels_to_compare(seen), &muscles, &settings.link, draws),
             courses: track::course_summaries(&muscles, &frames, &settings.link),
             repeats: track::repeatability(labelled, &muscles),
             formants: None,
@@ -289,10 +289,10 @@ fn sessions(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
 
 pub(super) fn given_body(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
     let followed = match adaptation {
-        Some(a) => a.followed(&body),
+        Some(a) => a.followed_bones(&body),
         None => {
             let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
-            adapt::followed(&body, &bones)
+            adapt::followed_bones(&body, &bones)
         }
     };
     let adaptation = adaptation.cloned();

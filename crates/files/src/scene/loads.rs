@@ -58,7 +58,7 @@ pub(super) fn contact<const D: usize>(
     };
     let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
     let wall = Contact::new(outline, &body.mesh.surface_nodes(), stiffness, keys.reach_mm * 1e-3);
-    let through = wall.penetrated(&body.mesh.nodes, &body.mesh.connections);
+    let through = wall.first_penetration(&body.mesh.nodes, &body.mesh.connections);
     let middle = through.map(|[a, b]| [0, 1].map(|d| (body.mesh.nodes[a][d] + body.mesh.nodes[b][d]) / 2.0));
     if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &body.mesh)) {
         let why = format!(
@@ -88,7 +88,7 @@ fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64;
 }
 
 /// Adds the positions to which jaw and hyoid move the nodes on them, and plans both.
-pub(super) fn carry_bones<const D: usize>(
+pub(super) fn displace_bones<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     additions: &mut Additions<D>,
@@ -102,13 +102,13 @@ pub(super) fn carry_bones<const D: usize>(
     let shifted = hyoid.map(|h| PrescribedDisplacement::Shifted(flat(h.shift_mm.map(|x| x * 1e-3))));
     let [mandible, hyoid_bone] = [MANDIBLE, HYOID].map(|name| body.bone(name));
     let wanted = [("effects.jaw", turned, mandible), ("effects.hyoid", shifted, hyoid_bone)];
-    for (key, carried, nodes) in wanted {
-        let Some(carried) = carried else { continue };
+    for (key, displacement, nodes) in wanted {
+        let Some(displacement) = displacement else { continue };
         if nodes.is_empty() {
             let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
             return Err(SimulationError::contradiction(key, scene.body_key(), why));
         }
-        additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(body.mesh.nodes[n]))));
+        additions.displaced.extend(nodes.iter().map(|&n| (n, displacement.place(body.mesh.nodes[n]))));
     }
     Ok([asked_for("jaw", jaw.is_some(), mandible), asked_for("hyoid", hyoid.is_some(), hyoid_bone)])
 }
@@ -188,8 +188,8 @@ pub(super) fn fit<const D: usize>(
         status: tracked.status,
         rms_mm: tracked.rms_m.map(|r| r * 1e3),
         resolved: tracked.resolved,
-        low_n: of_body(&tracked.levels.iter().map(|l| l.low).collect::<Vec<_>>()),
-        high_n: of_body(&tracked.levels.iter().map(|l| l.high).collect::<Vec<_>>()),
+        low_n: of_body(&tracked.tensions.iter().map(|l| l.low).collect::<Vec<_>>()),
+        high_n: of_body(&tracked.tensions.iter().map(|l| l.high).collect::<Vec<_>>()),
     };
     Some((of_body(&tracked.tensions_n()), fit))
 }

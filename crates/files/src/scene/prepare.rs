@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::body::{activations, operation};
 use super::file::{FitTarget, Scene, Want};
-use super::loads::{carry_bones, contact, gravity};
+use super::loads::{contact, displace_bones, gravity};
 use super::plan::{self, MuscleRole, Planned, ScenePlan, force_unit};
 use super::{loads, vocal_tract};
 use crate::simulation::SimulationError;
@@ -67,22 +67,22 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     if let Some(wall) = &wall {
         additions.add_contact(wall.clone());
     }
-    decisions.extend(carry_bones(scene, &body, &mut additions)?);
+    decisions.extend(displace_bones(scene, &body, &mut additions)?);
     decisions.push(match body.mesh.fixed.len() {
         0 => Planned::leave_out("bone", "no node is fixed"),
         n => Planned::simulate("bone", format!("{n} nodes are fixed")).counting(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
 
-    let start = if scene.want == Want::Trajectory && !additions.carried.is_empty() {
-        Some(System::with(&body.mesh, &model, &[], without_loads(&additions, wall.as_ref()))?)
+    let start = if scene.want == Want::Trajectory && !additions.displaced.is_empty() {
+        Some(System::with_additions(&body.mesh, &model, &[], without_loads(&additions, wall.as_ref()))?)
     } else {
         None
     };
     let system = if body.is_activated() {
         of_hexahedra(&body, additions)?
     } else {
-        System::with(&body.mesh, &model, &contracting, additions)?
+        System::with_additions(&body.mesh, &model, &contracting, additions)?
     };
     let system = Arc::new(system);
     let roles = if body.is_activated() {
@@ -122,7 +122,7 @@ fn roles_by_activation(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRol
 fn without_loads<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
     let mut unloaded = Additions {
         incompressible: additions.incompressible,
-        carried: additions.carried.clone(),
+        displaced: additions.displaced.clone(),
         ..Additions::default()
     };
     wall.into_iter().for_each(|wall| unloaded.add_contact(wall.clone()));

@@ -64,7 +64,7 @@ pub fn run<const D: usize>(
         let (motion, positions) = follow(scene, prepared)?;
         // The ramp may not be complete when the motion ends.
         let tensions = tensions_over_time(scene, prepared);
-        tensions.at(motion.outcome.time_s, &mut prepared.tensions);
+        tensions.write_at(motion.outcome.time_s, &mut prepared.tensions);
         trajectory = Some(motion);
         positions
     };
@@ -167,7 +167,8 @@ fn follow<const D: usize>(
     };
     let tensions = tensions_over_time(scene, prepared);
     let motion = Motion::new(&prepared.system, tensions)?;
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-3 * error_mm))?;
+    let mut integrator =
+        IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * error_mm))?;
     let start = start.as_deref();
     let motion_run = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
     let sampled = motion_run.run(integrator.as_mut(), &mut |_| ());
@@ -226,7 +227,7 @@ fn contact<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> 
         largest_n: force.iter().map(SVector::norm).fold(0.0, f64::max),
         touching: force.iter().filter(|f| f.norm() > 0.0).count(),
         closest_mm: 1e3 * closest,
-        edge_through_wall: wall.penetrated(at.positions, &prepared.body.mesh.connections).is_some(),
+        edge_through_wall: wall.first_penetration(at.positions, &prepared.body.mesh.connections).is_some(),
     })
 }
 

@@ -193,15 +193,15 @@ impl<const D: usize> InverseProblem<D> {
             model: *assembly.model(),
             contracting: system.contracting(),
         };
-        let mut inverse =
+        let mut problem =
             LeastSquaresProblem::new(system, self.observations.fitted.clone(), unknowns.clone());
-        inverse.others.clone_from(&self.observations.others);
-        inverse.bones = &self.bones;
-        inverse.tensions.clone_from(&self.tensions);
+        problem.others.clone_from(&self.observations.others);
+        problem.bones = &self.bones;
+        problem.tensions.clone_from(&self.tensions);
         if unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
-            inverse.tissue = Some(&tissue);
+            problem.tissue = Some(&tissue);
         }
-        let answer = inverse::solve(&inverse, &self.settings)?;
+        let answer = inverse::solve(&problem, &self.settings)?;
         Ok(Estimate::new(assembly, answer, unknowns, self.bone_names.clone(), &self.observations.fitted))
     }
 }

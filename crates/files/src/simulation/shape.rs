@@ -146,7 +146,7 @@ impl<const D: usize> Assembly<D> {
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
         let motion = Motion::new(self.system(), tensions)?;
         let mut integrator =
-            IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;
+            IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;
         let motion_run = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: 1 };
         let SampledMotion { outcome, part_of_way, shapes, .. } =
             motion_run.run(integrator.as_mut(), &mut |_| ());

@@ -55,7 +55,7 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Like [`Solver::equilibrium`], and also follows the equilibria from rest as the tensions grow, to check that the shape lies on that
-    /// branch ([`Shape::is_traced`]). This costs about twenty solves, or 120 more where that branch ends.
+    /// branch ([`Shape::is_traced`]). For the cost see [`statics::trace()`].
     pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
@@ -98,7 +98,7 @@ impl<const D: usize> Solver<D> {
         for &part in shift.iter() {
             check_number(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;
         }
-        self.workspace.carry_bone(self.assembly.system(), nodes, shift);
+        self.workspace.displace_bone(self.assembly.system(), nodes, shift);
         Ok(())
     }
 

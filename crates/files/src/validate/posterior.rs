@@ -13,7 +13,7 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::TargetOnBody;
 use tongue_infer::posterior::{
     Density, LeftOut, MapEstimate, Measurements, MixtureComponent, PosteriorError, PosteriorModel,
-    PredictionMethod, Priors, left_out, without_each,
+    PredictionMethod, Priors, left_out, predict_each_from_others,
 };
 use tongue_input::measured::{Dataset, Vowel};
 
@@ -111,11 +111,11 @@ impl Predictors {
         let groups = kind.groups(all);
         let predictions = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
-            let mut density = Density::new(posterior_model, Measurements::together(&matched))?;
+            let mut density = Density::new(posterior_model, Measurements::of_vowels(&matched))?;
             let map_estimate = MapEstimate::find(&mut density)?;
-            let predicted = without_each(&density, &map_estimate)?;
+            let predicted = predict_each_from_others(&density, &map_estimate)?;
             Ok(Vec::from_iter((0..group.len()).map(|posture| {
-                let own = density.seen.of_posture(posture).into_iter().map(|i| predicted[i].clone());
+                let own = density.measurements.of_posture(posture).into_iter().map(|i| predicted[i].clone());
                 (group[posture], own.collect::<Vec<_>>())
             })))
         });

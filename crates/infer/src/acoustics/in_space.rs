@@ -70,7 +70,7 @@ impl SpaceVocalTract {
             let crossings = triangles.iter().filter_map(|t| entered(t, &from, &along));
             crossings.filter(|at| *at > -BEHIND_M).min_by(f64::total_cmp)
         })?;
-        Ok(Sound::of(profile, &self.acoustics)?)
+        Ok(Sound::new(profile, &self.acoustics)?)
     }
 }
 

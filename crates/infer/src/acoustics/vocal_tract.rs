@@ -8,7 +8,7 @@ use tongue_sound::TractError;
 use tongue_sound::formants::{self, Formant};
 use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
-use crate::adapt::{by_bones, mark_of};
+use crate::adapt::{mark_of, similarity_by_bones};
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::observe::TongueSurface;
 use tongue_core::statics::Response;
@@ -60,7 +60,7 @@ pub struct Sound {
 }
 
 impl Sound {
-    pub(super) fn of(profile: Profile, acoustics: &Acoustics) -> Result<Self, TractError> {
+    pub(super) fn new(profile: Profile, acoustics: &Acoustics) -> Result<Self, TractError> {
         Ok(Self { formants: formants::formants(&profile.sections, acoustics, FORMANTS)?, profile })
     }
 }
@@ -94,7 +94,7 @@ impl VocalTract {
             ))
         };
         let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
-        let to = by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
+        let to = similarity_by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
         Ok(Self::drawn()?.placed(to.scale(), |[x, y]: [f64; 2]| {
             <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3)
         }))
@@ -129,14 +129,14 @@ impl VocalTract {
     ) -> Result<Sound, VocalTractError> {
         let tongue: Vec<ProfilePoint> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
         let profile = Profile::new(&self.tract, &tongue, posture)?;
-        Ok(Sound::of(profile, &self.acoustics)?)
+        Ok(Sound::new(profile, &self.acoustics)?)
     }
 
     pub fn rates(&self, sound: &Sound) -> FormantRates {
         let rates = sound.formants.iter().map(|formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
             let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
-            sound.profile.frequency_to_tongue(&by_section, |point, rate| {
+            sound.profile.frequency_rates_by_tongue(&by_section, |point, rate| {
                 for &(node, weight) in self.wall.get(point).into_iter().flatten() {
                     *by_node.entry(node).or_default() += SVector::from(rate) * weight;
                 }
@@ -148,7 +148,7 @@ impl VocalTract {
 
     /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the equilibrium of a response.
     pub fn by_tension(rates: &FormantRates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
-        response.to_tension(muscle);
+        response.compute_for_tension(muscle);
         let motion = response.motion();
         Vec::from_iter(
             rates.iter().map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum()),

@@ -67,14 +67,14 @@ pub struct Placement {
 }
 
 /// The coils of recordings in order from the tip; coils with one name in several recordings are one coil.
-pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
+pub(super) fn coils(recordings: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
     let mut out: Vec<(f64, Coil)> = Vec::new();
-    for one in seen {
+    for one in recordings {
         for (n, (name, behind)) in one.sensors.iter().enumerate() {
             if out.iter().any(|(_, c)| c.name == *name) {
                 continue;
             }
-            let places: Vec<Point> = seen
+            let places: Vec<Point> = recordings
                 .iter()
                 .filter_map(|s| Some((s, s.sensors.iter().position(|(other, _)| other == name)?)))
                 .flat_map(|(s, n)| s.frames.iter().filter_map(move |f| Some(f.sensors.get(n)?.as_ref()?.at)))
@@ -180,7 +180,7 @@ impl Vault {
 
     /// Distances of the trace from the palate of the placed body, in independent standard deviations.
     pub fn residuals(&self, to: &Similarity) -> DVector<f64> {
-        let away = self.trace.iter().map(|p| to.scale() * self.line.distance(to.back(*p)));
+        let away = self.trace.iter().map(|p| to.scale() * self.line.distance(to.place_back(*p)));
         let mut away = DVector::from_iterator(self.trace.len(), away);
         self.factor.l_dirty().solve_lower_triangular_mut(&mut away);
         away
@@ -193,8 +193,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let places: Vec<Point> = coils.iter().map(|c| c.at).collect();
     let coincide = || failed("coils lie in the same place");
     let shown: Vec<usize> = (0..coils.len()).filter(|&i| !coils[i].is_hidden).collect();
-    let seen: Vec<Point> = shown.iter().map(|&i| places[i]).collect();
-    let posture = whitener(&seen, POSTURE_MM, 0.0).ok_or_else(coincide)?;
+    let measured: Vec<Point> = shown.iter().map(|&i| places[i]).collect();
+    let posture = whitener(&measured, POSTURE_MM, 0.0).ok_or_else(coincide)?;
     let of_palate = Vault::of(body, palate);
     // Unknowns: shift of the centre, turn and logarithm of the scale, and for every coil its distance behind the tip before scaling, in
     // units of the search.
@@ -240,13 +240,13 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
             i.checked_sub(1).map_or(FIRST_COIL_M, |b| LONGER_THAN_CHORD * (places[i] - places[b]).norm());
         coils[i].behind.unwrap_or(along)
     }));
-    let middle = seen.iter().sum::<Point>() / seen.len() as f64;
+    let middle = measured.iter().sum::<Point>() / measured.len() as f64;
     let starts = TURNS.map(|turn| {
         let mut x = DVector::zeros(4 + coils.len());
         x[2] = turn / TURN_SD;
         usual.iter().enumerate().for_each(|(i, behind)| x[4 + i] = behind / COIL_UNIT_M);
         let there = shown.iter().map(|&i| similarity(&x).place(on_surface(usual[i]))).sum::<Point>();
-        let there = there / seen.len() as f64;
+        let there = there / measured.len() as f64;
         let shift = (middle - there) / SHIFT_UNIT_M;
         (x[0], x[1]) = (shift.x, shift.y);
         x
@@ -295,8 +295,8 @@ fn with_shift_prior(mut square: DMatrix<f64>) -> DMatrix<f64> {
 impl Placement {
     /// The recording with its coils where this placement has them on the tongue.
     #[must_use]
-    pub fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
-        seen.with_coils(|name, _| self.coils.iter().find(|(n, _)| n == name).map(|(_, behind)| *behind))
+    pub fn with_coil_positions(&self, recording: &AlignedRecording) -> AlignedRecording {
+        recording.with_coils(|name, _| self.coils.iter().find(|(n, _)| n == name).map(|(_, behind)| *behind))
     }
 
     /// The place of the centre along both axes (m), the turn (rad) and the scale, each with the ends of its 95 % interval.

@@ -50,18 +50,18 @@ fn median_point(points: &[Point]) -> Option<Point> {
 }
 
 /// The bones of a body that follow their places in a recording, with marks where the bones are.
-pub fn followed(body: &Body<2>, seen: &[String]) -> Vec<Followed> {
-    Vec::from_iter(seen.iter().filter_map(|name| {
+pub fn followed_bones(body: &Body<2>, bones: &[String]) -> Vec<Followed> {
+    Vec::from_iter(bones.iter().filter_map(|name| {
         let mark = mark_of(body, name)?;
         Some(Followed { name: name.clone(), nodes: body.bone(name).to_vec(), mark })
     }))
 }
 
 /// The similarity that moves the mental spine and the hyoid of a body to their observed places; `None` if one is missing.
-pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<Similarity> {
+pub fn similarity_by_bones(body: &Body<2>, measured: impl Fn(&str) -> Option<Point>) -> Option<Similarity> {
     let bones = [MANDIBLE, HYOID];
     let from = bones.iter().map(|b| mark_of(body, b)).collect::<Option<Vec<_>>>()?;
-    let to = bones.iter().map(|b| seen(b)).collect::<Option<Vec<_>>>()?;
+    let to = bones.iter().map(|b| measured(b)).collect::<Option<Vec<_>>>()?;
     Similarity::between(&from, &to)
 }
 
@@ -98,12 +98,12 @@ impl Adaptation {
 
     /// A recording with its coils where the adaptation has them on the tongue; those whose places were measured stay.
     #[must_use]
-    pub fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
-        seen.with_coils(|name, measured| self.coils_m.get(name).copied().filter(|_| !measured))
+    pub fn with_coil_positions(&self, recording: &AlignedRecording) -> AlignedRecording {
+        recording.with_coils(|name, measured| self.coils_m.get(name).copied().filter(|_| !measured))
     }
 
     /// The bones of the body that follow their observed places.
-    pub fn followed(&self, body: &Body<2>) -> Vec<Followed> {
+    pub fn followed_bones(&self, body: &Body<2>) -> Vec<Followed> {
         let bones = self.marks_m.iter().map(|(name, mark)| Followed {
             name: name.clone(),
             nodes: body.bone(name).to_vec(),

@@ -166,9 +166,9 @@ impl Registration {
 impl RegistrationData {
     /// Observations from recordings of one speaker. Points in `hide` are not used; of a hidden coil only its distance from its neighbours
     /// is used, if three others are left.
-    pub fn of(seen: &[&AlignedRecording], hide: &[String]) -> Self {
+    pub fn of_recordings(recordings: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
-        for one in seen {
+        for one in recordings {
             let shown: Vec<usize> =
                 (0..one.contour.len()).filter(|&i| !hide.contains(&one.contour[i])).collect();
             let means: Vec<Point> = shown
@@ -183,9 +183,9 @@ impl RegistrationData {
             .collect();
         Self {
             contour,
-            spine: median_place(seen, MANDIBLE),
-            hyoid: median_place(seen, HYOID),
-            coils: coils::coils(seen, hide),
+            spine: median_place(recordings, MANDIBLE),
+            hyoid: median_place(recordings, HYOID),
+            coils: coils::coils(recordings, hide),
             palate: Vec::new(),
             frames,
         }
@@ -193,12 +193,12 @@ impl RegistrationData {
 
     /// Adds a trace of the palate in the frame of the recordings, m.
     #[must_use]
-    pub fn under(self, palate: Option<&[Point]>) -> Self {
+    pub fn with_palate(self, palate: Option<&[Point]>) -> Self {
         Self { palate: palate.unwrap_or_default().to_vec(), ..self }
     }
 
     /// Observations of a drawn contour.
-    pub fn drawn(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
+    pub fn of_contour(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
         Self { contour: resample(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
     }
 
@@ -224,12 +224,14 @@ impl RegistrationData {
         let bones: Vec<(&'static str, Point, Point, f64)> =
             [(MANDIBLE, self.spine, sd::SPINE_MM), (HYOID, self.hyoid, sd::HYOID_MM)]
                 .into_iter()
-                .filter_map(|(bone, seen, sd)| Some((bone, mark_of(body, bone)?, seen?, 1e-3 * sd)))
+                .filter_map(|(bone, measured, sd)| Some((bone, mark_of(body, bone)?, measured?, 1e-3 * sd)))
                 .collect();
         let distances = |similarity: &Similarity| -> Vec<f64> {
             let scale = similarity.scale();
-            let distances =
-                self.contour.iter().map(|p| scale * surface.distance(similarity.back(*p), &body.mesh.nodes));
+            let distances = self
+                .contour
+                .iter()
+                .map(|p| scale * surface.distance(similarity.place_back(*p), &body.mesh.nodes));
             distances.collect()
         };
         let vault = Vault::of(body, &self.palate);
@@ -237,8 +239,8 @@ impl RegistrationData {
             let similarity = similarity(x);
             let mut out: Vec<f64> =
                 distances(&similarity).iter().map(|d| d / (1e-3 * sd::CONTOUR_MM)).collect();
-            for (_, mark, seen, sd) in &bones {
-                let away = (similarity.place(*mark) - seen) / *sd;
+            for (_, mark, measured, sd) in &bones {
+                let away = (similarity.place(*mark) - measured) / *sd;
                 out.extend([away.x, away.y]);
             }
             out.extend([x[2], x[3]]);
@@ -247,7 +249,7 @@ impl RegistrationData {
         };
         // The search begins with one observation at its place in the body: the mental spine, or else the middle of the contour.
         let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
-            (Some((_, mark, seen, _)), _) => (*mark, *seen),
+            (Some((_, mark, measured, _)), _) => (*mark, *measured),
             (None, Some(middle)) => (middle_of(&surface, body), middle),
             (None, None) => (Point::zeros(), Point::zeros()),
         };
@@ -258,8 +260,9 @@ impl RegistrationData {
         let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();
         let rms_m = (squares / self.contour.len().max(1) as f64).sqrt();
         let similarity = identity_if_in_frame(similarity, &bones, rms_m);
-        let bones_m =
-            bones.iter().map(|(bone, mark, seen, _)| (*bone, (similarity.place(*mark) - seen).norm()));
+        let bones_m = bones
+            .iter()
+            .map(|(bone, mark, measured, _)| (*bone, (similarity.place(*mark) - measured).norm()));
         let bones_m = bones_m.collect();
         // Without the prior of turn and scale and without the palate; a larger speaker may differ by more.
         let of_palate = vault.map_or(0.0, |vault| vault.residuals(&similarity).norm_squared());
@@ -291,10 +294,10 @@ fn similarity(x: &DVector<f64>) -> Similarity {
 }
 
 /// The unknowns with a turn (in standard deviations) at which a point of the body is at its observed place.
-fn start_at(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
+fn start_at(turn: f64, (mark, measured): (Point, Point)) -> DVector<f64> {
     let mut x = DVector::zeros(4);
     x[2] = turn;
-    let shift = (seen - similarity(&x).place(mark)) / SHIFT_M;
+    let shift = (measured - similarity(&x).place(mark)) / SHIFT_M;
     (x[0], x[1]) = (shift.x, shift.y);
     x
 }
@@ -302,7 +305,7 @@ fn start_at(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
 /// The identity for a recording in the frame of the body, so that rounding does not change the body.
 fn identity_if_in_frame(found: Similarity, bones: &[(&str, Point, Point, f64)], rms_m: f64) -> Similarity {
     const SAME_M: f64 = 1e-9;
-    let same = bones.iter().all(|(_, mark, seen, _)| (mark - seen).norm() <= SAME_M);
+    let same = bones.iter().all(|(_, mark, measured, _)| (mark - measured).norm() <= SAME_M);
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
 }
 
@@ -318,8 +321,8 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
 }
 
 /// Median place of a bone over all frames.
-pub(super) fn median_place(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {
-    let all: Vec<Point> = seen
+pub(super) fn median_place(recordings: &[&AlignedRecording], bone: &str) -> Option<Point> {
+    let all: Vec<Point> = recordings
         .iter()
         .filter_map(|s| Some((s, s.bone(bone)?)))
         .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))

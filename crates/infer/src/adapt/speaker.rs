@@ -13,8 +13,8 @@ use tongue_input::measured::recording::{AlignedRecording, Mark};
 use super::place::median_place;
 use super::rest::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
-    Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones,
-    fit_rest_shape, followed, mark_of, outline_of,
+    Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, fit_rest_shape,
+    followed_bones, mark_of, outline_of, similarity_by_bones,
 };
 
 /// Method by which the rest shape is found.
@@ -115,8 +115,13 @@ impl AdaptationInput<'_> {
     ///
     /// # Errors
     /// [`RestError::Body`] for recordings that contain too little, [`RestError::NotOneFrame`] for bones that belong to no such contour.
-    pub fn place(&self, seen: &[&AlignedRecording], hide: &[String]) -> Result<Registration, RestError> {
-        let placed = RegistrationData::of(seen, hide).under(self.palate).place(self.body);
+    pub fn place(
+        &self,
+        recordings: &[&AlignedRecording],
+        hide: &[String],
+    ) -> Result<Registration, RestError> {
+        let placed =
+            RegistrationData::of_recordings(recordings, hide).with_palate(self.palate).place(self.body);
         placed.and_then(Registration::in_one_frame).map_err(|why| {
             let RestError::Body(why) = why else { return why };
             RestError::Body(format!(
@@ -130,24 +135,24 @@ impl AdaptationInput<'_> {
     ///
     /// # Errors
     /// [`RestError`] if the recordings do not show where the body lies, or if no frame with enough points has an equilibrium.
-    pub fn to_recordings(
+    pub fn adapt_to_recordings(
         &self,
-        seen: &[&AlignedRecording],
+        recordings: &[&AlignedRecording],
         how: RestShapeMethod,
         hide: &[String],
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
-        let Registration { similarity, by_coils, .. } = self.place(seen, hide)?;
-        let data = RegistrationData::of(seen, &[]);
+        let Registration { similarity, by_coils, .. } = self.place(recordings, hide)?;
+        let data = RegistrationData::of_recordings(recordings, &[]);
         let rest = Rest::new(self.body, similarity)?;
         let mut body = rest.body(&nalgebra::DVector::zeros(rest.unknowns()));
-        let mut bones: Vec<String> = seen.iter().flat_map(|s| s.bones.iter().cloned()).collect();
+        let mut bones: Vec<String> = recordings.iter().flat_map(|s| s.bones.iter().cloned()).collect();
         bones.sort();
         bones.dedup();
-        let mut followed = followed(&body, &bones);
+        let mut followed = followed_bones(&body, &bones);
         // An error of the placement must not count as a displacement of the bone from rest.
         for bone in &mut followed {
-            bone.mark = median_place(seen, &bone.name).unwrap_or(bone.mark);
+            bone.mark = median_place(recordings, &bone.name).unwrap_or(bone.mark);
         }
         // A few coils carry no information about the shape at rest.
         if how != RestShapeMethod::Joint || by_coils.is_some() {
@@ -158,7 +163,7 @@ impl AdaptationInput<'_> {
             if bone == HYOID { data.hyoid } else { data.spine }
         })?;
         let surface = outline_of(&body)?;
-        let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
+        let frames = recordings.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
         let context = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
         let found = track::rest_shape(&context, &shape, frames, &self.settings, progress)
             .ok_or_else(|| RestError::Body("no frame has an equilibrium with enough points".to_owned()))?;
@@ -170,9 +175,9 @@ impl AdaptationInput<'_> {
     }
 
     /// Adapts the body to landmarks of one posture at rest, and to its contour.
-    pub fn to_landmarks(&self, landmarks: &Landmarks) -> Result<Speaker, RestError> {
+    pub fn adapt_to_landmarks(&self, landmarks: &Landmarks) -> Result<Speaker, RestError> {
         let at = |bone: &str| landmarks.named.get(bone).copied();
-        let by_landmarks = by_bones(self.body, at);
+        let by_landmarks = similarity_by_bones(self.body, at);
         if landmarks.contour.len() < 3 && by_landmarks.is_none() {
             let known: Vec<&str> = landmarks.named.keys().map(String::as_str).collect();
             return Err(RestError::Body(format!(
@@ -184,13 +189,13 @@ impl AdaptationInput<'_> {
         let own = by_landmarks.as_ref().is_some_and(|similarity| {
             let anatomy = self.anatomy.map(|a| a.outline());
             let mut contour = landmarks.contour.iter();
-            contour.all(|p| anatomy.is_some_and(|o| o.nearest(similarity.back(*p)).1 < ON_OUTLINE_M))
+            contour.all(|p| anatomy.is_some_and(|o| o.nearest(similarity.place_back(*p)).1 < ON_OUTLINE_M))
         });
         let similarity = match (by_landmarks, landmarks.contour.len()) {
             (Some(similarity), 0..3) => similarity,
             (Some(similarity), _) if own => similarity,
             _ => {
-                RegistrationData::drawn(&landmarks.contour, at(MANDIBLE), at(HYOID))
+                RegistrationData::of_contour(&landmarks.contour, at(MANDIBLE), at(HYOID))
                     .place(self.body)?
                     .similarity
             }
@@ -203,7 +208,8 @@ impl AdaptationInput<'_> {
             LANDMARK_SD_M.iter().filter_map(|(name, sd)| Some((*name, Mark { at: at(name)?, sd: *sd })));
         let bones: Vec<(&str, Mark)> = bones.collect();
         let none = nalgebra::DVector::zeros(rest.unknowns());
-        let followed = followed(&rest.body(&none), &landmarks.named.keys().cloned().collect::<Vec<_>>());
+        let followed =
+            followed_bones(&rest.body(&none), &landmarks.named.keys().cloned().collect::<Vec<_>>());
         let marks: Vec<Mark> = landmarks.contour.iter().map(|&at| Mark { at, sd: CONTOUR_SD_M }).collect();
         let mut notes = Vec::new();
         let (displacements, how) = match marks.len() {

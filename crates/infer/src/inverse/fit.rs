@@ -51,7 +51,7 @@ impl<const D: usize> Fit<D> {
     pub fn passive_rms(&self) -> Option<f64> {
         let (target, residuals) = (&self.matched.target, self.residuals());
         let passive =
-            Vec::from_iter(target.compared().filter(|m| !target.active.contains(m)).map(|m| residuals[m]));
+            Vec::from_iter(target.comparable().filter(|m| !target.active.contains(m)).map(|m| residuals[m]));
         let squares: f64 = passive.iter().map(|r| r * r).sum();
         (!passive.is_empty()).then(|| (squares / passive.len() as f64).sqrt())
     }
@@ -66,7 +66,8 @@ impl<const D: usize> Fit<D> {
         self.answer.lengths[self.matched.numbers[m]]
     }
 
-    pub fn contracts(&self, m: usize) -> bool {
+    /// Whether the tension of muscle `m` of the lists is above rounding (0.001 N); whether it may contract is its role in the target.
+    pub fn has_tension(&self, m: usize) -> bool {
         self.tension(m) >= AT_BOUND
     }
 
@@ -155,7 +156,7 @@ pub fn fit_in<const D: usize>(
     settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
     Ok(Fit {
-        answer: solve(&matched.inverse(system, settings), settings)?,
+        answer: solve(&matched.problem(system, settings), settings)?,
         rest_lengths: matched.pick(&system.lengths(system.rest())),
         misfit_tolerance: settings.misfit_tolerance,
         matched,

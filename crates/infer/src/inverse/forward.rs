@@ -44,7 +44,7 @@ const EFFORT: f64 = 2e-6;
 /// Solves candidates one after another, each from the nearest of the best earlier ones.
 #[derive(Debug)]
 pub struct Forward<'a, const D: usize> {
-    pub(super) inverse: &'a LeastSquaresProblem<'a, D>,
+    pub(super) problem: &'a LeastSquaresProblem<'a, D>,
     pub(super) settings: &'a FitSettings,
     /// The system with the candidate's constants, if these are unknowns.
     candidate_system: Option<System<D>>,
@@ -60,14 +60,14 @@ pub struct Forward<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Forward<'a, D> {
-    pub fn new(inverse: &'a LeastSquaresProblem<'a, D>, settings: &'a FitSettings) -> Self {
+    pub fn new(problem: &'a LeastSquaresProblem<'a, D>, settings: &'a FitSettings) -> Self {
         Self {
-            inverse,
+            problem,
             settings,
             candidate_system: None,
-            workspace: Workspace::new(inverse.system),
-            effort: if inverse.is_undetermined() { EFFORT } else { 0.0 },
-            known: WarmStarts::new(inverse.unknowns.len()),
+            workspace: Workspace::new(problem.system),
+            effort: if problem.is_undetermined() { EFFORT } else { 0.0 },
+            known: WarmStarts::new(problem.unknowns.len()),
             begin: if settings.warm_start { CandidateStart::Neighbour } else { CandidateStart::Rest },
             last: None,
             counts: SearchCounts::default(),
@@ -80,7 +80,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     pub fn system(&self) -> &System<D> {
-        self.candidate_system.as_ref().unwrap_or(self.inverse.system)
+        self.candidate_system.as_ref().unwrap_or(self.problem.system)
     }
 
     pub fn positions(&self) -> &[SVector<f64, D>] {
@@ -100,7 +100,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Whether equilibria are so expensive that later searches start from the shapes of earlier ones, which changes the last digits.
     pub(super) fn is_expensive(&self) -> bool {
-        self.inverse.system.tissue().is_expensive()
+        self.problem.system.tissue().is_expensive()
     }
 
     /// Solves every later candidate along its load path, also beyond a jump.
@@ -109,46 +109,46 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     /// Solves a candidate from rest, both at once and along its load path, without counting it. Returns the trace, which is empty if the
-    /// candidate has no system, and the problem at the end of the load path.
+    /// candidate has no system, and a `Forward` whose workspace is at the end of the load path.
     pub fn follow_load_path(&self, x: &[f64]) -> (Trace, Self) {
-        let mut solver = Forward::new(self.inverse, self.settings);
+        let mut forward = Forward::new(self.problem, self.settings);
         let mut trace = Trace::default();
-        if solver.set(x).is_ok() {
-            let system = solver.candidate_system.as_ref().unwrap_or(self.inverse.system);
+        if forward.set(x).is_ok() {
+            let system = forward.candidate_system.as_ref().unwrap_or(self.problem.system);
             let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
-            solver.workspace.start_from_rest(system);
-            let tensions = self.inverse.tensions_of(x);
-            trace = statics::solve_and_trace(system, &mut solver.workspace, &tensions, settings);
+            forward.workspace.start_from_rest(system);
+            let tensions = self.problem.tensions_of(x);
+            trace = statics::solve_and_trace(system, &mut forward.workspace, &tensions, settings);
         }
-        (trace, solver)
+        (trace, forward)
     }
 
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
-        let inverse = self.inverse;
+        let problem = self.problem;
         self.counts.evaluations += 1;
-        if let Some(tissue) = inverse.tissue {
-            self.candidate_system = Some(tissue.system(&inverse.unknowns, x)?);
+        if let Some(tissue) = problem.tissue {
+            self.candidate_system = Some(tissue.system(&problem.unknowns, x)?);
         }
-        for (number, bone) in inverse.bones.iter().enumerate() {
+        for (number, bone) in problem.bones.iter().enumerate() {
             let mut shift = SVector::<f64, D>::zeros();
-            for (unknown, value) in inverse.unknowns.iter().zip(x) {
+            for (unknown, value) in problem.unknowns.iter().zip(x) {
                 match unknown.quantity {
                     Quantity::Bone { bone, axis } if bone == number => shift[axis] = value * unknown.unit,
                     _ => {}
                 }
             }
-            self.workspace.carry_bone(inverse.system, bone.nodes(), shift);
+            self.workspace.displace_bone(problem.system, bone.nodes(), shift);
         }
         Ok(())
     }
 
     /// Weighted residuals of the observations, then of the priors, at the current shape.
     fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
-        let inverse = self.inverse;
-        let seen = inverse.observations.iter().map(|o| o.residual(self.positions()));
+        let problem = self.problem;
+        let observed = problem.observations.iter().map(|o| o.residual(self.positions()));
         let priors =
-            inverse.unknowns.iter().zip(x).filter_map(|(u, x)| u.prior.map(|p| (x - p.mean) * p.weight));
-        let all: Vec<f64> = seen.chain(priors).collect();
+            problem.unknowns.iter().zip(x).filter_map(|(u, x)| u.prior.map(|p| (x - p.mean) * p.weight));
+        let all: Vec<f64> = observed.chain(priors).collect();
         all.iter().all(|r| r.is_finite()).then(|| DVector::from_vec(all))
     }
 
@@ -164,21 +164,21 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Solves from the shape at rest: directly, or along the load path where candidates follow it.
     fn solve_without_neighbours(&mut self, x: &[f64]) -> bool {
-        self.workspace.start_from_rest(self.inverse.system);
+        self.workspace.start_from_rest(self.problem.system);
         if !self.is_on_load_path() {
             return self.solve(x);
         }
-        let system = self.candidate_system.as_ref().unwrap_or(self.inverse.system);
+        let system = self.candidate_system.as_ref().unwrap_or(self.problem.system);
         let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
-        let trace = statics::trace(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
+        let trace = statics::trace(system, &mut self.workspace, &self.problem.tensions_of(x), settings);
         self.counts.factorisations += trace.solution.factorisations;
         trace.from_rest != FromRest::NotKnown
     }
 
     fn solve(&mut self, x: &[f64]) -> bool {
-        let system = self.candidate_system.as_ref().unwrap_or(self.inverse.system);
+        let system = self.candidate_system.as_ref().unwrap_or(self.problem.system);
         let settings = &self.settings.equilibrium;
-        let solution = statics::solve(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
+        let solution = statics::solve(system, &mut self.workspace, &self.problem.tensions_of(x), settings);
         self.counts.factorisations += solution.factorisations;
         solution.status == SolveStatus::Converged
     }
@@ -199,54 +199,54 @@ impl<'a, const D: usize> Forward<'a, D> {
         others: &mut DMatrix<f64>,
     ) -> Option<()> {
         self.counts.factorisations += 1;
-        let inverse = self.inverse;
-        let system = self.candidate_system.as_ref().unwrap_or(inverse.system);
-        self.motions.resize(inverse.unknowns.len(), vec![SVector::zeros(); self.workspace.positions().len()]);
+        let problem = self.problem;
+        let system = self.candidate_system.as_ref().unwrap_or(problem.system);
+        self.motions.resize(problem.unknowns.len(), vec![SVector::zeros(); self.workspace.positions().len()]);
         let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
-        for (column, unknown) in inverse.unknowns.iter().enumerate() {
+        for (column, unknown) in problem.unknowns.iter().enumerate() {
             match unknown.quantity {
                 Quantity::Tension { muscle } => {
                     let tied =
-                        inverse.tied.iter().filter(|[first, _]| *first == muscle).map(|[_, other]| *other);
-                    response.to_tensions(std::iter::once(muscle).chain(tied));
+                        problem.tied.iter().filter(|[first, _]| *first == muscle).map(|[_, other]| *other);
+                    response.compute_for_tensions(std::iter::once(muscle).chain(tied));
                 }
                 Quantity::Bone { bone, axis } => {
-                    let bone = &inverse.bones[bone];
-                    let constants = inverse.tissue.map(|t| t.constants(&inverse.unknowns, x));
-                    response.to_load(|at, load| bone.add_force(at, axis, constants, load));
-                    response.carry(bone.nodes(), axis);
+                    let bone = &problem.bones[bone];
+                    let constants = problem.tissue.map(|t| t.constants(&problem.unknowns, x));
+                    response.compute_for_load(|at, load| bone.add_force(at, axis, constants, load));
+                    response.displace(bone.nodes(), axis);
                 }
                 Quantity::Constant(constant) => {
-                    let derivative = inverse.tissue?.derivative(&inverse.unknowns, x, constant)?;
-                    response.to_load(|at, load| derivative.add_force(at, load));
+                    let derivative = problem.tissue?.derivative(&problem.unknowns, x, constant)?;
+                    response.compute_for_load(|at, load| derivative.add_force(at, load));
                 }
             }
             response.scale(unknown.unit);
             self.motions[column].copy_from_slice(response.motion());
         }
-        let mut rates = vec![0.0; inverse.unknowns.len()];
+        let mut rates = vec![0.0; problem.unknowns.len()];
         let mut fill = |observation: &Observation<D>, row: usize, matrix: &mut DMatrix<f64>| {
             observation.rates(response.positions(), &self.motions, &mut rates);
             rates.iter().enumerate().for_each(|(column, rate)| matrix[(row, column)] = *rate);
         };
-        inverse.observations.iter().enumerate().for_each(|(row, o)| fill(o, row, jacobian));
-        inverse.others.iter().enumerate().for_each(|(row, o)| fill(o, row, others));
+        problem.observations.iter().enumerate().for_each(|(row, o)| fill(o, row, jacobian));
+        problem.others.iter().enumerate().for_each(|(row, o)| fill(o, row, others));
         Some(())
     }
 
     pub(super) fn start(&mut self, number: usize) -> Vec<f64> {
-        match self.inverse.begin {
+        match self.problem.begin {
             Some((x, positions)) if number == 0 => {
                 self.begin_at(x, positions);
                 x.to_vec()
             }
-            _ => starting_point(number, &self.inverse.unknowns),
+            _ => starting_point(number, &self.problem.unknowns),
         }
     }
 
     /// Residuals of the other measurements at the last candidate; empty if there are none.
     pub(super) fn other_residuals(&self) -> DVector<f64> {
-        let all = self.inverse.others.iter().map(|o| o.residual(self.positions()));
+        let all = self.problem.others.iter().map(|o| o.residual(self.positions()));
         DVector::from_vec(all.collect())
     }
 
@@ -286,14 +286,14 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Residuals and their Jacobian; `None` if there is no equilibrium or it is singular.
     pub fn linearise(&mut self, x: &[f64]) -> Option<Linearised> {
         let residuals = self.residuals(x)?;
-        let inverse = self.inverse;
-        let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
-        let mut other_jacobian = DMatrix::zeros(inverse.others.len(), inverse.unknowns.len());
+        let problem = self.problem;
+        let mut jacobian = DMatrix::zeros(residuals.len(), problem.unknowns.len());
+        let mut other_jacobian = DMatrix::zeros(problem.others.len(), problem.unknowns.len());
         let other_residuals = self.other_residuals();
         self.fill_jacobians(x, &mut jacobian, &mut other_jacobian)?;
-        let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
+        let priors = problem.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
         for (row, (column, weight)) in priors.enumerate() {
-            jacobian[(inverse.observations.len() + row, column)] = weight;
+            jacobian[(problem.observations.len() + row, column)] = weight;
         }
         Some(Linearised { jacobian, residuals, other_jacobian, other_residuals })
     }
@@ -302,9 +302,9 @@ impl<'a, const D: usize> Forward<'a, D> {
     pub(super) fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
         let solved: Vec<(Option<DVector<f64>>, usize, Option<SolvedCandidate<D>>)> =
             parallel::map(candidates, |x| {
-                let mut solver = Forward::new(self.inverse, self.settings);
-                let residuals = solver.residuals(x);
-                (residuals, solver.counts.factorisations, solver.known.best().cloned())
+                let mut forward = Forward::new(self.problem, self.settings);
+                let residuals = forward.residuals(x);
+                (residuals, forward.counts.factorisations, forward.known.best().cloned())
             });
         let mut out = Vec::with_capacity(candidates.len());
         for (residuals, factorisations, known) in solved {
@@ -339,14 +339,14 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Sum of the squared residuals and the effort; always finite.
     pub(super) fn cost(&self, x: &[f64], residuals: Option<&DVector<f64>>) -> f64 {
         let Some(r) = residuals else { return FAILED };
-        let tensions = self.inverse.unknowns.iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);
+        let tensions = self.problem.unknowns.iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);
         let cost = r.iter().map(|r| r.powi(2)).sum::<f64>() + self.effort * tensions.sum::<f64>();
         if cost.is_finite() { cost } else { FAILED }
     }
 
     /// Root mean square residual of the observations; infinite for a candidate without an equilibrium.
     pub(super) fn misfit(&self, residuals: Option<&DVector<f64>>) -> f64 {
-        let n = self.inverse.observations.len();
+        let n = self.problem.observations.len();
         residuals
             .map_or(f64::INFINITY, |r| (r.iter().take(n).map(|r| r.powi(2)).sum::<f64>() / n as f64).sqrt())
     }

@@ -30,12 +30,12 @@ struct EvaluatedPoint {
 }
 
 impl EvaluatedPoint {
-    fn new<const D: usize>(problem: &mut Forward<'_, D>, x: DVector<f64>) -> Option<Self> {
-        let linear = problem.linearise(x.as_slice())?;
-        let effort = problem.effort;
+    fn new<const D: usize>(forward: &mut Forward<'_, D>, x: DVector<f64>) -> Option<Self> {
+        let linear = forward.linearise(x.as_slice())?;
+        let effort = forward.effort;
         let mut gradient = linear.jacobian.tr_mul(&linear.residuals) * 2.0;
         let mut tensions = 0.0;
-        for (i, _) in problem.inverse.unknowns.iter().enumerate().filter(|(_, u)| u.is_tension()) {
+        for (i, _) in forward.problem.unknowns.iter().enumerate().filter(|(_, u)| u.is_tension()) {
             gradient[i] += effort;
             tensions += x[i];
         }
@@ -57,61 +57,61 @@ impl EvaluatedPoint {
 }
 
 pub(super) fn run<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     number: usize,
 ) -> Start {
-    let first = problem.start(number);
-    // A start without an equilibrium is replaced by the rest shape, which always has one.
-    let rest = problem.inverse.unknowns.iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
-    let mut start = Start::at(first, FAILED);
-    let point = EvaluatedPoint::new(problem, DVector::from_column_slice(&start.x))
-        .or_else(|| EvaluatedPoint::new(problem, DVector::from_vec(rest)));
+    let first = forward.start(number);
+    // A start without an equilibrium is replaced by the values nearest to zero within the bounds.
+    let rest = forward.problem.unknowns.iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
+    let mut start = Start::new(first, FAILED);
+    let point = EvaluatedPoint::new(forward, DVector::from_column_slice(&start.x))
+        .or_else(|| EvaluatedPoint::new(forward, DVector::from_vec(rest)));
     if let Some(mut here) = point {
-        start.converged = descend(problem, settings, &mut here, &mut start.iterations);
-        let (mut is_solved, mut cost) = problem.solved_by_newton(here.x.as_slice());
-        // As in Nelder-Mead, a shape other than that of Newton's method from rest does not count.
+        start.converged = descend(forward, settings, &mut here, &mut start.iterations);
+        let (mut is_solved, mut cost) = forward.solved_by_newton(here.x.as_slice());
+        // As in Nelder-Mead, the search begins again with all candidates from rest if Newton's method from rest gives another cost.
         if !same_cost_by_newton(here.cost, cost) {
-            problem.forget_neighbours();
-            start.converged = match EvaluatedPoint::new(problem, here.x.clone()) {
+            forward.forget_neighbours();
+            start.converged = match EvaluatedPoint::new(forward, here.x.clone()) {
                 Some(again) => {
                     here = again;
-                    descend(problem, settings, &mut here, &mut start.iterations)
+                    descend(forward, settings, &mut here, &mut start.iterations)
                 }
                 None => false,
             };
-            (is_solved, cost) = problem.solved_by_newton(here.x.as_slice());
+            (is_solved, cost) = forward.solved_by_newton(here.x.as_slice());
         }
         start.x = here.x.iter().copied().collect();
         start.cost = cost;
         start.solved = is_solved;
     }
-    start.counts = problem.counts;
+    start.counts = forward.counts;
     start
 }
 
-/// Searches from nearly right values within the bounds. Returns the answer, at which `problem` then is, its residuals, and whether the
+/// Searches from nearly right values within the bounds. Returns the answer, at which `forward` then is, its residuals, and whether the
 /// search converged; `None` if there is no equilibrium at the beginning or at the end.
 pub(super) fn refit<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>, bool)> {
-    let mut here = EvaluatedPoint::new(problem, DVector::from_column_slice(from))?;
-    let converged = descend(problem, settings, &mut here, &mut 0);
+    let mut here = EvaluatedPoint::new(forward, DVector::from_column_slice(from))?;
+    let converged = descend(forward, settings, &mut here, &mut 0);
     let x: Vec<f64> = here.x.iter().copied().collect();
-    let residuals = problem.residuals(&x)?;
+    let residuals = forward.residuals(&x)?;
     Some((x, residuals, converged))
 }
 
 /// Minimises from `here`, and returns whether it converged.
 fn descend<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     here: &mut EvaluatedPoint,
     iterations: &mut u64,
 ) -> bool {
-    let unknowns = &problem.inverse.unknowns;
+    let unknowns = &forward.problem.unknowns;
     let first = FIRST_DAMPING * here.largest_curvature();
     let rule = Rule {
         max_steps: settings.max_iterations.saturating_sub(*iterations) as usize,
@@ -133,7 +133,7 @@ fn descend<const D: usize>(
         Some(TrialStep { by, size, predicted_decrease: Some(predicted_decrease), is_last })
     };
     let moved = |here: &EvaluatedPoint, by: &DVector<f64>| {
-        let mut next = EvaluatedPoint::new(problem, &here.x + by)?;
+        let mut next = EvaluatedPoint::new(forward, &here.x + by)?;
         next.secant = updated_secant(here, &next, by);
         Some(next)
     };

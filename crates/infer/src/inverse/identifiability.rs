@@ -24,13 +24,13 @@ pub struct NullDirection {
 /// Singular values and undetermined directions at the unknowns `x`, each direction followed while the target is met. `followed` is a curve
 /// from an earlier analysis, used again if `x` is on it. `None` if there is no equilibrium or it is singular.
 pub(super) fn analyse<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     x: &[f64],
     followed: Option<SolutionCurve>,
 ) -> Option<Identifiability> {
-    let Linearised { jacobian, residuals, .. } = problem.linearise(x)?;
-    let on_target = problem.misfit(Some(&residuals)) <= settings.misfit_tolerance;
+    let Linearised { jacobian, residuals, .. } = forward.linearise(x)?;
+    let on_target = forward.misfit(Some(&residuals)) <= settings.misfit_tolerance;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);
     let open: Vec<_> = directions.iter().zip(open).filter(|(_, open)| *open).map(|(d, _)| d).collect();
@@ -38,8 +38,8 @@ pub(super) fn analyse<const D: usize>(
     let mut null_directions = Vec::new();
     for direction in open {
         let curve = on_target.then(|| {
-            let again = followed.take().and_then(|curve| curve.through(problem, x, direction));
-            again.unwrap_or_else(|| solution_curve::follow(problem, settings, x, direction))
+            let again = followed.take().and_then(|curve| curve.through(forward, x, direction));
+            again.unwrap_or_else(|| solution_curve::follow(forward, settings, x, direction))
         });
         null_directions.push(NullDirection { direction: direction.iter().copied().collect(), curve });
     }

@@ -10,7 +10,7 @@
 //! [`identifiability`] gives the other tensions that fit as well.
 //!
 //! Candidates start from solved neighbours. The answer of every start is solved again by Newton's method from rest; if that gives another
-//! equilibrium, the search begins again with every candidate from rest. The best answer is followed from rest as its tensions grow
+//! cost, the search begins again with every candidate from rest. The best answer is followed from rest as its tensions grow
 //! ([`Replay`]); if they lead to another shape than the direct solve, the search goes on among the shapes to which tensions lead.
 
 pub mod alarms;
@@ -129,9 +129,10 @@ pub enum FitError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FitStatus {
-    /// The target is met and there are no reasons for doubt.
+    /// The search converged, the target is met and no unknown is at its upper bound. Alarms may still forbid trust
+    /// ([`Answer::is_trustworthy`]).
     Converged,
-    /// The search converged, but its best answer misses the target by more than the tolerance.
+    /// The best answer misses the target by more than the tolerance, whether or not the search converged.
     TargetNotMet,
     AtUpperBound,
     IterationLimit,

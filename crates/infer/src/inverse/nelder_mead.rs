@@ -20,12 +20,12 @@ const MOST_RESTARTS: usize = 5;
 const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
-/// The problem of one search, shared by argmin's cost function and its stopping rule.
+/// The forward model of one search, shared by argmin's cost function and its stopping rule.
 type SharedForward<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
 
 /// The cost function for argmin: unbounded parameters, reflected into the bounds.
 struct Folded<'a, 'b, 'i, const D: usize> {
-    problem: &'b SharedForward<'a, 'i, D>,
+    forward: &'b SharedForward<'a, 'i, D>,
     unknowns: &'b [Unknown],
     /// Corners of the first simplex and their costs, computed in parallel in advance.
     solved: Vec<(Vec<f64>, f64)>,
@@ -40,9 +40,9 @@ impl<const D: usize> CostFunction for Folded<'_, '_, '_, D> {
             return Ok(*cost);
         }
         let x = fold(parameters, self.unknowns);
-        let mut problem = self.problem.borrow_mut();
-        let residuals = problem.residuals(&x);
-        Ok(problem.cost(&x, residuals.as_ref()))
+        let mut forward = self.forward.borrow_mut();
+        let residuals = forward.residuals(&x);
+        Ok(forward.cost(&x, residuals.as_ref()))
     }
 }
 
@@ -60,7 +60,7 @@ fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
 /// Nelder-Mead that also stops when the best candidates are close together.
 struct Search<'a, 'b, 'i, const D: usize> {
     inner: NelderMead<Vec<f64>, f64>,
-    problem: &'b SharedForward<'a, 'i, D>,
+    forward: &'b SharedForward<'a, 'i, D>,
     tolerance: f64,
 }
 
@@ -86,7 +86,7 @@ impl<'a, 'b, 'i, const D: usize> Solver<Folded<'a, 'b, 'i, D>, NmState> for Sear
     }
 
     fn terminate(&mut self, state: &NmState) -> TerminationStatus {
-        if self.problem.borrow().known.spread() < self.tolerance {
+        if self.forward.borrow().known.spread() < self.tolerance {
             return TerminationStatus::Terminated(TerminationReason::SolverConverged);
         }
         Solver::<Folded<'a, 'b, 'i, D>, NmState>::terminate(&mut self.inner, state)
@@ -95,19 +95,19 @@ impl<'a, 'b, 'i, const D: usize> Solver<Folded<'a, 'b, 'i, D>, NmState> for Sear
 
 /// Searches from start number `number` until a restart confirms the answer.
 pub(super) fn run<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     number: usize,
 ) -> Result<Start, FitError> {
-    let unknowns = &problem.inverse.unknowns;
-    let mut corner = problem.start(number);
-    let shared = RefCell::new(problem);
+    let unknowns = &forward.problem.unknowns;
+    let mut corner = forward.start(number);
+    let shared = RefCell::new(forward);
     let mut side = FIRST_SIDE;
-    let mut start = Start::at(corner.clone(), f64::INFINITY);
+    let mut start = Start::new(corner.clone(), f64::INFINITY);
     for restarts in 0..=MOST_RESTARTS {
         let (found, cost, iterations, stopped) = one_simplex(&shared, settings, unknowns, &corner, side)?;
         start.iterations += iterations;
-        // If Newton's method from rest gives another shape than a neighbour did, the search begins again with all candidates from rest.
+        // If Newton's method from rest gives another cost than a neighbour did, the search begins again with all candidates from rest.
         let (is_solved, by_newton) = shared.borrow_mut().solved_by_newton(&found);
         if !same_cost_by_newton(cost, by_newton) {
             shared.borrow_mut().forget_neighbours();
@@ -137,7 +137,7 @@ pub(super) fn run<const D: usize>(
 
 /// One run of argmin: values, cost, iterations, and whether it stopped by itself.
 fn one_simplex<const D: usize>(
-    problem: &SharedForward<'_, '_, D>,
+    forward: &SharedForward<'_, '_, D>,
     settings: &FitSettings,
     unknowns: &[Unknown],
     corner: &[f64],
@@ -154,12 +154,12 @@ fn one_simplex<const D: usize>(
         simplex.push(vertex);
     }
     // Every corner lies within the bounds, so it needs no folding.
-    let residuals = problem.borrow_mut().residuals_of_each(&simplex);
-    let costs = simplex.iter().zip(&residuals).map(|(x, r)| problem.borrow().cost(x, r.as_ref()));
+    let residuals = forward.borrow_mut().residuals_of_each(&simplex);
+    let costs = simplex.iter().zip(&residuals).map(|(x, r)| forward.borrow().cost(x, r.as_ref()));
     let solved = simplex.iter().cloned().zip(costs.collect::<Vec<_>>()).collect();
     let inner = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
-    let folded = Folded { problem, unknowns, solved };
-    let solver = Search { inner, problem, tolerance: settings.tension_tolerance };
+    let folded = Folded { forward, unknowns, solved };
+    let solver = Search { inner, forward, tolerance: settings.tension_tolerance };
     let result = Executor::new(folded, solver)
         .configure(|state| state.max_iters(settings.max_iterations))
         .timer(false)

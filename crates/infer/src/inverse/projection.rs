@@ -17,11 +17,11 @@ pub(super) const ON_BOUND: f64 = 1e-9;
 /// Moves `x` by the smallest correction that meets the targets to first order within the bounds: unknowns that would leave their bounds are
 /// set to them and the others are corrected again. Returns the Jacobian.
 pub(super) fn correct<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     x: &mut DVector<f64>,
 ) -> Option<DMatrix<f64>> {
-    let unknowns = &problem.inverse.unknowns;
-    let Linearised { jacobian, residuals, .. } = problem.linearise(x.as_slice())?;
+    let unknowns = &forward.problem.unknowns;
+    let Linearised { jacobian, residuals, .. } = forward.linearise(x.as_slice())?;
     let start = x.clone();
     let mut free = jacobian.clone();
     for _ in 0..x.len() {
@@ -44,24 +44,24 @@ pub(super) fn correct<const D: usize>(
 }
 
 /// Moves an answer that the effort keeps off the target to the nearest values that meet it. Returns `answer` where that improves nothing.
-pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
-    let residuals = problem.residuals(answer);
-    let mut best = (problem.misfit(residuals.as_ref()), answer.to_vec());
+pub(super) fn onto_target<const D: usize>(forward: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
+    let residuals = forward.residuals(answer);
+    let mut best = (forward.misfit(residuals.as_ref()), answer.to_vec());
     let mut here = DVector::from_column_slice(answer);
     for _ in 0..MOST_CORRECTIONS {
         if best.0 < ON_TARGET {
             break;
         }
         let mut target = here.clone();
-        if correct(problem, &mut target).is_none() {
+        if correct(forward, &mut target).is_none() {
             break;
         }
         // Backtracking: half the step until the misfit decreases.
         let step = target - &here;
         let better = (0..6).find_map(|halvings| {
             let next = &here + &step * 0.5f64.powi(halvings);
-            let residuals = problem.residuals_without_neighbours(next.as_slice());
-            let misfit = problem.misfit(residuals.as_ref());
+            let residuals = forward.residuals_without_neighbours(next.as_slice());
+            let misfit = forward.misfit(residuals.as_ref());
             (misfit < 0.95 * best.0).then_some((misfit, next))
         });
         let Some((misfit, next)) = better else { break };
@@ -86,11 +86,11 @@ pub(super) fn largest_step(here: &DVector<f64>, along: &DVector<f64>, unknowns: 
 
 /// Moves values that meet the target along it to the least-squares fit of the other measurements within the bounds: Gauss-Newton in the
 /// undetermined directions, each step corrected onto the target.
-pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
-    let unknowns = &problem.inverse.unknowns;
+pub(super) fn nearest_to_others<const D: usize>(forward: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
+    let unknowns = &forward.problem.unknowns;
     let mut here = DVector::from_column_slice(answer);
     for _ in 0..MOST_STEPS {
-        let Some(linear) = problem.linearise(here.as_slice()) else { break };
+        let Some(linear) = forward.linearise(here.as_slice()) else { break };
         if linear.other_residuals.is_empty() {
             break;
         }
@@ -99,10 +99,10 @@ pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, an
         let whole = largest_step(&here, &step, unknowns).min(1.0);
         let better = (0..12).find_map(|halvings| {
             let part = whole * 0.5f64.powi(halvings);
-            let next = onto_target(problem, (&here + &step * part).as_slice());
-            problem.residuals(&next)?;
+            let next = onto_target(forward, (&here + &step * part).as_slice());
+            forward.residuals(&next)?;
             let next = DVector::from_vec(next);
-            (problem.other_residuals().norm_squared() < before).then_some(next)
+            (forward.other_residuals().norm_squared() < before).then_some(next)
         });
         let Some(next) = better else { break };
         let moved = (&next - &here).amax();

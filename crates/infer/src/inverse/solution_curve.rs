@@ -7,7 +7,7 @@ use super::forward::Forward;
 use super::problem::Unknown;
 use super::projection::{ON_BOUND, correct, decompose, largest_step};
 
-/// First and longest step, in units of the unknowns (N).
+/// Longest step, and the first one unless load paths are followed, in units of the unknowns (N).
 const LONGEST_STEP: f64 = 2.0;
 /// Shortest step, which is the accuracy of the ends.
 const SHORTEST_STEP: f64 = 0.01;
@@ -77,7 +77,7 @@ impl SolutionCurve {
     /// The curve with `x` as its answer, in the order given by `direction`; `None` if `x` is not on it.
     pub(super) fn through<const D: usize>(
         mut self,
-        problem: &mut Forward<'_, D>,
+        forward: &mut Forward<'_, D>,
         x: &[f64],
         direction: &DVector<f64>,
     ) -> Option<Self> {
@@ -96,7 +96,7 @@ impl SolutionCurve {
         if excess > SHORTEST_STEP {
             return None;
         }
-        let point = point(problem, x)?;
+        let point = point(forward, x)?;
         match self.points.iter().position(|p| (unknowns_at(p) - &here).norm() < ON_BOUND) {
             Some(same) => (self.answer, self.points[same]) = (same, point),
             None => {
@@ -114,53 +114,53 @@ fn unknowns_at(p: &CurvePoint) -> DVector<f64> {
 
 /// Follows the points that meet the target from `start` along `direction` and against it.
 pub(super) fn follow<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
 ) -> SolutionCurve {
-    let (mut before, first_end) = trace_side(problem, settings, start, &-direction);
-    let (after, last_end) = trace_side(problem, settings, start, direction);
+    let (mut before, first_end) = trace_side(forward, settings, start, &-direction);
+    let (after, last_end) = trace_side(forward, settings, start, direction);
     before.reverse();
     let answer = before.len();
-    before.extend(point(problem, start));
+    before.extend(point(forward, start));
     before.extend(after);
     SolutionCurve { points: before, answer, ends: [first_end, last_end] }
 }
 
-fn point<const D: usize>(problem: &mut Forward<'_, D>, x: &[f64]) -> Option<CurvePoint> {
-    let residuals = problem.residuals(x)?;
-    let others = problem.other_residuals();
+fn point<const D: usize>(forward: &mut Forward<'_, D>, x: &[f64]) -> Option<CurvePoint> {
+    let residuals = forward.residuals(x)?;
+    let others = forward.other_residuals();
     let other_rms = (!others.is_empty()).then(|| (others.norm_squared() / others.len() as f64).sqrt());
     Some(CurvePoint {
         x: x.to_vec(),
-        lengths: problem.lengths(),
-        misfit: problem.misfit(Some(&residuals)),
+        lengths: forward.lengths(),
+        misfit: forward.misfit(Some(&residuals)),
         other_rms,
     })
 }
 
 fn trace_side<const D: usize>(
-    problem: &mut Forward<'_, D>,
+    forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
 ) -> (Vec<CurvePoint>, Termination) {
-    let Some(first) = point(problem, start) else { return (Vec::new(), Termination::Fold) };
+    let Some(first) = point(forward, start) else { return (Vec::new(), Termination::Fold) };
     let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
     let mut tracer =
         CurveTracer { along: direction.clone(), points: vec![first], tolerance, on_load_path: false };
-    let mut end = tracer.trace(problem, LONGEST_STEP);
+    let mut end = tracer.trace(forward, LONGEST_STEP);
     if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
         // Solved from neighbours or from rest at once, tensions can have another shape than at the end of their load path.
-        if !problem.is_on_load_path() {
-            let mut on_path = Forward::new(problem.inverse, settings).on_load_path();
+        if !forward.is_on_load_path() {
+            let mut on_path = Forward::new(forward.problem, settings).on_load_path();
             if on_path.residuals_without_neighbours(&tracer.last().x).is_some() {
                 tracer.on_load_path = true;
                 on_path.start_from_end_of_path();
                 end = tracer.trace(&mut on_path, SHORTEST_STEP);
             }
-            problem.counts += on_path.counts;
+            forward.counts += on_path.counts;
         }
     }
     (tracer.points.split_off(1), end)
@@ -183,8 +183,8 @@ impl CurveTracer {
     }
 
     /// Follows the curve until it ends; the first step has the length `length`.
-    fn trace<const D: usize>(&mut self, problem: &mut Forward<'_, D>, mut length: f64) -> Termination {
-        let unknowns = &problem.inverse.unknowns;
+    fn trace<const D: usize>(&mut self, forward: &mut Forward<'_, D>, mut length: f64) -> Termination {
+        let unknowns = &forward.problem.unknowns;
         let mut why = Termination::TargetLost;
         while self.points.len() <= MOST_STEPS {
             let here = unknowns_at(self.last());
@@ -195,7 +195,7 @@ impl CurveTracer {
             if length < SHORTEST_STEP {
                 return why;
             }
-            match self.step(problem, &here, left.min(length)) {
+            match self.step(forward, &here, left.min(length)) {
                 Ok(()) => length = (1.5 * length).min(LONGEST_STEP),
                 Err(end) => {
                     why = end;
@@ -209,24 +209,24 @@ impl CurveTracer {
     /// Takes a step of this length along the curve, or returns why there is none.
     fn step<const D: usize>(
         &mut self,
-        problem: &mut Forward<'_, D>,
+        forward: &mut Forward<'_, D>,
         here: &DVector<f64>,
         length: f64,
     ) -> Result<(), Termination> {
         let mut next = here + &self.along * length;
         let mut jacobian = None;
         for _ in 0..MOST_CORRECTIONS {
-            jacobian = Some(correct(problem, &mut next).ok_or(Termination::Fold)?);
+            jacobian = Some(correct(forward, &mut next).ok_or(Termination::Fold)?);
             // A correction from a shape beyond a jump could lead anywhere.
-            if self.has_jumped(&problem.lengths(), length) {
+            if self.has_jumped(&forward.lengths(), length) {
                 return Err(Termination::Jump);
             }
-            let residuals = problem.residuals(next.as_slice());
-            if problem.misfit(residuals.as_ref()) <= self.tolerance {
+            let residuals = forward.residuals(next.as_slice());
+            if forward.misfit(residuals.as_ref()) <= self.tolerance {
                 break;
             }
         }
-        let found = point(problem, next.as_slice()).ok_or(Termination::Fold)?;
+        let found = point(forward, next.as_slice()).ok_or(Termination::Fold)?;
         if self.has_jumped(&found.lengths, length) {
             return Err(Termination::Jump);
         }
@@ -235,12 +235,12 @@ impl CurveTracer {
             return Err(Termination::TargetLost);
         }
         // Solved from rest, the point must meet the target as well.
-        let from_rest = problem.residuals_without_neighbours(next.as_slice());
-        if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
+        let from_rest = forward.residuals_without_neighbours(next.as_slice());
+        if forward.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(Termination::Jump);
         }
         if self.on_load_path {
-            problem.start_from_end_of_path();
+            forward.start_from_end_of_path();
         }
         let (_, directions) = decompose(&jacobian.ok_or(Termination::Fold)?).ok_or(Termination::Fold)?;
         let cosine = |d: &DVector<f64>| d.dot(&self.along);

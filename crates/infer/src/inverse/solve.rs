@@ -64,14 +64,14 @@ impl<const D: usize> Answer<D> {
 /// # Errors
 /// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
 pub fn solve<const D: usize>(
-    inverse: &LeastSquaresProblem<'_, D>,
+    problem: &LeastSquaresProblem<'_, D>,
     settings: &FitSettings,
 ) -> Result<Answer<D>, FitError> {
     settings.check()?;
-    inverse.check()?;
+    problem.check()?;
     let numbers: Vec<_> = (0..settings.starts).collect();
     let searched = parallel::map(&numbers, |&number| {
-        let mut forward = Forward::new(inverse, settings);
+        let mut forward = Forward::new(problem, settings);
         let start = match settings.method {
             Method::NelderMead => nelder_mead::run(&mut forward, settings, number)?,
             Method::GaussNewton => gauss_newton::run(&mut forward, settings, number),
@@ -87,16 +87,16 @@ pub fn solve<const D: usize>(
         .min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost))
         .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
-    let mut forward = Forward::new(inverse, settings);
+    let mut forward = Forward::new(problem, settings);
     if let Some(shape) = shape {
         forward.begin_at(&best.x, shape);
     }
     let mut x = snap_to_lower_bound(&mut forward, best);
     let (mut followed, mut converged) = (None, best.converged);
-    if inverse.is_undetermined() && best.solved {
+    if problem.is_undetermined() && best.solved {
         (x, followed) = select_solution(&mut forward, settings, &x);
     }
-    for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
+    for (x, unknown) in x.iter_mut().zip(&problem.unknowns) {
         // Otherwise the tension of a slack muscle would be a rounding error.
         if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
             *x = unknown.lower;
@@ -108,7 +108,7 @@ pub fn solve<const D: usize>(
     counts.factorisations += trace.factorisations;
     if !trace.same_by_newton {
         // The load path ends at another shape than Newton's method finds, so the search goes on among ends of load paths.
-        let mut on_path = Forward::new(inverse, settings).on_load_path();
+        let mut on_path = Forward::new(problem, settings).on_load_path();
         if let Some(other) = search_on_load_path(&mut on_path, settings, &starts, &x) {
             counts += std::mem::replace(&mut forward, on_path).counts;
             (x, converged) = other;
@@ -134,7 +134,7 @@ pub fn solve<const D: usize>(
         FitStatus::NoEquilibrium
     } else if largest_difference > statics::SAME_SHAPE_M {
         FitStatus::ReplayDiffers
-    } else if inverse.unknowns.iter().zip(&x).any(|(u, x)| *x > u.upper - AT_BOUND) {
+    } else if problem.unknowns.iter().zip(&x).any(|(u, x)| *x > u.upper - AT_BOUND) {
         FitStatus::AtUpperBound
     } else if misfit > settings.misfit_tolerance {
         FitStatus::TargetNotMet
@@ -145,7 +145,7 @@ pub fn solve<const D: usize>(
     };
     Ok(Answer {
         status,
-        tensions: inverse.tensions_of(&x),
+        tensions: problem.tensions_of(&x),
         lengths: again.lengths(),
         misfit,
         counts,
@@ -159,7 +159,7 @@ pub fn solve<const D: usize>(
 
 /// Moves unknowns that the search left very near their lower bounds onto them, unless that makes the fit worse.
 fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
-    let all = best.x.iter().zip(&forward.inverse.unknowns);
+    let all = best.x.iter().zip(&forward.problem.unknowns);
     let snapped: Vec<f64> = all.map(|(x, u)| if *x < u.lower + AT_BOUND { u.lower } else { *x }).collect();
     let residuals = forward.residuals(&snapped);
     if forward.cost(&snapped, residuals.as_ref()) <= best.cost + f64::EPSILON {
@@ -180,14 +180,14 @@ pub(super) fn select_solution<const D: usize>(
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
         // The smallest corrections did not reach the target; a search without effort does if the target can be met.
-        let mut without = Forward::new(forward.inverse, settings).without_effort();
+        let mut without = Forward::new(forward.problem, settings).without_effort();
         if let Some((better, residuals, _)) = gauss_newton::refit(&mut without, settings, &x)
             && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
         {
             x = onto_target(forward, &better);
         }
     }
-    if forward.inverse.others.is_empty() {
+    if forward.problem.others.is_empty() {
         return (x, None);
     }
     // The least-squares search begins at the best point of the curves, so that it ends in their lowest minimum.
@@ -216,7 +216,7 @@ fn search_on_load_path<const D: usize>(
         }
     }
     let (_, mut found, converged) = best?;
-    if on_path.inverse.is_undetermined() {
+    if on_path.problem.is_undetermined() {
         found = select_solution(on_path, settings, &found).0;
     }
     Some((found, converged))

@@ -55,7 +55,7 @@ pub struct Start {
 }
 
 impl Start {
-    pub(super) fn at(x: Vec<f64>, cost: f64) -> Self {
+    pub(super) fn new(x: Vec<f64>, cost: f64) -> Self {
         Self { x, cost, ..Self::default() }
     }
 }

@@ -68,12 +68,12 @@ impl TargetOnBody {
         baseline: &[f64],
     ) -> [Vec<Observation<D>>; 2] {
         let fitted = self.target.fitted.iter().copied();
-        let others = self.target.compared().filter(|m| !self.target.fitted.contains(m));
+        let others = self.target.comparable().filter(|m| !self.target.fitted.contains(m));
         [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
     }
 
     /// The inverse problem of the target, whose baseline is rest; its active muscles must be able to contract in `system`.
-    pub fn inverse<'a, const D: usize>(
+    pub fn problem<'a, const D: usize>(
         &self,
         system: &'a System<D>,
         settings: &FitSettings,

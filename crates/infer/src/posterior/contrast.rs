@@ -19,7 +19,8 @@ pub struct Contrast {
     /// Interval of the difference, N per metre of thickness.
     pub interval_95: [f64; 2],
     pub probability_more: f64,
-    pub word: Certainty,
+    #[serde(rename = "word")]
+    pub certainty: Certainty,
     /// Repetitions of each label; `None` for postures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repetitions: Option<[usize; 2]>,
@@ -44,7 +45,7 @@ impl Contrast {
             median: spread.median,
             interval_95: spread.interval_95,
             probability_more,
-            word: Certainty::of(probability_more),
+            certainty: Certainty::of(probability_more),
             repetitions: None,
             depends_on_prior: None,
             sign_depends_on_prior: None,
@@ -58,7 +59,7 @@ impl Contrast {
         }
         let density = &posterior.density;
         let scaled = Scaled::new(density, &posterior.draws);
-        let (labels, muscles) = (&density.seen.labels, &density.posterior_model.muscles);
+        let (labels, muscles) = (&density.measurements.labels, &density.posterior_model.muscles);
         let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
         let each = pairs.flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)));
         Vec::from_iter(each.map(|(first, second, m)| {
@@ -85,8 +86,8 @@ impl Contrast {
     }
 
     /// Such as "HGa: surely harder in /a/ than in /u/"; `None` where neither is probable.
-    pub fn said(&self) -> Option<String> {
-        let (how, [more, less]) = match self.word {
+    pub fn sentence(&self) -> Option<String> {
+        let (how, [more, less]) = match self.certainty {
             Certainty::SurelyHarder => ("surely", [&self.a, &self.b]),
             Certainty::ProbablyHarder => ("probably", [&self.a, &self.b]),
             Certainty::SurelyNotHarder => ("surely", [&self.b, &self.a]),
@@ -98,11 +99,11 @@ impl Contrast {
     }
 
     pub fn is_decided(&self) -> bool {
-        matches!(self.word, Certainty::SurelyHarder | Certainty::SurelyNotHarder)
+        matches!(self.certainty, Certainty::SurelyHarder | Certainty::SurelyNotHarder)
     }
 }
 
-/// A label in a sentence: a sound of one or two letters between slashes, a word in quotes.
+/// A label in a sentence: a sound of one or two letters between slashes, a certainty in quotes.
 pub(super) fn quoted(label: &str) -> String {
     if label.chars().count() <= 2 { format!("/{label}/") } else { format!("“{label}”") }
 }

@@ -23,7 +23,7 @@ use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
 #[derive(Debug)]
 pub struct Density<'a> {
     pub posterior_model: &'a PosteriorModel,
-    pub seen: Measurements,
+    pub measurements: Measurements,
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
     fixed: ParameterValues,
@@ -72,8 +72,11 @@ fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterVa
 
 impl<'a> Density<'a> {
     /// A density without a covariance due to geometry; an error where there is no hyoid to displace, or nothing is left to sample.
-    pub fn new(posterior_model: &'a PosteriorModel, seen: Measurements) -> Result<Self, PosteriorError> {
-        let (fixed, parameters) = parameters(posterior_model, seen.labels.len());
+    pub fn new(
+        posterior_model: &'a PosteriorModel,
+        measurements: Measurements,
+    ) -> Result<Self, PosteriorError> {
+        let (fixed, parameters) = parameters(posterior_model, measurements.labels.len());
         let is_of_muscles =
             |p: &Parameter| matches!(p, Parameter::Tension(..) | Parameter::Tone(_) | Parameter::Hyoid(..));
         if !parameters.iter().any(is_of_muscles) {
@@ -87,22 +90,22 @@ impl<'a> Density<'a> {
                     .to_owned(),
             ));
         }
-        let size = seen.labels.len() * posterior_model.muscles.len() + seen.auxiliary_len();
-        Self::made(posterior_model, seen, (fixed, parameters), DMatrix::zeros(size, size))
+        let size = measurements.labels.len() * posterior_model.muscles.len() + measurements.auxiliary_len();
+        Self::made(posterior_model, measurements, (fixed, parameters), DMatrix::zeros(size, size))
     }
 
     fn made(
         posterior_model: &'a PosteriorModel,
-        seen: Measurements,
+        measurements: Measurements,
         (fixed, parameters): (ParameterValues, Vec<Parameter>),
         geometry: DMatrix<f64>,
     ) -> Result<Self, PosteriorError> {
         let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
         let lanes = Lanes::new(&posterior_model.system);
-        let rows = seen.rows(posterior_model.muscles.len());
+        let rows = measurements.rows(posterior_model.muscles.len());
         let mut density = Self {
             posterior_model,
-            seen,
+            measurements,
             parameters,
             lanes,
             fixed,
@@ -115,9 +118,9 @@ impl<'a> Density<'a> {
     }
 
     /// The density with other measurements of the same postures.
-    pub fn of(&self, seen: Measurements) -> Result<Self, PosteriorError> {
+    pub fn with_measurements(&self, measurements: Measurements) -> Result<Self, PosteriorError> {
         let sampled = (self.fixed.clone(), self.parameters.clone());
-        Self::made(self.posterior_model, seen, sampled, self.geometry.clone())
+        Self::made(self.posterior_model, measurements, sampled, self.geometry.clone())
     }
 
     pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
@@ -127,7 +130,7 @@ impl<'a> Density<'a> {
     }
 
     pub fn postures(&self) -> usize {
-        self.seen.labels.len()
+        self.measurements.labels.len()
     }
 
     pub fn rows(&self) -> &[usize] {
@@ -135,22 +138,25 @@ impl<'a> Density<'a> {
     }
 
     /// Rows and columns of the measured numbers, from a matrix of all muscles in all postures and the auxiliary data.
-    pub fn measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+    pub fn select_measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         all.select_rows(&self.rows).select_columns(&self.rows)
     }
 
     /// Covariance of measured less computed numbers.
     pub fn covariance(&self) -> DMatrix<f64> {
-        self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.auxiliary_errors()
+        self.select_measured(&self.geometry)
+            + self.discrepancies()
+            + self.rounding()
+            + self.auxiliary_errors()
     }
 
     /// Covariance due to the model's error of stretches, including that of an active baseline for a vowel alone.
     pub fn discrepancies(&self) -> DMatrix<f64> {
         let prior = &self.posterior_model.priors.discrepancy;
-        let is_alone = self.seen.is_baseline_active && self.postures() == 1;
+        let is_alone = self.measurements.is_baseline_active && self.postures() == 1;
         let of_baseline = if is_alone { prior.sd_of_baseline } else { 0.0 };
         let variance = if prior.off { 0.0 } else { prior.sd * prior.sd + of_baseline * of_baseline };
-        let n = self.seen.len();
+        let n = self.measurements.len();
         self.placed(0, &(DMatrix::identity(n, n) * variance))
     }
 
@@ -158,12 +164,12 @@ impl<'a> Density<'a> {
     pub fn rounding(&self) -> DMatrix<f64> {
         self.placed(
             0,
-            &(&self.seen.rounding * if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 }),
+            &(&self.measurements.rounding * if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 }),
         )
     }
 
     pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
-        self.placed(self.seen.len(), &self.seen.auxiliary_errors())
+        self.placed(self.measurements.len(), &self.measurements.auxiliary_errors())
     }
 
     /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.
@@ -231,11 +237,11 @@ impl<'a> Density<'a> {
     /// Residuals of the stretches and then of the auxiliary data, from the lengths of all muscles in all postures and, last, in the
     /// baseline (m), and from the computed auxiliary data.
     pub fn residuals(&self, lengths: &[f64], auxiliary: &[f64]) -> DVector<f64> {
-        let seen = &self.seen;
+        let measurements = &self.measurements;
         let baseline = &lengths[lengths.len() - self.posterior_model.muscles.len()..];
-        let stretches = seen.stretches.iter().enumerate();
-        let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[seen.muscles[i]]);
-        let measured = seen.auxiliary.iter().flat_map(|b| &b.measured);
+        let stretches = measurements.stretches.iter().enumerate();
+        let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[measurements.muscles[i]]);
+        let measured = measurements.auxiliary.iter().flat_map(|b| &b.measured);
         let all = stretches.chain(measured.zip(auxiliary).map(|(measured, value)| measured - value));
         DVector::from_iterator(self.rows.len(), all)
     }
@@ -251,10 +257,10 @@ impl SolvedPoint {
         unit * (rate(posture, m) - self.lengths[row] / over * rate(baseline, m)) / over
     }
 
-    /// Positions and lengths of posture `shape`, numbered as in [`PosteriorModel::load`].
-    pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
+    /// Positions and lengths of a posture, numbered as in [`PosteriorModel::load`].
+    pub fn shape(&self, posture: usize) -> (&[SVector<f64, 2>], &[f64]) {
         let count = self.lengths.len() / self.shapes.len();
-        (&self.shapes[shape], &self.lengths[shape * count..][..count])
+        (&self.shapes[posture], &self.lengths[posture * count..][..count])
     }
 }
 

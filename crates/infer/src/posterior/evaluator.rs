@@ -8,10 +8,10 @@ use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup, length_gr
 
 use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
-use super::from_rest::reached_with_jumps;
+use super::from_rest::lengths_reached_from_rest;
 use super::hmc::{DensityPoint, SampledDensity};
 use super::parameters::{Draw, Parameter, ParameterValues, SolvedPoint};
-use super::shape;
+use super::rest_shape;
 
 pub trait ResidualLikelihood: Sync {
     /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
@@ -56,11 +56,11 @@ type LengthRates = Vec<Option<Vec<Adjoint<2>>>>;
 
 impl<'a> Evaluator<'a> {
     pub fn new(density: &'a Density<'_>) -> Self {
-        Self::with(density, density)
+        Self::with_errors(density, density)
     }
 
     /// [`Self::new`] with another likelihood of the residuals.
-    pub fn with(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
+    pub fn with_errors(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
         let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
@@ -86,8 +86,12 @@ impl<'a> Evaluator<'a> {
                 shapes: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
                 auxiliary: Vec::new(),
             };
-            solved.auxiliary =
-                density.seen.auxiliary.iter().flat_map(|b| b.values(&values[point].0, &solved)).collect();
+            solved.auxiliary = density
+                .measurements
+                .auxiliary
+                .iter()
+                .flat_map(|b| b.values(&values[point].0, &solved))
+                .collect();
             solved.auxiliary.iter().all(|v| v.is_finite()).then_some(solved)
         }));
         (values, solved)
@@ -132,7 +136,7 @@ impl<'a> Evaluator<'a> {
 
     fn data_adjoints(&mut self, solved: &[Option<SolvedPoint>]) -> Vec<DataAdjoint> {
         let nodes = self.density.posterior_model.system.rest().len();
-        Vec::from_iter(self.density.seen.auxiliary_numbers().map(|(auxiliary, number)| {
+        Vec::from_iter(self.density.measurements.auxiliary_numbers().map(|(auxiliary, number)| {
             let posture = auxiliary.posture(number)?;
             let shape = posture.unwrap_or(self.shapes.len() - 1);
             let gradients: Vec<_> = solved
@@ -173,7 +177,7 @@ impl<'a> Evaluator<'a> {
                 by_parameter(posterior_model, values, (shape, postures), adjoint, parameter)
             })
         });
-        let numbers = self.density.seen.auxiliary_numbers().zip(&rates.data);
+        let numbers = self.density.measurements.auxiliary_numbers().zip(&rates.data);
         for (row, ((auxiliary, number), own)) in numbers.enumerate() {
             let weights = auxiliary.only(number);
             for (p, &parameter) in self.density.parameters.iter().enumerate() {
@@ -184,9 +188,10 @@ impl<'a> Evaluator<'a> {
                 jacobian[(of_muscles + row, p)] = slopes[p] * by;
             }
         }
-        let point = GeometrySensitivity { solved, values, rates, auxiliary: &self.density.seen.auxiliary };
+        let point =
+            GeometrySensitivity { solved, values, rates, auxiliary: &self.density.measurements.auxiliary };
         let geometry = match (geometry, posterior_model.is_of_springs()) {
-            (true, true) => shape::of_springs(posterior_model, &point)?,
+            (true, true) => rest_shape::of_springs(posterior_model, &point)?,
             (true, false) => finite_differences::answers(posterior_model, &point)?,
             (false, _) => FiniteDifferences::none(computed.len()),
         };
@@ -206,8 +211,10 @@ impl<'a> Evaluator<'a> {
             let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
                 by_parameter(density.posterior_model, values, (shape, density.postures()), adjoint, p)
             });
-            let auxiliary =
-                density.seen.split_weights(weights).map(|(auxiliary, w)| auxiliary.slope(values, w, p));
+            let auxiliary = density
+                .measurements
+                .split_weights(weights)
+                .map(|(auxiliary, w)| auxiliary.slope(values, w, p));
             slopes[i] * (each.sum::<f64>() + auxiliary.sum::<f64>()) - scores[i]
         })
     }
@@ -244,7 +251,7 @@ impl SampledDensity for Evaluator<'_> {
     ) -> Vec<Option<DensityPoint<SolvedPoint>>> {
         let (values, solved) = self.solve(points);
         let (density, errors) = (self.density, self.errors);
-        let (seen, system) = (&density.seen, &density.posterior_model.system);
+        let (measurements, system) = (&density.measurements, &density.posterior_model.system);
         let (nodes, postures) = (system.rest().len(), density.postures());
         // Logarithm of the likelihood at every point, and minus its derivatives by the residuals.
         let weighed: Vec<Option<(f64, DVector<f64>)>> = solved
@@ -260,9 +267,9 @@ impl SampledDensity for Evaluator<'_> {
                 let Some((solved, (_, weights))) = solved.as_ref().zip(weighed.as_ref()) else {
                     return gradient;
                 };
-                for (i, &m) in seen.muscles.iter().enumerate() {
+                for (i, &m) in measurements.muscles.iter().enumerate() {
                     let over = solved.shape(postures).1[m];
-                    let part = match seen.postures[i] {
+                    let part = match measurements.postures[i] {
                         _ if shape == postures => -solved.lengths[density.rows()[i]] / (over * over),
                         posture if posture == shape => 1.0 / over,
                         _ => continue,
@@ -270,7 +277,9 @@ impl SampledDensity for Evaluator<'_> {
                     length_gradient(system, solved.shape(shape).0, m, weights[i] * part, &mut gradient);
                 }
                 let at = ((shape < postures).then_some(shape), solved.shape(shape).0);
-                for (auxiliary, weights) in seen.split_weights(&weights.as_slice()[seen.len()..]) {
+                for (auxiliary, weights) in
+                    measurements.split_weights(&weights.as_slice()[measurements.len()..])
+                {
                     auxiliary.gradient(at, weights, &mut gradient);
                 }
                 gradient
@@ -281,7 +290,7 @@ impl SampledDensity for Evaluator<'_> {
         for (i, (solved, weighed)) in solved.into_iter().zip(weighed).enumerate() {
             let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
             out.push(solved.zip(weighed).zip(own).map(|((solved, (log, weights)), own)| {
-                let auxiliary = &weights.as_slice()[seen.len()..];
+                let auxiliary = &weights.as_slice()[measurements.len()..];
                 let gradient = self.gradient(points[i].0, &values[i], (&own, auxiliary));
                 DensityPoint { log: log - 0.5 * points[i].0.norm_squared(), gradient, solved }
             }));
@@ -305,7 +314,7 @@ impl SampledDensity for Evaluator<'_> {
         let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
             let with: Vec<(&ParameterValues, &[f64])> =
                 values.iter().zip(points).map(|(values, (_, p))| (values, p.solved.shape(shape).1)).collect();
-            reached_with_jumps(density, group, &with, shape)
+            lengths_reached_from_rest(density, group, &with, shape)
         });
         let found: Vec<Vec<bool>> = found.collect();
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()

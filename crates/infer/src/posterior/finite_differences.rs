@@ -3,7 +3,7 @@
 //! A body perturbed by `p` (displaced at rest, or with other constants) with the same displacements `u` of the nodes has forces `f(p, u)`
 //! and lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a` of the length, its response to
 //! a force on every node. The partial derivatives are central differences without a new equilibrium. Only for kappa, which may be ten times
-//! larger or smaller, equilibria are solved again. Bodies of springs have exact formulas (`shape`) with the same result.
+//! larger or smaller, equilibria are solved again. Bodies of springs have exact formulas (`rest_shape`) with the same result.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -18,7 +18,7 @@ use tongue_core::system::System;
 impl PerturbedBody {
     /// Forces on all nodes, N, and positions of all nodes, m, with the tissue displaced from rest as in the body of `posterior_model` at
     /// `positions`, and the hyoid by this displacement, m, and angle, radians.
-    fn at(
+    fn forces_and_positions(
         &self,
         posterior_model: &PosteriorModel,
         positions: &[SVector<f64, 2>],
@@ -154,8 +154,8 @@ fn slopes_of(
     let own = values.postures.get(shape);
     let tensions = own.map_or(&values.tones, |p| &p.tensions);
     let hyoid = own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, values.tilt * p.hyoid.x));
-    let [[force_low, x_low], [force_high, x_high]] =
-        [low, high].map(|side| side.at(posterior_model, solved.shape(shape).0, tensions, hyoid));
+    let [[force_low, x_low], [force_high, x_high]] = [low, high]
+        .map(|side| side.forces_and_positions(posterior_model, solved.shape(shape).0, tensions, hyoid));
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
         let numbers = auxiliary.iter().flat_map(|data| data.of_shape(own.map(|_| shape), x));
         side.system.lengths(x).into_iter().chain(numbers).collect()

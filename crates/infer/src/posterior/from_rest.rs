@@ -17,24 +17,25 @@ const STEPS: [usize; 2] = [5, 25];
 /// Residual force of the shapes before the last one, N.
 const ON_THE_WAY_N: f64 = 1e-4;
 
-/// Whether the loads of each point lead from rest to its shape, given by muscle lengths (m); `shape` is as in
-/// [`super::PosteriorModel::load`].
-pub fn reached_with_jumps(
+/// Whether the loads of each point lead from rest, jumps included, to the shape of its posture, given by muscle lengths (m); `posture` is
+/// as in [`super::PosteriorModel::load`]. Loads grow in 5 or 25 steps, without a trace;
+/// [`crate::track::FrameSolver::shape_reached_from_rest`] compares positions after three steps or a trace.
+pub fn lengths_reached_from_rest(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
-    shapes: &[(&ParameterValues, &[f64])],
-    shape: usize,
+    points: &[(&ParameterValues, &[f64])],
+    posture: usize,
 ) -> Vec<bool> {
-    let mut found = vec![false; shapes.len()];
+    let mut found = vec![false; points.len()];
     for steps in STEPS {
-        let left: Vec<usize> = (0..shapes.len()).filter(|i| !found[*i]).collect();
+        let left: Vec<usize> = (0..points.len()).filter(|i| !found[*i]).collect();
         if left.is_empty() {
             break;
         }
-        let values: Vec<&ParameterValues> = left.iter().map(|&i| shapes[i].0).collect();
-        for (&i, lengths) in left.iter().zip(follow(density, group, &values, shape, steps)) {
+        let values: Vec<&ParameterValues> = left.iter().map(|&i| points[i].0).collect();
+        for (&i, lengths) in left.iter().zip(follow(density, group, &values, posture, steps)) {
             found[i] =
-                lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(|(a, b)| (a - b).abs() < SAME_SHAPE_M));
+                lengths.is_some_and(|l| l.iter().zip(points[i].1).all(|(a, b)| (a - b).abs() < SAME_SHAPE_M));
         }
     }
     found
@@ -45,7 +46,7 @@ fn follow(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
     values: &[&ParameterValues],
-    shape: usize,
+    posture: usize,
     steps: usize,
 ) -> Vec<Option<Vec<f64>>> {
     let system = &density.posterior_model.system;
@@ -58,7 +59,7 @@ fn follow(
             .zip(&shapes)
             .map(|(m, positions)| {
                 let start = (step > 1).then_some(positions.as_slice());
-                Load { start, ..density.posterior_model.load(&m.scaled(part), shape, None) }
+                Load { start, ..density.posterior_model.load(&m.scaled(part), posture, None) }
             })
             .collect();
         let last = density.settings();

@@ -99,8 +99,8 @@ pub fn sample<T: SampledDensity>(
 ) -> Vec<Chain<T::Kept>> {
     let groups = in_groups(&make, whitened, from, settings, None, |g| g.warmed_up(settings.warm_up));
     let begun = groups.iter().all(|g| g.states.len() == g.random.len());
-    let seen: Vec<_> = groups.iter().flat_map(|g| &g.seen).collect();
-    let Some(learned) = begun.then(|| whitened.learned(&seen)).flatten() else {
+    let visited_points: Vec<_> = groups.iter().flat_map(|g| &g.visited_points).collect();
+    let Some(learned) = begun.then(|| whitened.learned(&visited_points)).flatten() else {
         return vec![Chain::EMPTY; settings.chains];
     };
     let sampled = parallel::map(&groups, |group| group.go_on(make(), &learned).run(settings));
@@ -163,7 +163,7 @@ struct Warm<P> {
     common: fastrand::Rng,
     evaluations: usize,
     /// Visited points, and the derivatives of the logarithm of the density there.
-    seen: Vec<(DVector<f64>, DVector<f64>)>,
+    visited_points: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
 impl<P: Clone> Warm<P> {
@@ -214,7 +214,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
                 _ => 1.0,
             };
             let z: Vec<DVector<f64>> = random.iter_mut().map(|r| normals(n, r) * part).collect();
-            let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.at(z)).collect();
+            let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.to_scores(z)).collect();
             let points: Vec<_> = x.iter().map(|x| (x, from)).collect();
             evaluations += points.len();
             for ((state, point), (z, x)) in
@@ -232,7 +232,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
     }
 
     fn warmed_up(mut self, warm_up: usize) -> Warm<T::Solved> {
-        let mut seen = Vec::new();
+        let mut visited_points = Vec::new();
         if self.states.len() == self.random.len() {
             for block in blocks(warm_up, CHECKED) {
                 self.checked(|group| {
@@ -241,14 +241,14 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
                         // The first third may still be far from the bulk of the density.
                         if draw >= warm_up / 3 {
                             let visited = group.states.iter();
-                            seen.extend(visited.map(|s| (s.x.clone(), s.point.gradient.clone())));
+                            visited_points.extend(visited.map(|s| (s.x.clone(), s.point.gradient.clone())));
                         }
                     }
                 });
             }
         }
         let Self { states, random, common, evaluations, .. } = self;
-        Warm { states, random, common, evaluations, seen }
+        Warm { states, random, common, evaluations, visited_points }
     }
 
     /// Runs one trajectory and adapts the step to its acceptance.
@@ -330,7 +330,7 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             let next =
                 |i: usize| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() };
             let z: Vec<DVector<f64>> = (0..count).map(next).collect();
-            let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
+            let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.to_scores(z)).collect();
             let starts = moved.iter().zip(&before_last).map(|(s, before)| match before {
                 Some(before) => T::ahead(&s.point.solved, before),
                 None => s.point.solved.clone(),

@@ -44,7 +44,7 @@ struct Without<'a> {
 
 impl<'a> Without<'a> {
     fn new(whole: &Density<'a>, map_estimate: &MapEstimate, position: usize) -> Result<Self, PosteriorError> {
-        let mut density = whole.of(whole.seen.without(position))?;
+        let mut density = whole.with_measurements(whole.measurements.without(position))?;
         let map_estimate = MapEstimate::find_near(&mut density, map_estimate)?;
         let factor = map_estimate.precision.clone().cholesky().ok_or(PosteriorError::Covariance)?;
         let weight = factor.l_dirty().diagonal().map(f64::ln).sum() - map_estimate.log;
@@ -75,11 +75,11 @@ impl ResidualLikelihood for Mixture<'_> {
 }
 
 /// Predictions of every measured stretch from the other measurements.
-pub fn without_each(
+pub fn predict_each_from_others(
     density: &Density<'_>,
     map_estimate: &MapEstimate,
 ) -> Result<Vec<LeftOut>, PosteriorError> {
-    let positions: Vec<usize> = (0..density.seen.len()).collect();
+    let positions: Vec<usize> = (0..density.measurements.len()).collect();
     if positions.is_empty() {
         return Ok(Vec::new());
     }
@@ -139,7 +139,7 @@ fn predicted(
     (draws, weights): (&[Draw], &[f64]),
     how: PredictionMethod,
 ) -> LeftOut {
-    let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
+    let (row, measured) = (whole.rows()[position], whole.measurements.stretches[position]);
     let (gain, sd) = conditional(whole, other, position);
     let parts: Vec<MixtureComponent> = Vec::from_iter(draws.iter().zip(weights).map(|(d, &weight)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.auxiliary));
@@ -152,14 +152,14 @@ fn predicted(
 pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
     let rows = density.rows();
-    let stretches = &rows[..density.seen.len()];
+    let stretches = &rows[..density.measurements.len()];
     if stretches.is_empty() {
         return Vec::new();
     }
-    let geometry = density.measured(&density.geometry);
+    let geometry = density.select_measured(&density.geometry);
     let gain = &geometry * density.factor().inverse();
     let left = &geometry - &gain * &geometry;
-    // Without errors of geometry rounding may make an eigenvalue slightly negative.
+    // If the geometry has no errors, the matrix is nearly singular, and rounding can make an eigenvalue slightly negative.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();
     let roots = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
     let root = &eigen.eigenvectors * roots;

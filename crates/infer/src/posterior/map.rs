@@ -76,7 +76,7 @@ impl MapEstimate {
         let (start, linear, solved) = begin.ok_or(PosteriorError::NoMode)?;
         let geometry = geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
         density.set_geometry(geometry.clone())?;
-        let mut map_estimate = Self::at(density, start, linear, geometry, solved);
+        let mut map_estimate = Self::new(density, start, linear, geometry, solved);
         for _ in 0..ROUNDS {
             map_estimate.climb(density);
             map_estimate.average(density)?;
@@ -110,7 +110,7 @@ impl MapEstimate {
         let draws: Vec<DVector<f64>> = (0..count / 2)
             .flat_map(|i| {
                 let z = normals(self.scores.len(), &mut fastrand::Rng::with_seed(seed_of(SEED, i)));
-                [whitened.at(&z), whitened.at(&-z)]
+                [whitened.to_scores(&z), whitened.to_scores(&-z)]
             })
             .collect();
         let groups: Vec<&[DVector<f64>]> = draws.chunks(LANES).collect();
@@ -121,7 +121,7 @@ impl MapEstimate {
         Ok(found.into_iter().flatten().flatten().map(|(linear, _)| linear).collect())
     }
 
-    fn at(
+    fn new(
         density: &Density<'_>,
         scores: DVector<f64>,
         linear: LinearisationPoint,
@@ -139,7 +139,7 @@ impl MapEstimate {
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
         let Self { scores, linear, geometry, solved, .. } = self.clone();
-        let begin = Self::at(density, scores, linear, geometry, solved);
+        let begin = Self::new(density, scores, linear, geometry, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
@@ -153,7 +153,7 @@ impl MapEstimate {
             let next = &here.scores + step;
             let (linear, solved) =
                 evaluator.linearise_all(&[(&next, &here.solved)], false).pop().flatten()?;
-            Some(Self::at(density, next, linear, here.geometry.clone(), solved))
+            Some(Self::new(density, next, linear, here.geometry.clone(), solved))
         };
         *self = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
     }

@@ -36,37 +36,37 @@ impl Measurements {
         }
     }
 
-    pub fn of(matched: &TargetOnBody) -> Self {
-        Self::together(&[matched])
+    pub fn of_vowel(matched: &TargetOnBody) -> Self {
+        Self::of_vowels(&[matched])
     }
 
     /// All measurements of a speaker's vowels against one baseline. The stretch `m/b` of lengths with rounding half widths `h` has the
     /// variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
-    pub fn together(vowels: &[&TargetOnBody]) -> Self {
-        let mut seen = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
+    pub fn of_vowels(vowels: &[&TargetOnBody]) -> Self {
+        let mut all = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
         // Variance of every stretch by its own length, and its derivative by the baseline's length times the half width of that.
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {
             let target = &matched.target;
-            seen.is_baseline_active = target.has_active_baseline();
-            seen.labels.push(target.vowel.to_string());
+            all.is_baseline_active = target.has_active_baseline();
+            all.labels.push(target.vowel.to_string());
             for (m, name) in target.muscles.iter().enumerate() {
                 let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);
-                seen.names.push(name.clone());
-                seen.muscles.push(matched.numbers[m]);
-                seen.postures.push(posture);
-                seen.stretches.push(length / over);
+                all.names.push(name.clone());
+                all.muscles.push(matched.numbers[m]);
+                all.postures.push(posture);
+                all.stretches.push(length / over);
                 own.push((target.half_width_mm[m] / over).powi(2) / 3.0);
                 shared.push(target.baseline_half_width_mm[m] * length / (over * over));
             }
         }
         let n = own.len();
-        seen.rounding = DMatrix::from_fn(n, n, |i, j| {
+        all.rounding = DMatrix::from_fn(n, n, |i, j| {
             let of_baseline =
-                if seen.muscles[i] == seen.muscles[j] { shared[i] * shared[j] / 3.0 } else { 0.0 };
+                if all.muscles[i] == all.muscles[j] { shared[i] * shared[j] / 3.0 } else { 0.0 };
             of_baseline + if i == j { own[i] } else { 0.0 }
         });
-        seen
+        all
     }
 
     pub fn len(&self) -> usize {
@@ -78,13 +78,13 @@ impl Measurements {
     }
 
     pub fn without(&self, position: usize) -> Self {
-        let mut seen = self.clone();
-        seen.names.remove(position);
-        seen.muscles.remove(position);
-        seen.postures.remove(position);
-        seen.stretches.remove(position);
-        seen.rounding = seen.rounding.remove_row(position).remove_column(position);
-        seen
+        let mut all = self.clone();
+        all.names.remove(position);
+        all.muscles.remove(position);
+        all.postures.remove(position);
+        all.stretches.remove(position);
+        all.rounding = all.rounding.remove_row(position).remove_column(position);
+        all
     }
 
     /// Index of each measured number in the list of the stretches of all muscles, posture by posture, followed by the auxiliary data.

@@ -8,9 +8,9 @@
 //! Any muscle may contract. Postures of a speaker are sampled one by one or together; then they share the tones F0, the tilt c, and the
 //! errors due to geometry and to rounding of the baseline's lengths. `C_geo` is the covariance of the stretches due to the ends of the
 //! muscles, the outline and kappa (in a continuum also due to the width of muscles and the patches of bones), averaged over the posterior
-//! (`map`). Muscle ends and outline are linearised with exact derivatives (`shape`; `finite_differences` in bodies that are not made of
-//! springs); the effect of kappa is computed from equilibria one standard deviation to either side. `R` is the covariance due to rounding.
-//! Young's modulus scales all tensions and is reported separately. Each prior ([`Priors`]) can be fixed or left out.
+//! (`map`). Muscle ends and outline are linearised with exact derivatives (`rest_shape`; `finite_differences` in bodies that are not made
+//! of springs); the effect of kappa is computed from equilibria one standard deviation to either side. `R` is the covariance due to
+//! rounding. Young's modulus scales all tensions and is reported separately. Each prior ([`Priors`]) can be fixed or left out.
 //!
 //! The sampler is Hamiltonian Monte Carlo ([`hmc`]) in the scores, whitened by the Gauss-Newton matrix at the most probable point, with
 //! eight chains, four side by side in SIMD lanes (one after the other in bodies that are not made of springs). Only equilibria count to
@@ -35,10 +35,10 @@ pub mod parameters;
 mod point_data;
 mod priors;
 mod quantiles;
+mod rest_shape;
 mod run;
 mod score;
 mod sensitivity;
-mod shape;
 mod summary;
 mod verdict;
 mod warm_up;
@@ -48,8 +48,8 @@ pub use contrast::Contrast;
 pub use density::Density;
 pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
 pub use finite_differences::FiniteDifferences;
-pub use from_rest::reached_with_jumps;
-pub use leave_out::{fitted_stretches, without_each};
+pub use from_rest::lengths_reached_from_rest;
+pub use leave_out::{fitted_stretches, predict_each_from_others};
 pub use map::MapEstimate;
 pub use measurements::Measurements;
 pub use model::{Field, PosteriorModel};

@@ -50,14 +50,14 @@ pub struct PosteriorModel {
 }
 
 impl PosteriorModel {
-    /// Load of posture number `shape`, or of the baseline for the number after the last posture, solved from the positions `start`.
+    /// Load of a posture by its number, or of the baseline for the number after the last posture, solved from the positions `start`.
     pub fn load<'l>(
         &'l self,
         values: &ParameterValues,
-        shape: usize,
+        posture: usize,
         start: Option<&'l [SVector<f64, 2>]>,
     ) -> Load<'l, 2> {
-        let own = values.postures.get(shape);
+        let own = values.postures.get(posture);
         let load = Load { start, ..Load::new(own.map_or(&values.tones, |p| &p.tensions).clone()) };
         match own.filter(|_| self.moves_hyoid()) {
             Some(own) => self.with_hyoid(load, own.hyoid, values.tilt),

@@ -43,7 +43,7 @@ impl OverSpeakers {
 
     /// Such as "HGa: harder in /a/ than in /u/ in 9 of 9 speakers, surely in 7, on average by 12.3 (8.1 to 16.5) N/m"; `None` where at most
     /// half of the speakers agree.
-    pub fn said(&self) -> Option<String> {
+    pub fn sentence(&self) -> Option<String> {
         let in_a = (self.harder_in_a, self.surely_harder_in_a, [&self.a, &self.b], 1.0);
         let in_b = (self.harder_in_b, self.surely_harder_in_b, [&self.b, &self.a], -1.0);
         let (count, sure, labels, sign) = if in_a.0 >= in_b.0 { in_a } else { in_b };
@@ -68,7 +68,9 @@ impl OverSpeakers {
         let estimates: Vec<f64> = all.iter().map(|(_, c)| sign(c) * c.median).collect();
         let (mean_n, interval_95) = population_mean(&estimates);
         let count = |harder: &[Certainty], less: &[Certainty]| {
-            all.iter().filter(|(_, c)| if sign(c) > 0.0 { harder } else { less }.contains(&c.word)).count()
+            all.iter()
+                .filter(|(_, c)| if sign(c) > 0.0 { harder } else { less }.contains(&c.certainty))
+                .count()
         };
         let harder = [Certainty::SurelyHarder, Certainty::ProbablyHarder];
         let less = [Certainty::SurelyNotHarder, Certainty::ProbablyNotHarder];
@@ -134,7 +136,7 @@ mod tests {
         let [one] = &found[..] else { panic!("{found:?}") };
         assert_eq!((one.speakers, one.surely_harder_in_a, one.harder_in_a, one.harder_in_b), (3, 2, 2, 0));
         assert!(
-            one.said()
+            one.sentence()
                 .unwrap()
                 .starts_with("GGp: harder in /i/ than in /a/ in 2 of 3 speakers, surely in 2, on")
         );

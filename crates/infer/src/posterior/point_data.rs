@@ -54,16 +54,16 @@ impl AuxiliaryData {
     /// Points of a speaker's tongue in the frame of the body; each frame is another posture (`None`: the baseline). A contour gives
     /// distances of its points from the surface, m, or averages of many such distances; a coil gives two coordinates, m. `None` where the
     /// body has no surface or there are no points.
-    pub fn points(body: &Body<2>, seen: &AlignedRecording, postures: &[Option<usize>]) -> Option<Self> {
+    pub fn points(body: &Body<2>, recording: &AlignedRecording, postures: &[Option<usize>]) -> Option<Self> {
         let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
-        let points = seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
+        let points = recording.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
         let centre = points.clone().map(|m| m.at).sum::<Point>() / points.count().max(1) as f64;
-        let mut marks = Marks { surface: &surface, rest, centre, seen, placement: DVector::zeros(4) };
+        let mut marks = Marks { surface: &surface, rest, centre, recording, placement: DVector::zeros(4) };
         for _ in 0..ROUNDS {
             marks.placement = marks.most_probable_at_rest().unwrap_or(marks.placement);
         }
-        let frames = postures.iter().zip(0..seen.frames.len());
+        let frames = postures.iter().zip(0..recording.frames.len());
         let frames = frames.map(|(posture, f)| (*posture, marks.of_frame(f)));
         let frames: Vec<(Option<usize>, Vec<Number>)> = frames.filter(|(_, own)| !own.is_empty()).collect();
         let numbers: Vec<(usize, &Number)> =
@@ -122,7 +122,7 @@ struct Marks<'a> {
     rest: &'a [Point],
     /// The point about which points are turned and scaled.
     centre: Point,
-    seen: &'a AlignedRecording,
+    recording: &'a AlignedRecording,
     /// The placement about which is linearised: shift backwards and upwards, turn, and logarithm of the scale, in standard deviations.
     placement: DVector<f64>,
 }
@@ -138,7 +138,7 @@ impl Marks<'_> {
     /// The most probable placement if the postures differ from rest by some millimetres, for which all points of a contour count.
     fn most_probable_at_rest(&self) -> Option<DVector<f64>> {
         let (mut precision, mut gradient) = (DMatrix::identity(4, 4), DVector::zeros(4));
-        for numbers in (0..self.seen.frames.len()).map(|f| self.of_frame(f)) {
+        for numbers in (0..self.recording.frames.len()).map(|f| self.of_frame(f)) {
             let covariance = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
                 let (a, b) = (&numbers[i].along, &numbers[j].along);
                 let alone = if i == j { a.sd_mm.powi(2) + POSTURE_ALONE_MM.powi(2) } else { 0.0 };
@@ -176,10 +176,10 @@ impl Marks<'_> {
     }
 
     fn of_contour(&self, frame: usize) -> Vec<Number> {
-        let (rest, seen) = (self.rest, self.seen);
+        let (rest, recording) = (self.rest, self.recording);
         let curve = &self.surface.curve;
         let points: Vec<Mark> =
-            seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(_, m)| *m).collect();
+            recording.contour.iter().zip(&recording.frames[frame].contour).filter_map(|(_, m)| *m).collect();
         let along = distances_along(points.iter().map(|mark| Some(mark.at)), 1.0);
         // Distances along contours are counted from the beginning of the surface, so that those of several contours agree.
         let feet: Vec<f64> = points.iter().map(|m| curve.nearest_place(&m.at, rest)).collect();
@@ -199,19 +199,21 @@ impl Marks<'_> {
     }
 
     fn of_coils(&self, frame: usize) -> Vec<Number> {
-        let (rest, seen) = (self.rest, self.seen);
+        let (rest, recording) = (self.rest, self.recording);
         let curve = &self.surface.curve;
         let place = |at: f64| curve.place(at, rest);
-        let points = seen.frames[frame].sensors.iter().enumerate();
+        let points = recording.frames[frame].sensors.iter().enumerate();
         let mut out = Vec::new();
         for (coil, mark) in points.filter_map(|(c, m)| Some((c, (*m)?))) {
-            let behind = seen.sensors[coil].1;
+            let behind = recording.sensors[coil].1;
             let at = (self.surface.tip - behind).clamp(0.0, curve.length());
             let tangent = (place(at + STEP_M) - place(at - STEP_M)) / (2.0 * STEP_M);
             for (axis, direction) in [Point::x(), Point::y()].into_iter().enumerate() {
                 let mut shared = self.by_placement(mark.at, |at| at[axis]);
                 let measured = self.placed(mark.at, &self.placement)[axis] - self.times_placement(&shared);
-                shared.extend(glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd)));
+                shared.extend(
+                    glue(recording, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd)),
+                );
                 out.push(Number {
                     observable: Arc::new(NodePosition::on_curve(curve, at, direction)),
                     measured,
@@ -225,14 +227,14 @@ impl Marks<'_> {
 }
 
 /// The errors of a coil's place on the tongue, m: of its measured place, or of a measured or first coil and the gaps from there.
-fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
-    let known = (0..=coil).rev().find(|&c| seen.measured[c]);
+fn glue(recording: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
+    let known = (0..=coil).rev().find(|&c| recording.measured[c]);
     let sd = |c: usize| match c {
         c if known == Some(c) => 1e-3 * MEASURED_COIL_MM,
         0 => 1e-3 * FIRST_COIL_MM,
         _ => 1e-3 * COIL_GAP_MM,
     };
-    (known.unwrap_or(0)..=coil).map(|c| (SharedError::Glue(seen.sensors[c].0.clone()), sd(c))).collect()
+    (known.unwrap_or(0)..=coil).map(|c| (SharedError::Glue(recording.sensors[c].0.clone()), sd(c))).collect()
 }
 
 #[cfg(test)]
@@ -241,16 +243,17 @@ mod tests {
 
     #[test]
     fn a_coil_behind_a_measured_one_is_as_uncertain_as_the_gap() {
-        let mut seen = AlignedRecording {
+        let mut recording = AlignedRecording {
             sensors: (1..).zip([0.01, 0.026, 0.042]).map(|(i, behind)| (format!("T{i}"), behind)).collect(),
             measured: vec![false; 3],
             ..AlignedRecording::of_contours(&[])
         };
-        let sds =
-            |seen: &AlignedRecording, coil| glue(seen, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>();
-        assert_eq!(sds(&seen, 2), [4e-3, 2e-3, 2e-3]);
-        seen.measured[1] = true;
-        assert_eq!(sds(&seen, 2), [1e-3, 2e-3]);
-        assert_eq!(sds(&seen, 0), [4e-3]);
+        let sds = |recording: &AlignedRecording, coil| {
+            glue(recording, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>()
+        };
+        assert_eq!(sds(&recording, 2), [4e-3, 2e-3, 2e-3]);
+        recording.measured[1] = true;
+        assert_eq!(sds(&recording, 2), [1e-3, 2e-3]);
+        assert_eq!(sds(&recording, 0), [4e-3]);
     }
 }

@@ -292,12 +292,12 @@ impl Priors {
 
     /// The fixed tension of a muscle in the vowel, N per metre of thickness; `None` where it is unknown.
     pub fn fixed_tension(&self, muscle: &str) -> Option<f64> {
-        of(&self.tension.fixed_n_per_m, muscle)
+        fixed_value(&self.tension.fixed_n_per_m, muscle)
     }
 
     /// The fixed tension of a muscle in the baseline, N per metre of thickness; `None` where it is unknown.
     pub fn fixed_tone(&self, muscle: &str) -> Option<f64> {
-        if self.baseline.off { Some(0.0) } else { of(&self.baseline.fixed_n_per_m, muscle) }
+        if self.baseline.off { Some(0.0) } else { fixed_value(&self.baseline.fixed_n_per_m, muscle) }
     }
 
     /// Settings of a continuum under these priors; `own` are its present ones.
@@ -333,7 +333,7 @@ impl Priors {
     }
 }
 
-fn of(fixed: &BTreeMap<String, f64>, muscle: &str) -> Option<f64> {
+fn fixed_value(fixed: &BTreeMap<String, f64>, muscle: &str) -> Option<f64> {
     let own = fixed.iter().find(|(name, _)| name.eq_ignore_ascii_case(muscle)).map(|(_, v)| *v);
     own.or_else(|| fixed.get(EVERY).copied())
 }

@@ -68,6 +68,7 @@ pub struct SamplerDiagnostics {
     /// Trajectories that ended where there is no stable equilibrium, so that the density is zero.
     pub folds: usize,
     /// Returns of a chain from shapes to which their tensions do not lead from rest; the density is zero there too.
+    /// The key's name is older: a jump from the branch is allowed.
     #[serde(rename = "off_branch")]
     pub refused: usize,
     pub equilibria: usize,
@@ -90,10 +91,10 @@ impl Posterior<'_> {
 
 pub fn sample<'a>(
     posterior_model: &'a PosteriorModel,
-    seen: Measurements,
+    measurements: Measurements,
     settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
-    let mut density = Density::new(posterior_model, seen)?;
+    let mut density = Density::new(posterior_model, measurements)?;
     let map_estimate = MapEstimate::find(&mut density)?;
     sample_at(density, map_estimate, settings)
 }
@@ -155,7 +156,7 @@ pub(super) fn chains(
         thin,
         seed: settings.seed,
     };
-    hmc::sample(|| Evaluator::with(density, errors), whitened, solved, &settings)
+    hmc::sample(|| Evaluator::with_errors(density, errors), whitened, solved, &settings)
 }
 
 /// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. `only` selects

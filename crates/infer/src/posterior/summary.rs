@@ -5,7 +5,7 @@ use serde::Serialize;
 use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
-use super::leave_out::{fitted_stretches, without_each};
+use super::leave_out::{fitted_stretches, predict_each_from_others};
 use super::model::PosteriorModel;
 use super::parameters::Draw;
 use super::priors::Priors;
@@ -65,7 +65,7 @@ pub struct Summary {
     pub stretches: ByMuscle<StretchSummary>,
 }
 
-/// Report of a posterior for one posture.
+/// Priors, diagnostics and, if the chains have mixed, the summary of one posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     #[serde(flatten)]
@@ -84,9 +84,10 @@ impl Report {
         let Posterior { density, map_estimate, draws, .. } = posterior;
         let mixed = posterior.is_mixed();
         // Where that sampling fails, the rest is reported without it.
-        let left_out = (leave_out && mixed).then(|| without_each(density, map_estimate).ok()).flatten();
+        let left_out =
+            (leave_out && mixed).then(|| predict_each_from_others(density, map_estimate).ok()).flatten();
         let left_out = left_out.map_or_else(
-            || vec![None; density.seen.len()],
+            || vec![None; density.measurements.len()],
             |all| all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
         );
         let fitted = if mixed { fitted_stretches(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
@@ -98,7 +99,7 @@ impl Report {
         let Posterior { density, diagnostics, .. } = all.posterior;
         Self {
             diagnostics: diagnostics.clone(),
-            postures: density.seen.labels.clone(),
+            postures: density.measurements.labels.clone(),
             summary: all.posterior.is_mixed().then(|| Summary::new(all, posture)),
             poisson_ratio: density.posterior_model.model.constants.poisson_ratio,
             priors: density.posterior_model.priors.clone(),
@@ -166,10 +167,10 @@ impl Summary {
                 depends_on_prior: is_of_prior(moved_by_prior, &sensitivity),
             }
         });
-        let own = density.seen.of_posture(posture);
-        let names: Vec<String> = own.iter().map(|&i| density.seen.names[i].clone()).collect();
+        let own = density.measurements.of_posture(posture);
+        let names: Vec<String> = own.iter().map(|&i| density.measurements.names[i].clone()).collect();
         let stretches = own.iter().map(|&i| StretchSummary {
-            measured: density.seen.stretches[i],
+            measured: density.measurements.stretches[i],
             fitted: all.fitted[i],
             left_out: all.left_out[i].clone(),
         });

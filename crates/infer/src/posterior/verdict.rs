@@ -70,7 +70,8 @@ pub struct MuscleVerdict {
     pub muscle: String,
     /// Probability of pulling harder than in the baseline.
     pub p_rises: f64,
-    pub word: Certainty,
+    #[serde(rename = "word")]
+    pub certainty: Certainty,
     pub tension_n_per_m: [f64; 2],
     /// Whether the size of the tension depends on the prior more than on the data.
     pub mostly_prior: bool,
@@ -78,8 +79,8 @@ pub struct MuscleVerdict {
 
 impl MuscleVerdict {
     fn new(muscle: &str, p_rises: f64, tension_n_per_m: [f64; 2], mostly_prior: bool) -> Self {
-        let (muscle, word) = (muscle.to_owned(), Certainty::of(p_rises));
-        Self { muscle, p_rises, word, tension_n_per_m, mostly_prior }
+        let (muscle, certainty) = (muscle.to_owned(), Certainty::of(p_rises));
+        Self { muscle, p_rises, certainty, tension_n_per_m, mostly_prior }
     }
 }
 
@@ -107,7 +108,7 @@ pub struct Verdict {
 #[derive(Debug)]
 pub struct ShortRun {
     posterior_model: PosteriorModel,
-    seen: Measurements,
+    measurements: Measurements,
 }
 
 impl ShortRun {
@@ -119,18 +120,18 @@ impl ShortRun {
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
         let posterior_model = PosteriorModel::new(body, model, &priors).map_err(|e| e.to_string())?;
-        Ok(Self { posterior_model, seen: Measurements::of(&matched) })
+        Ok(Self { posterior_model, measurements: Measurements::of_vowel(&matched) })
     }
 
     /// The draws of group 0 or 1 of the chains, or of both; none if it cannot begin.
     pub fn draws(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
-        let mut density = Density::new(&self.posterior_model, self.seen.clone())?;
+        let mut density = Density::new(&self.posterior_model, self.measurements.clone())?;
         let map_estimate = MapEstimate::find(&mut density)?;
         short_run(&density, &map_estimate, group)
     }
 
     pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
-        Verdict::of_short_run(&Density::new(&self.posterior_model, self.seen.clone())?, draws)
+        Verdict::of_short_run(&Density::new(&self.posterior_model, self.measurements.clone())?, draws)
     }
 }
 
@@ -146,7 +147,7 @@ impl Verdict {
             return Err(PosteriorError::NoMode);
         }
         let (posterior_model, scaled) = (density.posterior_model, Scaled::new(density, draws));
-        let said = posterior_model.muscles.iter().enumerate().map(|(m, muscle)| {
+        let verdicts = posterior_model.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
             let interval = Quantiles::of(tensions.iter().copied()).interval_95;
             let moved = moved_by_prior(posterior_model, m, &tensions, interval[1]);
@@ -159,30 +160,30 @@ impl Verdict {
                 Quantiles::of(draws.iter().map(|d| 1e3 * d.values.postures[0].hyoid[axis])).interval_95
             })
         });
-        Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: said.collect() })
+        Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: verdicts.collect() })
     }
 
     pub fn of(report: &Report) -> Option<Self> {
         let summary = report.summary.as_ref()?;
         let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);
-        let said = each.map(|((muscle, change), (_, t))| {
+        let verdicts = each.map(|((muscle, change), (_, t))| {
             MuscleVerdict::new(muscle, change.probability_rises, t.spread.interval_95, t.depends_on_prior)
         });
         let hyoid_mm = (!report.priors.hyoid.off).then(|| summary.hyoid_mm.map(|s| s.interval_95));
-        Some(Self { from: VerdictFrom::Draws, hyoid_mm, muscles: said.collect() })
+        Some(Self { from: VerdictFrom::Draws, hyoid_mm, muscles: verdicts.collect() })
     }
 
-    pub fn named(&self, word: Certainty) -> Vec<&str> {
-        self.muscles.iter().filter(|m| m.word == word).map(|m| m.muscle.as_str()).collect()
+    pub fn named(&self, certainty: Certainty) -> Vec<&str> {
+        self.muscles.iter().filter(|m| m.certainty == certainty).map(|m| m.muscle.as_str()).collect()
     }
 
     /// Three sentences: which muscles pull harder than in the baseline or not, for which that is unknown, and how hard the former pull.
     pub fn sentences(&self, baseline: &str) -> [String; 3] {
         let two = |surely: Certainty, probably: Certainty| {
-            let parts =
-                [("surely", surely), ("probably", probably)].map(|(how, word)| (how, self.named(word)));
-            let told = parts.iter().filter(|(_, names)| !names.is_empty());
-            told.map(|(how, names)| format!("{how}: {}", names.join(", "))).collect::<Vec<_>>().join("; ")
+            let parts = [("surely", surely), ("probably", probably)]
+                .map(|(how, certainty)| (how, self.named(certainty)));
+            let named = parts.iter().filter(|(_, names)| !names.is_empty());
+            named.map(|(how, names)| format!("{how}: {}", names.join(", "))).collect::<Vec<_>>().join("; ")
         };
         let harder = match two(Certainty::SurelyHarder, Certainty::ProbablyHarder) {
             none if none.is_empty() => format!("No muscle is known to pull harder than in /{baseline}/."),
@@ -200,20 +201,20 @@ impl Verdict {
     }
 
     fn how_hard(&self) -> String {
-        let harder: Vec<&MuscleVerdict> = self.muscles.iter().filter(|m| m.word.is_harder()).collect();
+        let harder: Vec<&MuscleVerdict> = self.muscles.iter().filter(|m| m.certainty.is_harder()).collect();
         let [own, prior] = [false, true].map(|of_prior| {
-            let told = harder.iter().filter(|m| m.mostly_prior == of_prior);
-            let ranges: Vec<String> = told
+            let own = harder.iter().filter(|m| m.mostly_prior == of_prior);
+            let ranges: Vec<String> = own
                 .map(|m| format!("{} {:.0} to {:.0}", m.muscle, m.tension_n_per_m[0], m.tension_n_per_m[1]))
                 .collect();
             if ranges.is_empty() { None } else { Some(ranges.join(", ") + " N/m") }
         });
         let prior = prior.map(|text| text + " (more from prior than data)");
-        let told: Vec<String> = [own, prior].into_iter().flatten().collect();
-        if told.is_empty() {
+        let parts: Vec<String> = [own, prior].into_iter().flatten().collect();
+        if parts.is_empty() {
             "No muscle is known to pull harder, so no tension is listed.".into()
         } else {
-            format!("How hard: {}.", told.join("; "))
+            format!("How hard: {}.", parts.join("; "))
         }
     }
 }
@@ -222,7 +223,7 @@ impl Verdict {
 mod tests {
     use super::*;
 
-    fn said(muscle: &str, p_rises: f64, mostly_prior: bool) -> MuscleVerdict {
+    fn verdict(muscle: &str, p_rises: f64, mostly_prior: bool) -> MuscleVerdict {
         MuscleVerdict::new(muscle, p_rises, [14.2, 68.9], mostly_prior)
     }
 
@@ -230,12 +231,12 @@ mod tests {
     fn three_sentences_name_every_muscle_once_and_say_how_sure_it_is() {
         let from = VerdictFrom::Draws;
         let muscles = vec![
-            said("GGa", 0.9, false),
-            said("GGm", 0.3, true),
-            said("SGm", 0.99, true),
-            said("HGa", 1.0, true),
-            said("HGp", 0.11, true),
-            said("SGa", 0.01, true),
+            verdict("GGa", 0.9, false),
+            verdict("GGm", 0.3, true),
+            verdict("SGm", 0.99, true),
+            verdict("HGa", 1.0, true),
+            verdict("HGp", 0.11, true),
+            verdict("SGa", 0.01, true),
         ];
         let [harder, open, how_hard] = Verdict { from, hyoid_mm: None, muscles }.sentences("ɯ");
         assert_eq!(
@@ -247,7 +248,8 @@ mod tests {
             how_hard,
             "How hard: GGa 14 to 69 N/m; SGm 14 to 69, HGa 14 to 69 N/m (more from prior than data)."
         );
-        let nobody = Verdict { from, hyoid_mm: None, muscles: vec![said("GGa", 0.5, true)] }.sentences("e");
+        let nobody =
+            Verdict { from, hyoid_mm: None, muscles: vec![verdict("GGa", 0.5, true)] }.sentences("e");
         assert_eq!(nobody[0], "No muscle is known to pull harder than in /e/.");
         assert_eq!(nobody[2], "No muscle is known to pull harder, so no tension is listed.");
     }

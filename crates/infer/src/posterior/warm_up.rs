@@ -17,7 +17,7 @@ pub struct Whitened {
 }
 
 impl Whitened {
-    pub(super) fn at(&self, z: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn to_scores(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.centre + &self.spread * z
     }
 
@@ -30,18 +30,18 @@ impl Whitened {
     /// coordinates solves `M B M = A`, with `A` the covariance of the points and `B` that of the derivatives, which is exact for a normal
     /// density (Seyboldt, Carlson and Carpenter 2026). `A` and `B` are shrunk towards one with the weight of as many draws as there are
     /// coordinates. `None` where they are not positive definite.
-    pub(super) fn learned(&self, seen: &[&(DVector<f64>, DVector<f64>)]) -> Option<Self> {
+    pub(super) fn learned(&self, visited: &[&(DVector<f64>, DVector<f64>)]) -> Option<Self> {
         let n = self.centre.len();
-        if seen.len() < 10 * n {
+        if visited.len() < 10 * n {
             return Some(self.clone());
         }
-        let count = seen.len() as f64;
-        let centre = seen.iter().map(|(x, _)| x).sum::<DVector<f64>>() / count;
-        let slope = seen.iter().map(|(_, g)| g).sum::<DVector<f64>>() / count;
+        let count = visited.len() as f64;
+        let centre = visited.iter().map(|(x, _)| x).sum::<DVector<f64>>() / count;
+        let slope = visited.iter().map(|(_, g)| g).sum::<DVector<f64>>() / count;
         let inverse = self.spread.clone().try_inverse()?;
         let (mut points, mut slopes) =
             (DMatrix::identity(n, n) * n as f64, DMatrix::identity(n, n) * n as f64);
-        for (x, g) in seen {
+        for (x, g) in visited {
             let (z, by_z) = (&inverse * (x - &centre), self.spread.tr_mul(&(g - &slope)));
             points.syger(1.0, &z, &z, 1.0);
             slopes.syger(1.0, &by_z, &by_z, 1.0);

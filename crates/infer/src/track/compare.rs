@@ -1,4 +1,4 @@
-//! Mean tensions over all frames with a label, and differences between labels, from the same draws of levels and courses.
+//! Mean tensions over all frames with a label, and differences between labels, from the same draws of tensions and courses.
 //!
 //! Recordings of one session share the draws of levels and shape at rest, so their errors cancel from a difference; those of different
 //! sessions do not.
@@ -27,10 +27,10 @@ pub struct Compared {
 }
 
 /// The labels that are compared, of tiers in which at least two and at most 60 labels repeat.
-pub fn compared(recordings: &[&AlignedRecording]) -> Vec<Compared> {
-    let times = recordings.iter().map(|seen| seen.frames.iter().map(|f| f.time_s).collect());
+pub fn labels_to_compare(recordings: &[&AlignedRecording]) -> Vec<Compared> {
+    let times = recordings.iter().map(|recording| recording.frames.iter().map(|f| f.time_s).collect());
     let labelled: Vec<(Vec<f64>, &[Label])> =
-        times.zip(recordings).map(|(times, seen)| (times, seen.labels.as_slice())).collect();
+        times.zip(recordings).map(|(times, recording)| (times, recording.labels.as_slice())).collect();
     let tiers = distinguishing(&labelled, 1).into_iter().filter(|(_, groups)| groups.len() <= MOST_LABELS);
     Vec::from_iter(tiers.flat_map(|(tier, groups)| {
         groups.into_iter().map(move |(label, _)| Compared { tier: tier.clone(), label })
@@ -99,7 +99,7 @@ pub struct Comparison {
 impl Comparison {
     /// Contrasts that are sure or probable, in this order, and large ones first.
     pub fn decided(&self) -> Vec<&Contrast> {
-        let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.said().is_some()).collect();
+        let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.sentence().is_some()).collect();
         out.sort_by(|a, b| {
             b.is_decided().cmp(&a.is_decided()).then(b.median.abs().total_cmp(&a.median.abs()))
         });
@@ -107,7 +107,7 @@ impl Comparison {
     }
 
     /// The repetitions of each label, and the number of decided differences.
-    pub fn said(&self) -> String {
+    pub fn sentence(&self) -> String {
         let labels: Vec<String> =
             self.labels.iter().map(|l| format!("{} {}", l.label, l.repetitions)).collect();
         format!(
@@ -144,7 +144,7 @@ pub fn compare<'a>(
 
 fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplus) -> Comparison {
     let muscles = 0..names.len();
-    let levels: Vec<Vec<Interval>> = Vec::from_iter(
+    let tensions: Vec<Vec<Interval>> = Vec::from_iter(
         tier.iter()
             .map(|(_, label)| muscles.clone().map(|m| Interval::of(label.mean(m)).or_slack(link)).collect()),
     );
@@ -160,7 +160,7 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
         let own = muscles.clone().map(|m| label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean));
         own.map(Interval::of).collect()
     }));
-    let each: Vec<_> = levels.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
+    let each: Vec<_> = tensions.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
     let summarised = summaries(names, &each, link);
     let pairs = (0..tier.len()).flat_map(|a| (a + 1..tier.len()).map(move |b| [&tier[a], &tier[b]]));
     let contrast = |[a, b]: [&(&Compared, LabelDraws); 2], m: usize| {
@@ -171,11 +171,11 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
     };
     let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
     let tier_name = tier.first().map(|(compared, _)| compared.tier.clone()).unwrap_or_default();
-    let labels = tier.iter().zip(levels).map(|((compared, label), levels)| LabelTension {
+    let labels = tier.iter().zip(tensions).map(|((compared, label), tensions)| LabelTension {
         label: compared.label.clone(),
         repetitions: label.repetitions,
         frames: label.frames,
-        tensions: ByMuscle::new(names, levels),
+        tensions: ByMuscle::new(names, tensions),
     });
     let labels = labels.collect();
     Comparison { tier: tier_name, labels, muscles: summarised, contrasts }

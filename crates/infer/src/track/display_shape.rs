@@ -10,10 +10,10 @@ use tongue_core::statistics::least_by;
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
-use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, apply_steps, minimise, stepped};
+use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, apply_steps, minimise, solve_step};
 use super::ornstein_uhlenbeck::Softplus;
+use super::rest_shape::RestShape;
 use super::settings::{TrackSettings, TrackingContext};
-use super::shape::RestShape;
 use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
 use super::smoother::{FrameState, SmoothedRecording, Smoother};
 use crate::error_model::{Errors, Knots};
@@ -90,22 +90,22 @@ impl<'a> Display<'a> {
         sample: &SmoothedRecording,
     ) -> SmoothedRecording {
         let (mut out, body) = (recording.clone(), shown.body.as_ref());
-        self.on(body, (&shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
+        self.find_on_body(body, (&shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
         out
     }
 
     /// Finds recordings on a body (`None`: the placed one) from the states of a sample of their frames. Returns the levels.
-    fn on(
+    fn find_on_body(
         &self,
         body: Option<&RestShape>,
         (levels, holds): (&DVector<f64>, bool),
         recordings: &mut [SmoothedRecording],
         samples: &[SmoothedRecording],
     ) -> DVector<f64> {
-        let at = Smoother::new(self.context.on(body), &self.settings, &self.knots);
+        let at = Smoother::new(self.context.on_body(body), &self.settings, &self.knots);
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
         recordings.iter_mut().for_each(|recording| *recording = Self::without_slow_errors(&at, recording));
-        carry(recordings, self.context, at.context);
+        move_with_rest(recordings, self.context, at.context);
         recordings.iter_mut().zip(samples).for_each(|(recording, sample)| begin_beside(recording, sample));
         minimise(&mut at, recordings, ROUNDS, &|_| ());
         at.shared
@@ -127,13 +127,13 @@ impl<'a> Display<'a> {
         at.keeps = false;
         let plain: Vec<SmoothedRecording> =
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
-        let mut sample = sampled(&at, &plain);
+        let mut sample = sample_frames(&at, &plain);
         let cost = minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
             let here = from.body.as_ref().unwrap_or(shape);
-            let context = TrackingContext { shape: Some(here), ..self.context.on(from.body.as_ref()) };
+            let context = TrackingContext { shape: Some(here), ..self.context.on_body(from.body.as_ref()) };
             let smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
             let rates = || {
@@ -141,18 +141,18 @@ impl<'a> Display<'a> {
             };
             let rates = from.rates.get_or_init(rates);
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
-            let by = stepped(&smoother, &from.sample, &damped, Some(of_shape))?;
+            let by = solve_step(&smoother, &from.sample, &damped, Some(of_shape))?;
             Some(least_squares::TrialStep { size: by.0.amax(), by, predicted_decrease: None, is_last: false })
         };
         let moved = |from: &Candidate, (step, steps): &(DVector<f64>, Vec<StateStep>)| {
             let n = from.levels.len();
-            let there = shape.stepped(&from.amounts, &step.rows(n, step.len() - n).into_owned());
+            let there = shape.after_step(&from.amounts, &step.rows(n, step.len() - n).into_owned());
             let body = shape.moved(&there)?;
             let levels = &from.levels + step.rows(0, n);
-            let context = self.context.on(Some(&body));
+            let context = self.context.on_body(Some(&body));
             let mut smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let mut sample = from.sample.clone();
-            carry(&mut sample, &self.context.on(from.body.as_ref()), context);
+            move_with_rest(&mut sample, &self.context.on_body(from.body.as_ref()), context);
             apply_steps(&smoother, &mut sample, &levels, steps);
             smoother.shared = levels;
             let cost = minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST
@@ -165,13 +165,16 @@ impl<'a> Display<'a> {
         let Candidate { body, levels, sample, .. } =
             least_squares::descend(begin, &rule, |c| c.cost, step, moved).here;
         let mut recordings = recordings.to_vec();
-        let levels = self.on(body.as_ref(), (&levels, false), &mut recordings, &sample);
+        let levels = self.find_on_body(body.as_ref(), (&levels, false), &mut recordings, &sample);
         DisplayShape { body, recordings, levels }
     }
 }
 
 /// Frames evenly spread over recordings, by which the displayed shape is found.
-pub(super) fn sampled(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> Vec<SmoothedRecording> {
+pub(super) fn sample_frames(
+    smoother: &Smoother<'_>,
+    recordings: &[SmoothedRecording],
+) -> Vec<SmoothedRecording> {
     let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     smoother.thinned(recordings, frames.div_ceil(SHAPE_FRAMES).max(1))
 }
@@ -189,7 +192,11 @@ pub(super) fn begin_beside(recording: &mut SmoothedRecording, sample: &SmoothedR
 }
 
 /// Moves all nodes of the frames with the body at rest, including those on bone, which no equilibrium moves.
-fn carry(recordings: &mut [SmoothedRecording], before: &TrackingContext<'_>, after: TrackingContext<'_>) {
+fn move_with_rest(
+    recordings: &mut [SmoothedRecording],
+    before: &TrackingContext<'_>,
+    after: TrackingContext<'_>,
+) {
     let (before, rest) = (before.system.rest(), after.system.rest());
     let positions = recordings.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
     for positions in positions {

@@ -189,7 +189,7 @@ impl Sampler<'_> {
 /// ways than the shape has directions, and these differences look like levels: with a weight of 0.5 the intervals hold 78 % of half-normal
 /// levels, with this one 93 %.
 const TRUST: f64 = 0.01;
-/// Number of frames whose information about levels and shape counts in full; more frames count as this many, because they do not make the
+/// Largest number of frames whose information about levels and shape is counted; more count as this many, because they do not make the
 /// model more accurate. Otherwise the step to the most probable shape of some hundred frames would leave the range of the linearisation.
 const MOST_FRAMES: usize = 120;
 /// Number of draws made at once; the second half mirrors the first.

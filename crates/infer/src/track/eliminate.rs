@@ -81,7 +81,7 @@ impl<'a> Eliminated<'a> {
         let mut curvature = DMatrix::zeros(s + columns, s + columns);
         let mut gradient = DVector::zeros(s + columns);
         let (mut own, mut steps) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
-        let (m, held_by) = (smoother.sizes.muscles, smoother.settings.link.course_sd_n.powi(-2));
+        let (m, held_by) = (smoother.sizes.muscles, smoother.settings.link.deviation_sd_n.powi(-2));
         let windows = windows(z.len());
         let mut kept = None;
         for window in &windows {
@@ -93,15 +93,16 @@ impl<'a> Eliminated<'a> {
                     continue;
                 };
                 for i in 0..s {
-                    gradient[i] += found.gradient[smoother.of_state(i)];
+                    gradient[i] += found.gradient[smoother.state_of_shared(i)];
                     (0..s).for_each(|j| {
-                        curvature[(i, j)] += found.own[(smoother.of_state(i), smoother.of_state(j))];
+                        curvature[(i, j)] +=
+                            found.own[(smoother.state_of_shared(i), smoother.state_of_shared(j))];
                     });
                 }
                 if let Some((with_state, own, pull)) = &found.of_shape {
                     for (i, k) in (0..s).flat_map(|i| (0..columns).map(move |k| (i, k))) {
-                        curvature[(i, s + k)] += with_state[(smoother.of_state(i), k)];
-                        curvature[(s + k, i)] += with_state[(smoother.of_state(i), k)];
+                        curvature[(i, s + k)] += with_state[(smoother.state_of_shared(i), k)];
+                        curvature[(s + k, i)] += with_state[(smoother.state_of_shared(i), k)];
                     }
                     let mut of_shape = curvature.view_mut((s, s), (columns, columns));
                     of_shape += own;
@@ -188,11 +189,13 @@ impl<'a> Eliminated<'a> {
             known.unwrap_or_else(|| contributions(self.smoother, self.recording, window, self.by_shape));
         let Sizes { muscles, .. } = self.smoother.sizes;
         let (n, s) = (self.smoother.sizes.state(), self.smoother.sizes.shared());
-        let held_by = self.smoother.settings.link.course_sd_n.powi(-2);
+        let held_by = self.smoother.settings.link.deviation_sd_n.powi(-2);
         let states = window.clone().zip(found).map(|(t, found)| {
             let mut across = DMatrix::zeros(n, s + self.columns);
             let Some((rows, found)) = found else { return (None, across) };
-            (0..s).for_each(|i| across.column_mut(i).copy_from(&found.own.column(self.smoother.of_state(i))));
+            (0..s).for_each(|i| {
+                across.column_mut(i).copy_from(&found.own.column(self.smoother.state_of_shared(i)))
+            });
             if let Some((with_state, ..)) = &found.of_shape {
                 across.columns_mut(s, self.columns).copy_from(with_state);
             }
@@ -224,7 +227,7 @@ fn contributions(
 ) -> Contributions {
     let one = |&t: &usize| {
         let rows =
-            smoother.rows(recording, t, by_shape.get(t).and_then(Option::as_ref).map(|by| &by.seen))?;
+            smoother.rows(recording, t, by_shape.get(t).and_then(Option::as_ref).map(|by| &by.fitted))?;
         let found = Contribution::of(&rows);
         Some((rows, found))
     };

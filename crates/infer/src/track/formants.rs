@@ -56,8 +56,8 @@ fn opened_deg(mark: Point, shift: Point) -> f64 {
     (turned.dot(&shift) / mark.norm_squared()).to_degrees()
 }
 
-/// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
-/// without an equilibrium or with a closed tract.
+/// Derivatives of each frame's formants (Hz) by its unknowns, then by the parameters of the shape at rest. `None` without an equilibrium,
+/// with a closed tract, or if no frame has formants.
 pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) -> Vec<Option<DMatrix<f64>>> {
     if recording.frames.iter().all(|f| f.formants.is_empty()) {
         return vec![None; recording.frames.len()];

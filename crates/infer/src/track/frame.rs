@@ -54,29 +54,31 @@ impl FrameObservation {
 
 /// The frames of a recording for a body; contour points and coils in `hide` are not fitted.
 pub fn frames(
-    seen: &AlignedRecording,
+    recording: &AlignedRecording,
     surface: &TongueSurface,
     followed: &[Followed],
     hide: &[String],
 ) -> Vec<Frame> {
     let means: Vec<Vec<Option<Point>>> = Vec::from_iter(followed.iter().map(|f| {
-        seen.bone(&f.name).map_or_else(|| vec![None; seen.frames.len()], |b| seen.bone_means(b, BONE_WINDOW))
+        recording
+            .bone(&f.name)
+            .map_or_else(|| vec![None; recording.frames.len()], |b| recording.bone_means(b, BONE_WINDOW))
     }));
-    let along = along_the_mean(seen);
-    Vec::from_iter(seen.frames.iter().enumerate().map(|(t, frame)| {
+    let along = along_the_mean(recording);
+    Vec::from_iter(recording.frames.iter().enumerate().map(|(t, frame)| {
         let shifts = followed
             .iter()
             .zip(&means)
             .map(|(f, m)| m[t].map_or_else(Point::zeros, |at| at - f.mark))
             .collect();
-        frame_of(seen, frame, surface, shifts, hide, &along)
+        frame_of(recording, frame, surface, shifts, hide, &along)
     }))
 }
 
 /// Distance of every contour point from the first one along the mean contour, mm; noise makes that along a single contour longer.
-fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
-    let means = (0..seen.contour.len()).map(|i| {
-        let marks = seen.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
+fn along_the_mean(recording: &AlignedRecording) -> Vec<f64> {
+    let means = (0..recording.contour.len()).map(|i| {
+        let marks = recording.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
         let (sum, count) = marks.fold((Point::zeros(), 0.0), |(s, n), m| (s + m.at, n + 1.0));
         (count > 0.0).then(|| sum / count)
     });
@@ -84,14 +86,14 @@ fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
 }
 
 fn frame_of(
-    seen: &AlignedRecording,
+    recording: &AlignedRecording,
     frame: &AlignedFrame,
     surface: &TongueSurface,
     shifts: Vec<SVector<f64, 2>>,
     hide: &[String],
     along: &[f64],
 ) -> Frame {
-    let labels = (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect();
+    let labels = (0..recording.labels.len()).filter(|&l| recording.labels[l].holds(frame.time_s)).collect();
     let mut out = Frame { time_s: frame.time_s, shifts, labels, ..Frame::default() };
     let mut add = |name: &String, observation: Observation<2>, along: Along, sd_m: f64| {
         let name = name.clone();
@@ -102,13 +104,13 @@ fn frame_of(
             out.observations.push(FrameObservation { name, observation, along });
         }
     };
-    for ((name, mark), &at_mm) in seen.contour.iter().zip(&frame.contour).zip(along) {
+    for ((name, mark), &at_mm) in recording.contour.iter().zip(&frame.contour).zip(along) {
         let Some(mark) = mark else { continue };
         let contour = Contour::new(surface.curve.clone(), mark.at);
         let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };
         add(name, Observation::new(contour, 0.0), along, mark.sd);
     }
-    for ((name, behind), mark) in seen.sensors.iter().zip(&frame.sensors) {
+    for ((name, behind), mark) in recording.sensors.iter().zip(&frame.sensors) {
         let Some(mark) = mark else { continue };
         let at = (surface.tip - behind).clamp(0.0, surface.curve.length());
         for (axis, direction) in [SVector::x(), SVector::y()].into_iter().enumerate() {
@@ -163,7 +165,7 @@ impl<'a> FrameSolver<'a> {
         from: Option<&[SVector<f64, 2>]>,
     ) -> Option<&[SVector<f64, 2>]> {
         self.tensions = self.tensions_of(x);
-        self.carry(frame, x);
+        self.displace_bones(frame, x);
         let warm = from.is_some_and(|positions| {
             self.workspace.start_from(positions);
             self.is_solved()
@@ -182,9 +184,9 @@ impl<'a> FrameSolver<'a> {
         done.status == SolveStatus::Converged
     }
 
-    pub(super) fn carry(&mut self, frame: &Frame, x: &DVector<f64>) {
+    pub(super) fn displace_bones(&mut self, frame: &Frame, x: &DVector<f64>) {
         for (nodes, shift) in self.bones(frame, x) {
-            self.workspace.carry_bone(self.system, nodes, shift);
+            self.workspace.displace_bone(self.system, nodes, shift);
         }
     }
 

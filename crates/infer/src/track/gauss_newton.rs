@@ -9,7 +9,7 @@ use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, windows};
 use super::jacobian::Linearisation;
-use super::shape::RestShape;
+use super::rest_shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
 
@@ -25,11 +25,11 @@ const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
 /// A step is rejected if the frame's cost exceeds both the previous and the expected cost by this factor plus this amount.
 const TOO_FAR: (f64, f64) = (1.1, 1.0);
 /// Damping of a frame in the first round, least damping after a rejected step, and damping from which the frame stays where it is, in units
-/// of the precision of a course.
+/// of the precision of a muscle's deviation from its level.
 const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
 /// Factor of the damping of a frame that responded as expected.
 const DAMPING_DECREASE: f64 = 0.2;
-/// Largest distance of an unknown from a linearisation that is kept, in standard deviations of a course.
+/// Largest distance of an unknown from a linearisation that is kept, in standard deviations of a muscle's deviation from its level.
 const KEPT_RANGE: f64 = 0.08;
 /// Largest difference of unknowns that are equal but for rounding.
 const ROUNDING: f64 = 1e-9;
@@ -66,7 +66,7 @@ pub(super) fn minimise(
     let tolerance = RELATIVE_DECREASE * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
     let mut quiet = 0;
     for round in 0..rounds {
-        let Some((step, steps)) = stepped(smoother, recordings, &damping, None) else { break };
+        let Some((step, steps)) = solve_step(smoother, recordings, &damping, None) else { break };
         let shared = &smoother.shared + step;
         let all = recordings.iter().zip(&steps).zip(&damping);
         let tried: Vec<Vec<TrialResult>> = all
@@ -123,7 +123,7 @@ pub(super) struct ShapeStep<'a> {
 }
 
 /// Step of the shared unknowns, followed by those of the shape, and of every state.
-pub(super) fn stepped(
+pub(super) fn solve_step(
     smoother: &Smoother<'_>,
     recordings: &[SmoothedRecording],
     damping: &[Vec<f64>],
@@ -152,10 +152,9 @@ pub(super) fn stepped(
             let here = e.window(&window);
             for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
                 let state = -(answer * &step) - e.steps[t].column(0);
-                expected.push(
-                    rows.as_ref()
-                        .map_or(f64::INFINITY, |rows| smoother.expected(rows, &state, &step).norm_squared()),
-                );
+                expected.push(rows.as_ref().map_or(f64::INFINITY, |rows| {
+                    smoother.residuals_after_step(rows, &state, &step).norm_squared()
+                }));
                 states.push(state);
             }
         }
@@ -351,7 +350,7 @@ impl<'a> Trial<'a> {
     /// The whole step with the kept linearisation; `None` if the step is too long for it, or if none is kept.
     fn with_kept_linearisation(&self) -> Option<TrialResult> {
         let moved = &self.unknowns_after - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
-        let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.course_sd_n);
+        let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.deviation_sd_n);
         if !moved.iter().enumerate().all(|(i, by)| by.abs() < KEPT_RANGE * if i < muscles { sd } else { 1.0 })
         {
             return None;

@@ -52,16 +52,24 @@ impl BaselinePredictor {
 }
 
 /// Errors of the model and the other methods at hidden points; `None` without hidden points. `tracked` is found without these.
-pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Option<HeldOut> {
-    let trained_on = if seen.len() > 1 { "other recordings" } else { "the same recording" };
-    let opponents = (!hide.is_empty()).then(|| opponents(seen, tracked, hide))?;
+pub fn held_out(
+    recordings: &[&AlignedRecording],
+    tracked: &[&[Tracked]],
+    hide: &[String],
+) -> Option<HeldOut> {
+    let trained_on = if recordings.len() > 1 { "other recordings" } else { "the same recording" };
+    let opponents = (!hide.is_empty()).then(|| opponents(recordings, tracked, hide))?;
     Some(HeldOut { points: hide.to_vec(), trained_on, opponents })
 }
 
-fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<BaselinePredictor> {
+fn opponents(
+    recordings: &[&AlignedRecording],
+    tracked: &[&[Tracked]],
+    hide: &[String],
+) -> Vec<BaselinePredictor> {
     let model = tracked.iter().copied().flatten().flat_map(missed).collect();
     let (mut by_spline, mut by_components, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
-    each_frame(seen, hide, &|s| s.contour.clone(), &|f| &f.contour, &mut |points, learned| {
+    each_frame(recordings, hide, &|s| s.contour.clone(), &|f| &f.contour, &mut |points, learned| {
         let judge = |contour: &[Point], into: &mut Vec<f64>| {
             if let Some(curve) = NaturalSpline::through(contour).map(|c| c.extended(BEYOND_M)) {
                 into.extend(points.hidden.iter().map(|(_, at)| curve.distance(*at)));
@@ -74,7 +82,7 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
         }
     });
     let (mut by_mean, mut by_line, mut of_coils) = (Vec::new(), Vec::new(), Vec::new());
-    each_frame(seen, hide, &coil_names, &|f| &f.sensors, &mut |coils, learned| {
+    each_frame(recordings, hide, &coil_names, &|f| &f.sensors, &mut |coils, learned| {
         let Some(learned) = learned else { return };
         let (mean, expected) = (points(&learned.mean), learned.by_gaussian(coils));
         for &(i, at) in &coils.hidden {
@@ -111,19 +119,21 @@ struct SplitFrame<'a> {
 /// Calls `judge` for every frame that shows all visible points, with what was learned from other recordings of the same points. `names` are
 /// those of the points of a recording, `marks` their places in a frame.
 fn each_frame(
-    seen: &[&AlignedRecording],
+    recordings: &[&AlignedRecording],
     hide: &[String],
     names: &dyn Fn(&AlignedRecording) -> Vec<String>,
     marks: &dyn Fn(&AlignedFrame) -> &[Option<Mark>],
     judge: &mut dyn FnMut(&SplitFrame<'_>, Option<&Learned>),
 ) {
-    let first = seen.first().map(|s| names(s)).unwrap_or_default();
+    let first = recordings.first().map(|s| names(s)).unwrap_or_default();
     let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
     let place = |f: &AlignedFrame, i: usize| marks(f).get(i).copied().flatten().map(|m| m.at);
     let whole = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, i)).collect::<Option<Vec<Point>>>();
-    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| names(s) == first) {
-        let others =
-            seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && names(s) == first);
+    for (nth, one) in recordings.iter().enumerate().filter(|(_, s)| names(s) == first) {
+        let others = recordings
+            .iter()
+            .enumerate()
+            .filter(|(o, s)| (*o != nth || recordings.len() == 1) && names(s) == first);
         let training: Vec<_> =
             others.flat_map(|(_, s)| s.frames.iter().filter_map(whole)).map(coordinates).collect();
         let learned = Learned::of(&training);
@@ -179,8 +189,9 @@ impl Learned {
     /// Numbers of the coordinates of the visible points, and these coordinates less their means.
     fn away(&self, frame: &SplitFrame<'_>) -> (Vec<usize>, DVector<f64>) {
         let rows: Vec<usize> = frame.shown.iter().flat_map(|i| [2 * i, 2 * i + 1]).collect();
-        let seen = frame.visible.iter().flat_map(|p| [p.x, p.y]);
-        let away = DVector::from_iterator(rows.len(), rows.iter().zip(seen).map(|(r, v)| v - self.mean[*r]));
+        let measured = frame.visible.iter().flat_map(|p| [p.x, p.y]);
+        let away =
+            DVector::from_iterator(rows.len(), rows.iter().zip(measured).map(|(r, v)| v - self.mean[*r]));
         (rows, away)
     }
 
@@ -191,18 +202,18 @@ impl Learned {
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
         let basis = eigen.eigenvectors.select_columns(&order[..COMPONENTS.min(order.len())]);
         let (rows, away) = self.away(frame);
-        let seen = basis.select_rows(&rows);
-        let weights = (seen.tr_mul(&seen)).lu().solve(&seen.tr_mul(&away));
+        let visible = basis.select_rows(&rows);
+        let weights = (visible.tr_mul(&visible)).lu().solve(&visible.tr_mul(&away));
         points(&weights.map_or_else(|| self.mean.clone(), |w| &self.mean + basis * w))
     }
 
     /// Conditional means of all points given the visible ones.
     fn by_gaussian(&self, frame: &SplitFrame<'_>) -> Vec<Point> {
         let (rows, away) = self.away(frame);
-        let mut seen = self.covariance.select_rows(&rows).select_columns(&rows);
-        let ridge = RIDGE * seen.diagonal().amax();
-        (0..rows.len()).for_each(|i| seen[(i, i)] += ridge);
-        let gain = seen.lu().solve(&away);
+        let mut visible = self.covariance.select_rows(&rows).select_columns(&rows);
+        let ridge = RIDGE * visible.diagonal().amax();
+        (0..rows.len()).for_each(|i| visible[(i, i)] += ridge);
+        let gain = visible.lu().solve(&away);
         let across = self.covariance.select_columns(&rows);
         points(&gain.map_or_else(|| self.mean.clone(), |g| &self.mean + across * g))
     }

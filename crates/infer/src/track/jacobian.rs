@@ -40,11 +40,11 @@ impl Rates {
                 slopes.into_iter().map(|s| (s, 1.0)).chain(hidden.map(|s| (s, 1e3))).collect()
             }
             DerivativeUnit::Millimetres => {
-                let seen = slopes
+                let fitted = slopes
                     .into_iter()
                     .zip(&frame.observations)
                     .map(|(s, o)| times(s, 1e3 / o.observation.weight));
-                seen.chain(hidden.map(|s| times(s, 1e3))).collect()
+                fitted.chain(hidden.map(|s| times(s, 1e3))).collect()
             }
         };
         let is_finite = residuals.iter().all(|r| r.is_finite());
@@ -53,20 +53,20 @@ impl Rates {
     }
 
     /// Sets a column from the motion of every node for a unit of a change, and the derivative of the change by the unknown.
-    pub fn set(&mut self, column: usize, motion: impl Fn(usize) -> Point, by_unknown: f64) {
+    pub fn set_column(&mut self, column: usize, motion: impl Fn(usize) -> Point, by_unknown: f64) {
         for (row, (slope, factor)) in self.rows.iter().enumerate() {
             let rate: f64 = slope.iter().map(|(n, s)| s.dot(&motion(*n))).sum();
             self.by_unknown[(row, column)] = factor * rate * by_unknown;
         }
     }
 
-    pub fn of_seen(&self) -> DMatrix<f64> {
+    pub fn jacobian_of_fitted(&self) -> DMatrix<f64> {
         self.by_unknown.rows(0, self.residuals.len()).into_owned()
     }
 
-    pub fn of_hidden(&self) -> DMatrix<f64> {
-        let seen = self.residuals.len();
-        self.by_unknown.rows(seen, self.rows.len() - seen).into_owned()
+    pub fn jacobian_of_hidden(&self) -> DMatrix<f64> {
+        let fitted = self.residuals.len();
+        self.by_unknown.rows(fitted, self.rows.len() - fitted).into_owned()
     }
 
     /// `None` where a derivative of a residual is not finite.
@@ -127,7 +127,9 @@ impl FrameSolver<'_> {
         for (column, change) in changes.iter().enumerate() {
             for ((rates, motion), (_, x, _)) in all.iter_mut().zip(group.motions(*change)).zip(postures) {
                 match motion.zip(rates.as_mut()) {
-                    Some((motion, rates)) => rates.set(column, |n| motion[n], columns.by_unknown(column, x)),
+                    Some((motion, rates)) => {
+                        rates.set_column(column, |n| motion[n], columns.by_unknown(column, x))
+                    }
                     None => *rates = None,
                 }
             }
@@ -201,13 +203,13 @@ impl DerivativeColumns for Unknowns<'_> {
         let mut response = solver.response()?;
         for column in 0..self.count {
             if let Some(&muscle) = self.muscles.get(column) {
-                response.to_tension(muscle);
+                response.compute_for_tension(muscle);
             } else {
                 let (bone, axis) = self.bone(column);
-                response.to_load(|at, load| bone.add_force(at, axis, None, load));
-                response.carry(bone.nodes(), axis);
+                response.compute_for_load(|at, load| bone.add_force(at, axis, None, load));
+                response.displace(bone.nodes(), axis);
             }
-            rates.set(column, |n| response.motion()[n], self.by_unknown(column, x));
+            rates.set_column(column, |n| response.motion()[n], self.by_unknown(column, x));
         }
         Some(())
     }
@@ -221,7 +223,7 @@ impl FrameSolver<'_> {
         let unknowns = Unknowns { muscles, freed, link, count };
         Vec::from_iter(self.rates(&unknowns, postures).into_iter().zip(postures).map(|(rates, (_, x, _))| {
             let rates = rates?;
-            let (jacobian, hidden_jacobian) = (rates.of_seen(), rates.of_hidden());
+            let (jacobian, hidden_jacobian) = (rates.jacobian_of_fitted(), rates.jacobian_of_hidden());
             let Rates { residuals, positions, .. } = rates;
             Some(Linearisation {
                 x: (*x).clone(),

@@ -1,11 +1,12 @@
 //! Tensions over time from observations of a tongue: contour points, sensors, bones.
 //!
-//! The equilibrium of a frame meets its observations up to errors that are correlated along the contour and in time ([`Errors`]). Tensions
-//! have a level in each speaker and a course about it ([`Softplus`]); the shape at rest is uncertain ([`ShapePrior`]). First the most
-//! probable tensions of all frames on the placed body are found; of long recordings, levels and shape are found from frames spread over all
-//! of them. Then draws of the shape, and of the tensions given the shape, give the intervals of levels and courses. A course is a tension
-//! less its mean over the recording in the same draw, so errors that are equal in all frames cancel. Masses and dampers are not used,
-//! because the time constants of the thesis (1 s) are too long for speech.
+//! The equilibrium of a frame meets its observations up to errors that are correlated along the contour and in time ([`Errors`]). Before
+//! a transform ([`Softplus`]) a tension is the level of its muscle, which is the same in all frames of a speaker, plus a deviation from it;
+//! the shape at rest is uncertain ([`ShapePrior`]). First the most probable tensions of all frames on the placed body are found; of long
+//! recordings, levels and shape are found from frames spread over all of them. Then draws of the shape, and of the tensions given the
+//! shape, give the intervals of tensions and courses. A course is a tension less its mean over the recording in the same draw, so errors
+//! that are equal in all frames cancel. Masses and dampers are not used, because the time constants of the thesis (1 s) are too long for
+//! speech.
 
 mod compare;
 mod display_shape;
@@ -20,21 +21,22 @@ mod ornstein_uhlenbeck;
 mod prediction;
 mod reachability;
 mod repeatability;
+mod rest_shape;
 mod results;
 mod run;
 mod segments;
 mod settings;
-mod shape;
 mod shape_jacobian;
 mod smoother;
 
 pub use crate::error_model::{Along, Errors};
-pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
+pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare, mark};
 pub use formants::{TrackedFormant, add_formants};
 pub use frame::{BONE_WINDOW, Frame, FrameObservation, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
 pub use repeatability::{Repeatability, Repeated, repeatability};
+pub use rest_shape::{RestShape, ShapePrior};
 pub use results::{
     Displacement, FrameStatus, HeldOutPrediction, Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint,
     Tracked, TrackedRecording,
@@ -42,5 +44,4 @@ pub use results::{
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
 pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};
 pub use settings::{Followed, TrackSettings, TrackingContext};
-pub use shape::{RestShape, ShapePrior};
 pub use smoother::FEWEST;

@@ -1,9 +1,9 @@
 //! The prior of the states of successive frames, and its block tridiagonal systems.
 //!
-//! A course is a stationary Ornstein-Uhlenbeck process about zero with precision `P` and time constant `tau`: `z_(t+1) = rho z_t + e`, `e ~
-//! N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so `Q + G` with a block `G` for each frame is
-//! factorised frame by frame (Rauch, Tung and Striebel 1965 in information form). Tensions are a smooth function of unbounded numbers, `F =
-//! s ln(1 + exp(h / s))`, so that a slack muscle is not on a bound.
+//! The deviations from the levels are a stationary Ornstein-Uhlenbeck process about zero with precision `P` and time constant `tau`:
+//! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so `Q + G` with
+//! a block `G` for each frame is factorised frame by frame (Rauch, Tung and Striebel 1965 in information form). Tensions are a smooth
+//! function of unbounded numbers, `F = s ln(1 + exp(h / s))`, so that a slack muscle is not on a bound.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -133,7 +133,8 @@ pub struct Softplus {
     /// Prior mean of `h`, N/m.
     pub middle_n: f64,
     pub level_sd_n: f64,
-    pub course_sd_n: f64,
+    /// Standard deviation of `e`, N/m; in JSON `course_sd_n`.
+    pub deviation_sd_n: f64,
 }
 
 impl Default for Softplus {
@@ -150,7 +151,7 @@ impl Softplus {
             bend_n: sd::BEND_N * by,
             middle_n: sd::LEVEL_MIDDLE_N * by,
             level_sd_n: sd::LEVEL_N * by,
-            course_sd_n: sd::COURSE_N * by,
+            deviation_sd_n: sd::COURSE_N * by,
         }
     }
 
@@ -173,7 +174,7 @@ impl Softplus {
 
     /// Prior quantile of a tension, N/m; `z` is the standard normal quantile of the same probability.
     pub fn prior_quantile(&self, z: f64) -> f64 {
-        self.tension(self.middle_n + z * self.level_sd_n.hypot(self.course_sd_n)).0
+        self.tension(self.middle_n + z * self.level_sd_n.hypot(self.deviation_sd_n)).0
     }
 
     /// Prior standard deviation of a tension, N/m.

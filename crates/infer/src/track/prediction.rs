@@ -47,7 +47,7 @@ struct ContourLine {
 }
 
 struct Split {
-    seen: ContourLine,
+    fitted: ContourLine,
     hidden: ContourLine,
 }
 
@@ -76,7 +76,7 @@ pub(super) fn predict_hidden(
         for (channel, fitted) in [(0, fitted), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
             let Some(FittedProcess(process, reach)) = fitted else { continue };
             let split = split(smoother, recording, t, channel);
-            let split = split.filter(|s| channel == 0 || s.seen.places.len() >= FEWEST_COILS);
+            let split = split.filter(|s| channel == 0 || s.fitted.places.len() >= FEWEST_COILS);
             let errors = split.and_then(|s| process.errors(&s)).unwrap_or_default();
             let own = (0..hidden.len()).filter(|&i| hidden[i].along.channel == channel);
             for (i, (missed, variance)) in own.zip(errors) {
@@ -103,8 +103,8 @@ pub(super) fn best_process(
     }
     let mut points: Vec<(&str, f64, bool)> = Vec::new();
     for frame in recordings.iter().flat_map(|c| c.frames.iter()) {
-        let seen = frame.observations.iter().map(|o| (o, false));
-        let all = seen.chain(frame.hidden.iter().map(|o| (o, true)));
+        let fitted = frame.observations.iter().map(|o| (o, false));
+        let all = fitted.chain(frame.hidden.iter().map(|o| (o, true)));
         for (point, is_hidden) in all.filter(|(o, _)| o.along.channel == 0) {
             if !points.iter().any(|(name, ..)| *name == point.name) {
                 points.push((&point.name, point.along.at_mm, is_hidden));
@@ -176,7 +176,7 @@ fn without(frame: &mut Frame, hide: &[&str]) {
 fn split(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
     let (frame, rest) = (&recording.frames[t], smoother.context.system.rest());
     let pulled = &recording.here[t].linear.as_ref()?.positions;
-    let [seen, hidden] = [&frame.observations, &frame.hidden].map(|all| {
+    let [fitted, hidden] = [&frame.observations, &frame.hidden].map(|all| {
         let mut line = ContourLine::default();
         for FrameObservation { observation, along, .. } in all.iter().filter(|o| o.along.channel == channel) {
             let unit = 1e3 / observation.weight;
@@ -186,24 +186,24 @@ fn split(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize, chann
         }
         line
     });
-    Some(Split { seen, hidden })
+    Some(Split { fitted, hidden })
 }
 
 impl Process {
     /// Errors of the predictions of the hidden points, mm, and their variances in units of `s²`.
     fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
-        let (seen, hidden) = (&split.seen, &split.hidden);
+        let (fitted, hidden) = (&split.fitted, &split.hidden);
         let covariance = |a: f64, b: f64| bell(a - b, self.length_mm) + MEAN;
         let value = |line: &ContourLine, i: usize| {
             (1.0 - self.weight) * line.at_rest[i] + self.weight * line.pulled[i]
         };
-        let n = seen.places.len();
+        let n = fitted.places.len();
         let noise = |i: usize, j: usize| if i == j { self.noise.powi(2) } else { 0.0 };
-        let own = DMatrix::from_fn(n, n, |i, j| covariance(seen.places[i], seen.places[j]) + noise(i, j));
+        let own = DMatrix::from_fn(n, n, |i, j| covariance(fitted.places[i], fitted.places[j]) + noise(i, j));
         let factor = Cholesky::new(own)?;
-        let weighed = factor.solve(&DVector::from_fn(n, |i, _| value(seen, i)));
+        let weighed = factor.solve(&DVector::from_fn(n, |i, _| value(fitted, i)));
         let predicted = (0..hidden.places.len()).map(|i| {
-            let across = DVector::from_fn(n, |j, _| covariance(hidden.places[i], seen.places[j]));
+            let across = DVector::from_fn(n, |j, _| covariance(hidden.places[i], fitted.places[j]));
             let variance = 1.0 + MEAN + self.noise.powi(2) - across.dot(&factor.solve(&across));
             (value(hidden, i) - across.dot(&weighed), variance)
         });
@@ -222,8 +222,8 @@ mod tests {
     #[test]
     fn a_prediction_is_the_conditional_normal_distribution() {
         let process = Process { weight: 0.4, length_mm: 12.0, noise: 0.1 };
-        let seen = line(&[0.0, 10.0, 31.0], &[1.0, 2.0, -1.0], &[0.5, 0.1, 0.3]);
-        let split = Split { seen, hidden: line(&[18.0], &[0.7], &[0.2]) };
+        let fitted = line(&[0.0, 10.0, 31.0], &[1.0, 2.0, -1.0], &[0.5, 0.1, 0.3]);
+        let split = Split { fitted, hidden: line(&[18.0], &[0.7], &[0.2]) };
         let (error, variance) = process.errors(&split).unwrap()[0];
         let places = [0.0, 10.0, 31.0, 18.0];
         let joint = DMatrix::from_fn(4, 4, |i, j| {

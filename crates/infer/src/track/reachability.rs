@@ -69,7 +69,7 @@ pub(super) fn reachabilities(
             let near = solver.nearest_reached(
                 &recording.frames[t],
                 &unknowns[t],
-                smoother.settings.link.course_sd_n,
+                smoother.settings.link.deviation_sd_n,
             );
             Some(near.map_or(Reachability::Lost, Reachability::Nearest))
         }))
@@ -78,8 +78,8 @@ pub(super) fn reachabilities(
 
 impl FrameSolver<'_> {
     /// Whether the load path of the tensions, with the bones of this frame, leads to the equilibrium, jumps included. Three steps are tried
-    /// first, which take less time than a trace.
-    pub fn reached_with_jumps(
+    /// first, which take less time than a trace. [`crate::posterior::lengths_reached_from_rest`] compares lengths after 5 or 25 steps.
+    pub fn shape_reached_from_rest(
         &mut self,
         frame: &Frame,
         x: &DVector<f64>,
@@ -88,7 +88,7 @@ impl FrameSolver<'_> {
         /// Parts of the tensions at which the body is solved from rest.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let whole = self.tensions_of(x);
-        self.carry(frame, x);
+        self.displace_bones(frame, x);
         self.workspace.start_from_rest(self.system);
         let arrives = LOADS.iter().all(|load| {
             self.tensions = whole.iter().map(|f| f * load).collect();
@@ -108,7 +108,7 @@ impl FrameSolver<'_> {
         (frame, x): (&Frame, &DVector<f64>),
         positions: &[SVector<f64, 2>],
     ) -> Option<Reached> {
-        if self.reached_with_jumps(frame, x, positions) {
+        if self.shape_reached_from_rest(frame, x, positions) {
             return Some(Reached::FromRest);
         }
         self.reached_in_turn(frame, x, positions).then_some(Reached::OtherWay)
@@ -120,7 +120,7 @@ impl FrameSolver<'_> {
         ((from, x), start): ((&Frame, &DVector<f64>), &[SVector<f64, 2>]),
         ((to, y), end): ((&Frame, &DVector<f64>), &[SVector<f64, 2>]),
     ) -> bool {
-        self.carry(from, x);
+        self.displace_bones(from, x);
         self.workspace.start_from(start);
         let (before, after) = (self.tensions_of(x), self.tensions_of(y));
         let mut between = to.clone();
@@ -128,7 +128,7 @@ impl FrameSolver<'_> {
             for (shift, (a, b)) in between.shifts.iter_mut().zip(from.shifts.iter().zip(&to.shifts)) {
                 *shift = a + (b - a) * part;
             }
-            self.carry(&between, &(x + (y - x) * part));
+            self.displace_bones(&between, &(x + (y - x) * part));
             self.tensions = before.iter().zip(&after).map(|(a, b)| a + (b - a) * part).collect();
             self.solves_directly()
         });
@@ -136,8 +136,8 @@ impl FrameSolver<'_> {
     }
 
     /// The shape reached from rest that is nearest to the observations of a frame, by Gauss-Newton for that frame alone from the end of the
-    /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation of a course, other unknowns with 1. That end
-    /// itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
+    /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation that they have about their levels, other
+    /// unknowns with 1. That end itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
     fn nearest_reached(
         &mut self,
         frame: &Frame,
@@ -145,7 +145,7 @@ impl FrameSolver<'_> {
         course_sd: f64,
     ) -> Option<Vec<SVector<f64, 2>>> {
         let tensions = self.tensions_of(x);
-        self.carry(frame, x);
+        self.displace_bones(frame, x);
         self.workspace.start_from_rest(self.system);
         let traced = statics::solve_and_trace(self.system, &mut self.workspace, &tensions, &self.settings);
         if traced.solution.status != SolveStatus::Converged {
@@ -169,7 +169,7 @@ impl FrameSolver<'_> {
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
         })
         .here;
-        let is_reached = self.reached_with_jumps(frame, &at, &here.positions);
+        let is_reached = self.shape_reached_from_rest(frame, &at, &here.positions);
         Some(if is_reached { here.positions.to_vec() } else { first })
     }
 
@@ -182,7 +182,7 @@ impl FrameSolver<'_> {
             pulls.collect::<Vec<f64>>()
         });
         orders.any(|first| {
-            self.carry(frame, x);
+            self.displace_bones(frame, x);
             self.workspace.start_from_rest(self.system);
             let stages = [vec![0.0; whole.len()], first, whole.clone()];
             let arrives = stages.windows(2).all(|pair| {

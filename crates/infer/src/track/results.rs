@@ -1,4 +1,4 @@
-//! Results for a frame: levels and courses of tensions with 95 % intervals, displacements of bones, and alarms.
+//! Results for a frame: tensions and their courses with 95 % intervals, displacements of bones, and alarms.
 
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,7 @@ pub enum FrameStatus {
     /// The observations cannot be reached by this body, or are wrong.
     OutOfReach,
     /// The equilibrium was reached neither from rest, with muscles together or some before others, nor from a neighbouring frame.
+    /// The key's name is older: a jump from the branch is allowed.
     #[serde(rename = "off_branch")]
     NotReached,
 }
@@ -80,7 +81,8 @@ pub struct Tracked {
     pub time_s: f64,
     pub status: FrameStatus,
     /// Tensions of the contracting muscles, N per metre of thickness.
-    pub levels: Vec<Interval>,
+    #[serde(rename = "levels")]
+    pub tensions: Vec<Interval>,
     /// Tensions less their mean over the recording in the same draw, N per metre of thickness.
     pub courses: Vec<Interval>,
     pub bones: Vec<Displacement>,
@@ -96,7 +98,7 @@ pub struct Tracked {
     #[serde(default)]
     pub other_way: bool,
     /// Where the shape cannot be reached: root mean square distance of the fitted observations from the nearest shape that is, m. If that
-    /// meets them as well, positions and formants are those of it, and its tensions differ a little from the levels.
+    /// meets them as well, positions and formants are those of it, and its tensions differ a little from `tensions`.
     #[serde(default)]
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m; empty where they are not wanted ([`TrackSettings::shapes`]).
@@ -112,7 +114,7 @@ pub struct Tracked {
 impl Tracked {
     /// Medians of the tensions, N per metre of thickness.
     pub fn tensions_n(&self) -> Vec<f64> {
-        self.levels.iter().map(|l| l.median).collect()
+        self.tensions.iter().map(|l| l.median).collect()
     }
 }
 
@@ -156,7 +158,7 @@ pub(super) fn tracked(
     let &FrameSolution { recording, t, x, placed, lost, means, .. } = found;
     let (frame, here) = (&recording.frames[t], &recording.here[t]);
     let tensions = &draws.tensions;
-    let levels: Vec<Interval> = tensions.iter().map(|d| interval(d).or_slack(&settings.link)).collect();
+    let intervals: Vec<Interval> = tensions.iter().map(|d| interval(d).or_slack(&settings.link)).collect();
     let courses = tensions
         .iter()
         .zip(&means.0)
@@ -209,7 +211,7 @@ pub(super) fn tracked(
         FrameStatus::NotReached
     } else if rms_sd > MISSED_SD {
         FrameStatus::PoorFit
-    } else if levels.iter().any(|l| l.median >= BOUND * settings.link.scale_n()) {
+    } else if intervals.iter().any(|l| l.median >= BOUND * settings.link.scale_n()) {
         FrameStatus::AtBound
     } else if resolved == 0 {
         FrameStatus::Unresolved
@@ -235,7 +237,7 @@ pub(super) fn tracked(
         reached_rms_m,
         hidden: hidden.collect(),
         resolved,
-        levels,
+        tensions: intervals,
         formants: formants::tracked_formants(frame, &positions, &draws.formants),
         positions: if settings.is_shown(t, recording.frames.len()) { positions } else { Vec::new() },
         faults: Vec::new(),

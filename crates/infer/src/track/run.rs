@@ -10,17 +10,17 @@ use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
-use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
+use super::display_shape::{Display, DisplayShape, begin_beside, sample_frames};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::frame::Frame;
 use super::gauss_newton::{ROUNDS, minimise};
 use super::prediction::{best_process, predict_hidden};
 use super::reachability::reachabilities;
+use super::rest_shape::RestShape;
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
-use super::shape::RestShape;
 use super::shape_jacobian::shape_jacobians;
 use super::smoother::{FEWEST, SmoothedRecording, Smoother, in_chunks};
 use super::{draws, formants};
@@ -114,7 +114,7 @@ pub fn track(
             }
         });
         let levels = shown.as_ref().map_or(&smoother.shared, |shown| &shown.levels).clone();
-        let context_shown = context.on(shown.as_ref().and_then(|shown| shown.body.as_ref()));
+        let context_shown = context.on_body(shown.as_ref().and_then(|shown| shown.body.as_ref()));
         let again = Smoother { context: context_shown, shared: levels, ..smoother.clone() };
         let formant_jacobians = formants::jacobians(&smoother, &recording);
         let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
@@ -147,7 +147,7 @@ pub fn rest_shape(
     let mut smoother = Smoother::new(*context, settings, &knots);
     let recordings: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
-    let mut recordings = sampled(&smoother, &recordings);
+    let mut recordings = sample_frames(&smoother, &recordings);
     fit_placed(&mut smoother, &mut recordings, None, &|round| progress(round, ROUNDS));
     let DisplayShape { body, recordings, .. } =
         Display::new(context, settings).fit_shape(shape, &smoother, &recordings);
@@ -163,7 +163,7 @@ pub fn rest_shape(
         return None;
     }
     let rms_m = (squares / count as f64).sqrt();
-    Some(RestFound { nodes: context.on(body.as_ref()).system.rest().to_vec(), rms_m })
+    Some(RestFound { nodes: context.on_body(body.as_ref()).system.rest().to_vec(), rms_m })
 }
 
 fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {

@@ -166,11 +166,11 @@ const RELIABLE: f64 = 0.5;
 pub const NARROW: f64 = 1.2;
 
 pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
-    let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();
+    let each: Vec<_> = frames.iter().map(|f| (f.tensions.as_slice(), f.courses.as_slice())).collect();
     summaries(names, &each, link)
 }
 
-/// [`course_summaries`] from levels and courses of all muscles.
+/// [`course_summaries`] from tensions and courses of all muscles.
 pub(super) fn summaries(
     names: &[String],
     all: &[(&[Interval], &[Interval])],

@@ -1,5 +1,5 @@
 use super::ornstein_uhlenbeck::Softplus;
-use super::shape::RestShape;
+use super::rest_shape::RestShape;
 use crate::error_model::{Errors, Knots};
 use crate::inverse::MovableBone;
 use tongue_core::geometry::Point;
@@ -80,7 +80,7 @@ impl<'a> TrackingContext<'a> {
     }
 
     /// The context with the body at rest of `body`, if there is one.
-    pub(super) fn on<'b>(&self, body: Option<&'b RestShape>) -> TrackingContext<'b>
+    pub(super) fn on_body<'b>(&self, body: Option<&'b RestShape>) -> TrackingContext<'b>
     where
         'a: 'b,
     {
@@ -102,7 +102,7 @@ pub(super) struct Sizes {
 }
 
 impl Sizes {
-    /// Number of unknowns of a frame: courses, displacements, slow error.
+    /// Number of unknowns of a frame: deviations, displacements, slow error.
     pub fn state(&self) -> usize {
         self.muscles + self.bones + self.knots
     }

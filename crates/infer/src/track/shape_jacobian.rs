@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::jacobian::{DerivativeColumns, DerivativeUnit, Rates};
-use super::shape::{RestShape, STEP};
+use super::rest_shape::{RestShape, STEP};
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
@@ -12,7 +12,7 @@ use tongue_core::statics::lanes::UnitChange;
 
 /// Derivatives of a frame's observations and hidden points by the shape, mm.
 pub(super) struct ShapeJacobian {
-    pub seen: DMatrix<f64>,
+    pub fitted: DMatrix<f64>,
     pub hidden: DMatrix<f64>,
 }
 
@@ -51,7 +51,10 @@ impl RestShape {
             let mut rates = rates?;
             self.add_coils(&mut rates, frame);
             let is_finite = rates.by_unknown.iter().all(|v| v.is_finite());
-            is_finite.then(|| ShapeJacobian { seen: rates.of_seen(), hidden: rates.of_hidden() })
+            is_finite.then(|| ShapeJacobian {
+                fitted: rates.jacobian_of_fitted(),
+                hidden: rates.jacobian_of_hidden(),
+            })
         }))
     }
 
@@ -62,9 +65,9 @@ impl RestShape {
         for (k, (coil, weights)) in self.prior.coils.iter().enumerate() {
             let motion: Point = weights.iter().map(|(n, w)| positions[*n] * *w).sum();
             let rows = frame.observations.iter().chain(&frame.hidden).enumerate();
-            for (row, seen) in rows.filter(|(_, seen)| seen.name == *coil) {
+            for (row, hidden) in rows.filter(|(_, hidden)| hidden.name == *coil) {
                 by_unknown[(row, first + k)] =
-                    seen.along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
+                    hidden.along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
             }
         }
     }
@@ -95,18 +98,20 @@ impl DerivativeColumns for RestShape {
         let (mut before, mut after) =
             (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
         self.system.force(Configuration { positions: &positions, tensions: &tensions }, &mut before);
-        for (k, (direction, changed)) in self.prior.directions.iter().zip(self.changed()?).enumerate() {
+        for (k, (direction, changed)) in
+            self.prior.directions.iter().zip(self.perturbed_systems()?).enumerate()
+        {
             // Nodes on bone move with the body at rest.
             let there: Vec<Point> = Vec::from_iter(
                 positions.iter().enumerate().map(|(n, p)| if free[n] { *p } else { p + direction[n] * STEP }),
             );
             changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
-            response.to_load(|_, load| {
+            response.compute_for_load(|_, load| {
                 for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
                     *l += (a - b) / STEP;
                 }
             });
-            rates.set(k, |n| if free[n] { response.motion()[n] } else { direction[n] }, 1.0);
+            rates.set_column(k, |n| if free[n] { response.motion()[n] } else { direction[n] }, 1.0);
         }
         Some(())
     }

@@ -1,7 +1,7 @@
 //! The most probable tensions of all frames on one body, by the Gauss-Newton method.
 //!
-//! The state of a frame is the course of each muscle, displacements of bones that were not observed, and the slow error at a few knots of
-//! the contour. All frames share the level of each muscle and the static error. The shape at rest is fixed.
+//! The state of a frame is the deviation of each muscle from its level, displacements of bones that were not observed, and the slow error
+//! at a few knots of the contour. All frames share the level of each muscle and the static error. The shape at rest is fixed.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,8 +15,8 @@ use tongue_core::statistics::upper_median;
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
+use super::rest_shape::RestShape;
 use super::settings::{Sizes, TrackSettings, TrackingContext};
-use super::shape::RestShape;
 use crate::error_model::{Along, FrameErrors, Knots};
 
 /// Number of frames in a chunk, of which the first is solved from rest. Chunks do not depend on threads, so results do not either.
@@ -65,7 +65,7 @@ impl SmoothedRecording {
     }
 }
 
-/// Whitened residuals of a frame and their derivatives. Levels and static error have the derivatives of courses and slow error.
+/// Whitened residuals of a frame and their derivatives. Levels and static error have the derivatives of deviations and slow error.
 pub(super) struct WhitenedRows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
@@ -78,7 +78,7 @@ pub(super) struct Smoother<'a> {
     pub sizes: Sizes,
     pub settings: &'a TrackSettings,
     pub knots: &'a Knots,
-    /// Levels (N/m) and static error (mm).
+    /// Deviation of each muscle's level from its prior mean before the transform (N/m), then the static error at its knots (mm).
     pub shared: DVector<f64>,
     /// Prior precision of the shared unknowns.
     pub shared_precision: DMatrix<f64>,
@@ -121,7 +121,7 @@ impl<'a> Smoother<'a> {
         let Sizes { muscles, bones, knots } = self.sizes;
         let n = self.sizes.state();
         let mut precision = DMatrix::identity(n, n);
-        (0..muscles).for_each(|i| precision[(i, i)] = self.settings.link.course_sd_n.powi(-2));
+        (0..muscles).for_each(|i| precision[(i, i)] = self.settings.link.deviation_sd_n.powi(-2));
         let slow = self.knots.precision(self.settings.errors.slow_mm);
         precision.view_mut((muscles + bones, muscles + bones), (knots, knots)).copy_from(&slow);
         let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
@@ -220,15 +220,20 @@ impl<'a> Smoother<'a> {
         Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
-    /// The unknown of a state with the same derivatives as a shared one: the course for a level, the slow error for the static one.
-    pub(super) fn of_state(&self, shared: usize) -> usize {
+    /// The unknown of a state with the same derivatives as a shared one: the deviation for a level, the slow error for the static one.
+    pub(super) fn state_of_shared(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
 
     /// Linearised residuals of a frame after a step of its state and of the shared unknowns.
-    pub fn expected(&self, rows: &WhitenedRows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
+    pub fn residuals_after_step(
+        &self,
+        rows: &WhitenedRows,
+        state: &DVector<f64>,
+        shared: &DVector<f64>,
+    ) -> DVector<f64> {
         let mut step = state.clone();
-        (0..self.sizes.shared()).for_each(|i| step[self.of_state(i)] += shared[i]);
+        (0..self.sizes.shared()).for_each(|i| step[self.state_of_shared(i)] += shared[i]);
         let mut out = &rows.residuals + &rows.by_state * step;
         if let Some(by_shape) = &rows.by_shape {
             out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());

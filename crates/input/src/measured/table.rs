@@ -52,7 +52,7 @@ impl<'a> TableLines<'a> {
                 start.error("the file is JSON, XML or a page, not a table", "export the table as CSV")
             );
         }
-        let (mut body, mut before, mut told) = (&*text, 0, None);
+        let (mut body, mut before, mut declared) = (&*text, 0, None);
         while let Some((line, rest)) = body.split_once('\n') {
             let sep = line.trim().strip_prefix("sep=").and_then(|sep| match sep {
                 "" => Some(Separator::Tab),
@@ -61,12 +61,12 @@ impl<'a> TableLines<'a> {
             if !line.trim().is_empty() && !line.trim().starts_with('#') && sep.is_none() {
                 break;
             }
-            (body, before, told) = (rest, before + 1, told.or(sep));
+            (body, before, declared) = (rest, before + 1, declared.or(sep));
         }
         if body.trim().is_empty() {
             return Err(start.error("the file is empty", format!("begin with a line like {wanted}")));
         }
-        let candidates = told.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
+        let candidates = declared.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
         let known =
             |line: &TableLine| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
         let scored = candidates.into_iter().rev().flat_map(|separator| {
@@ -159,13 +159,13 @@ impl<'a> TableLines<'a> {
         let (header, width) = (&self.header.cells, row.cells.len());
         let at = self.place_of(row, width.min(header.len()));
         let (line, wanted) = (self.header.number, header.len());
-        let told = format!("the line has {width} fields where the header, line {line}, has {wanted}");
+        let message = format!("the line has {width} fields where the header, line {line}, has {wanted}");
         if row.cells.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
             let help = match self.separator {
                 Separator::Comma => "; between commas decimals are written with a point, like 57.8",
                 _ => "",
             };
-            return Err(at.error(told, format!("take out the surplus{help}")));
+            return Err(at.error(message, format!("take out the surplus{help}")));
         }
         if header.iter().skip(width).all(str::is_empty) {
             return Ok(());
@@ -177,9 +177,8 @@ impl<'a> TableLines<'a> {
                 format!("the fields are separated by {}", other.plural()),
                 format!("separate them by {}, as in the header", own.plural()),
             ),
-            None => {
-                at.error(told, "give every column a value; check for a quotation mark that is never closed")
-            }
+            None => at
+                .error(message, "give every column a value; check for a quotation mark that is never closed"),
         })
     }
 }

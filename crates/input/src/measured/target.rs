@@ -185,7 +185,7 @@ impl Target {
     }
 
     /// Positions of the muscles that can be compared: for ratios all except the reference.
-    pub fn compared(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn comparable(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.muscles.len()).filter(|&m| self.kind.constrains(m, self.reference))
     }
 

@@ -245,7 +245,7 @@ impl Tract {
     /// Moves each point of the outer wall along its line to where that line crosses a traced palate (points in order, mm), if the crossing
     /// is less than `reach_mm` from the point.
     #[must_use]
-    pub fn under(mut self, palate: &[[f64; 2]], reach_mm: f64) -> Self {
+    pub fn with_palate(mut self, palate: &[[f64; 2]], reach_mm: f64) -> Self {
         for row in self.wall.iter_mut().flat_map(|w| &mut w.points_mm) {
             let (from, to) = ([row[2], row[3]], [row[0], row[1]]);
             let way = minus(to, from);

@@ -94,7 +94,7 @@ impl<'a> Walls<'a> {
     /// The lines across, from the glottis to the edge of the upper teeth. If lines cross, as in a very wide airway, every direction is
     /// averaged over its neighbours, over one more on each side until no lines cross. If they always cross, the lines have the given
     /// directions.
-    pub(super) fn across(&self) -> Result<Vec<Across>, TractError> {
+    pub(super) fn lines_across(&self) -> Result<Vec<Across>, TractError> {
         let ways: Vec<ProfilePoint> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
         let given = self.lines(&ways)?;
         if given.windows(2).all(|pair| are_apart(&pair[0], &pair[1])) {

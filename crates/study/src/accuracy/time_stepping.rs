@@ -41,7 +41,7 @@ pub fn integrate(
     effort: &Effort,
 ) -> TimeSteppingRun {
     // The check of the step computes a spectrum, whose time is not part of the run.
-    if let Err(error) = method.checked(motion, control) {
+    if let Err(error) = method.checked_integrator(motion, control) {
         return TimeSteppingRun {
             stops: Vec::new(),
             repeats: 0,

@@ -53,7 +53,7 @@ fn explicit(name: &str, motion: &Motion<'_, 2>) -> Result<HardCase, Error> {
     let method = IntegrationMethod::Verlet;
     let control = Control::Fixed(PRINTED_STEP);
     let end = PRINTED_STEPS * PRINTED_STEP;
-    match method.checked(motion, control) {
+    match method.checked_integrator(motion, control) {
         Ok(_) => run(1, name, motion, method, control, end),
         Err(error) => {
             let unchecked = run(1, name, motion, method, control, end)?;
@@ -153,7 +153,7 @@ fn difference(
 fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[nalgebra::SVector<f64, 2>]) -> Option<f64> {
     let system = motion.system();
     let mut tensions = vec![0.0; system.muscle_count()];
-    motion.tensions().at(f64::MAX, &mut tensions);
+    motion.tensions().write_at(f64::MAX, &mut tensions);
     let mut workspace = Workspace::new(system);
     let solution = solve(system, &mut workspace, &tensions, &SolveSettings::default());
     let apart = largest_distance(workspace.positions(), positions);

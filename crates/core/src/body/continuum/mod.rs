@@ -213,9 +213,9 @@ pub fn from_mesh<const D: usize>(
         return Err(BodyError("the mesh is a continuum already".to_owned()));
     }
     if base.cells.is_empty() {
-        let said =
+        let message =
             "the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs";
-        return Err(BodyError(said.to_owned()));
+        return Err(BodyError(message.to_owned()));
     }
     limits::CONTINUUM_ELEMENTS
         .check(base.cells.len() as f64)

@@ -37,7 +37,7 @@ pub struct Half {
 
 impl Half {
     /// Positions of the whole from those of the half, m.
-    pub fn whole(&self, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    pub fn positions_of_whole(&self, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         Vec::from_iter(self.of_node.iter().map(|&(rest, n, is_image)| {
             let by = positions[n] - self.body.mesh.nodes[n];
             rest + if is_image { Vector3::new(by.x, -by.y, by.z) } else { by }

@@ -139,8 +139,8 @@ impl<const D: usize> Body<D> {
         for (name, value) in given {
             let name = name.as_ref();
             if !(0.0..=1.0).contains(value) {
-                let said = format!("the activation of {name} is {value}; it must lie between 0 and 1");
-                return Err(BodyError(said));
+                let message = format!("the activation of {name} is {value}; it must lie between 0 and 1");
+                return Err(BodyError(message));
             }
             for m in self.both_sides(name)? {
                 if all[m].replace(*value).is_some() {

@@ -62,8 +62,8 @@ impl Body<3> {
             Region::Muscle(_) => true,
         };
         if !sound {
-            let said = "the region has no extent or is not finite; give a box from low to high, or a positive radius";
-            return Err(BodyError(said.to_owned()));
+            let message = "the region has no extent or is not finite; give a box from low to high, or a positive radius";
+            return Err(BodyError(message.to_owned()));
         }
         let found = (0..self.mesh.hexahedra.len()).filter(|element| {
             let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[*element]);

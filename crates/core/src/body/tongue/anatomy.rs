@@ -92,9 +92,9 @@ impl Anatomy {
         let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
         given.sort_by_key(|(_, line)| line.span().start);
         if given.is_empty() {
-            let said =
+            let message =
                 "there is no muscle; give the two ends of each as `GGa = [[x, y], [x, y]]` in millimetres";
-            return Err((file.muscles.span(), said.to_owned()));
+            return Err((file.muscles.span(), message.to_owned()));
         }
         let mut muscles = Vec::with_capacity(given.len());
         for (name, line) in given {
@@ -144,8 +144,8 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> ParsedText<ClosedSpline> {
     let points = given.get_ref().iter().map(metres).collect::<ParsedText<Vec<_>>>()?;
     for ((a, b), spanned) in plane::edges(&points).zip(given.get_ref().iter().cycle().skip(1)) {
         if (b - a).norm() < SAME_POINT_M {
-            let said = "this point of the outline repeats the one before it; remove one (the outline closes by itself)";
-            return Err((spanned.span(), said.to_owned()));
+            let message = "this point of the outline repeats the one before it; remove one (the outline closes by itself)";
+            return Err((spanned.span(), message.to_owned()));
         }
     }
     let crossed = "the outline crosses itself; list its points in order once around the tongue";
@@ -171,8 +171,8 @@ fn muscle_line(
     bones: &[AnatomyBone],
 ) -> Result<MuscleLine, String> {
     if name.trim().is_empty() || name.contains(char::is_control) {
-        let said = "is empty or has characters that cannot be printed; rename it";
-        return Err(format!("the muscle name {name:?} {said}"));
+        let message = "is empty or has characters that cannot be printed; rename it";
+        return Err(format!("the muscle name {name:?} {message}"));
     }
     let [first, second] = given.get_ref().0.map(|point| point.0);
     let ends = [finite(first)?, finite(second)?];
@@ -193,8 +193,8 @@ fn muscle_line(
     let leaves = format!("{name} {leaves}");
     let end = match outside {
         [true, true] => {
-            let said = "both of its ends are outside the outline; move one of them inside";
-            return Err(format!("{name} does not reach the tissue: {said}"));
+            let message = "both of its ends are outside the outline; move one of them inside";
+            return Err(format!("{name} does not reach the tissue: {message}"));
         }
         [false, false] => {
             let inside = meets.is_empty() && plane::encloses(outline.polygon(), at(0.5));
@@ -211,8 +211,8 @@ fn muscle_line(
     let held = bones.iter().flat_map(|b| &b.points).any(|p| (p - ends[end]).norm() < SAME_POINT_M);
     if !held {
         let [x, y] = if end == 0 { first } else { second };
-        let said = "is outside the tissue and on no bone; add it to a bone";
-        return Err(format!("the end [{x}, {y}] of {name} {said}"));
+        let message = "is outside the tissue and on no bone; add it to a bone";
+        return Err(format!("the end [{x}, {y}] of {name} {message}"));
     }
     Ok(line(Some(OutsidePart { end, entry })))
 }

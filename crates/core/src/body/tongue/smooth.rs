@@ -207,14 +207,14 @@ pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Ve
         ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |_| {})
             .map_err(|_| BodyError("a node's position is not finite".to_owned()))?;
     if cdt.num_vertices() != nodes.len() {
-        let said = "two nodes fall on the same place at this spacing; try a finer one";
-        return Err(BodyError(said.to_owned()));
+        let message = "two nodes fall on the same place at this spacing; try a finer one";
+        return Err(BodyError(message.to_owned()));
     }
     let kept = |[a, b]: &[usize; 2]| cdt.exists_constraint(Handle::from_index(*a), Handle::from_index(*b));
     if let Some([a, b]) = segments.iter().find(|segment| !kept(segment)) {
         let [x, y]: [f64; 2] = ((nodes[*a] + nodes[*b]) / 2.0 * 1e3).into();
-        let said = "mm a connection of the outline or of a muscle meets another one at this spacing; try a finer one";
-        return Err(BodyError(format!("near [{x:.1}, {y:.1}] {said}")));
+        let message = "mm a connection of the outline or of a muscle meets another one at this spacing; try a finer one";
+        return Err(BodyError(format!("near [{x:.1}, {y:.1}] {message}")));
     }
 
     // Triangles that are reached from outside over edges that are no segments are outside the outline.

@@ -16,7 +16,7 @@ pub(super) fn solve_scalar<const D: usize>(
 ) -> LaneEquilibrium<D> {
     let mut w = Workspace::new(system);
     if load.start.is_some() {
-        w.carry_bone(system, &system.held(), SVector::zeros());
+        w.displace_bone(system, &system.held(), SVector::zeros());
     }
     solve_in(system, &mut w, load, settings)
 }
@@ -27,7 +27,7 @@ fn solve_in<const D: usize>(
     load: &Load<'_, D>,
     settings: &SolveSettings,
 ) -> LaneEquilibrium<D> {
-    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
+    load.bones.iter().for_each(|(nodes, shift)| w.displace_bone(system, nodes, *shift));
     let start = load.start.unwrap_or(system.rest());
     if start.len() != w.positions().len() {
         let solution = Solution { status: SolveStatus::NotFinite, ..Solution::NONE };
@@ -66,7 +66,7 @@ impl<const D: usize> ScalarFallback<D> {
         if load.start.is_none() {
             self.w.start_from_rest(system);
         }
-        self.w.carry_bone(system, &self.held, SVector::zeros());
+        self.w.displace_bone(system, &self.held, SVector::zeros());
         let Some(start) = load.start.filter(|start| self.is_free && start.len() == system.rest().len())
         else {
             return solve_in(system, &mut self.w, load, settings);
@@ -111,7 +111,7 @@ fn adjoint_of<const D: usize>(
 ) -> Adjoint<D> {
     let mut gradient = gradient.to_vec();
     system.carry_loads(&mut gradient);
-    response.to_load(|_, load| load.copy_from_slice(&gradient));
+    response.compute_for_load(|_, load| load.copy_from_slice(&gradient));
     let motion = response.motion();
     let at = response.configuration();
     let mut by_tension = vec![0.0; system.muscle_count()];

@@ -28,7 +28,7 @@ impl Neighbour {
     ) -> Option<Self> {
         let mut numbers = elements.numbers();
         let same = elements.fill(changed, 0, &mut numbers);
-        numbers.spread();
+        numbers.copy_first_lane();
         same.then_some(Self { numbers, bones, part })
     }
 
@@ -114,10 +114,10 @@ impl<const L: usize> SimdNewton<L> {
 impl SimdNewton<LANES> {
     /// Motion of the unknowns per unit of a change of the shape at rest. The last evaluation must be that at the equilibrium.
     pub fn motion_by_rest(&mut self, elements: &Elements, neighbour: &Neighbour) -> Vec<SimdPair<LANES>> {
-        let part = Simd::all(neighbour.part);
+        let part = Simd::splat(neighbour.part);
         self.trial.copy_from_slice(&self.positions);
         for (x, motion) in self.trial[elements.unknowns..].iter_mut().zip(&neighbour.bones) {
-            (0..2).for_each(|axis| x[axis] += Simd::all(motion[axis]) * part);
+            (0..2).for_each(|axis| x[axis] += Simd::splat(motion[axis]) * part);
         }
         let mut u = vec![[Simd::ZERO; 2]; elements.node.len()];
         let (tension, x, h) = (&self.tension, &self.trial, &mut self.h);

@@ -41,7 +41,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 ) -> Option<&'a AtRest> {
     system.at_rest(|| {
         let mut work = SimdNewton::<1>::new(elements);
-        if !work.set_body(elements, 0, system) || !system.carried().is_empty() {
+        if !work.set_body(elements, 0, system) || !system.displaced().is_empty() {
             return None;
         }
         work.set_load(elements, 0, &vec![0.0; system.muscle_count()], system.rest(), |n| system.rest()[n]);

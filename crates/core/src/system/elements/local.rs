@@ -44,7 +44,7 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
     #[inline(always)]
     fn call(self) -> Local<L> {
         let Self { elements, numbers, tension, x, h, force } = self;
-        let half = Simd::all(0.5);
+        let half = Simd::splat(0.5);
         let mut cell_energy = Simd::ZERO;
         let mut least = Simd::ONE;
         for (i, corners) in elements.cells.iter().enumerate() {
@@ -67,7 +67,7 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
             let e = length - rest;
             energy += (half * k * e + pull) * e;
             // Positive while the spring is longer than the length at which the barrier begins.
-            slack = (length - rest * Simd::all(THRESHOLD)).min(slack);
+            slack = (length - rest * Simd::splat(THRESHOLD)).min(slack);
             let along = (k * e + pull) * length.inverse();
             let push = h[edge.cells[0] as usize] - h[edge.cells[1] as usize];
             let f = [along * d[0], along * d[1]];
@@ -81,7 +81,7 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
         for f in &force[..elements.unknowns] {
             residual_squared = (f[0] * f[0] + f[1] * f[1]).max(residual_squared);
         }
-        let (cells, lines) = (least.above(Simd::all(THRESHOLD)), slack.above(Simd::ZERO));
+        let (cells, lines) = (least.above(Simd::splat(THRESHOLD)), slack.above(Simd::ZERO));
         let upright = std::array::from_fn(|lane| cells[lane] && lines[lane]);
         Local { energy: energy + half * cell_energy, residual_squared, upright }
     }
@@ -109,7 +109,7 @@ impl<const L: usize> NullaryFnOnce for AssembleStiffness<'_, L> {
         // The convex stiffness leaves out the lateral part of compressed springs and the part by the pressure of triangles.
         let keep = Simd(convex.map(|c| if c { 0.0 } else { 1.0 }));
         let least_across = Simd(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
-        let quarter = Simd::all(0.25);
+        let quarter = Simd::splat(0.25);
         diagonal.fill([Simd::ZERO; 3]);
         for (i, edge) in elements.edges.iter().enumerate() {
             let [a, b] = edge.nodes.map(|n| n as usize);

@@ -59,7 +59,7 @@ pub(crate) struct ElementNumbers<const L: usize> {
 
 impl<const L: usize> ElementNumbers<L> {
     /// Copies the numbers of the first lane to all lanes.
-    pub fn spread(&mut self) {
+    pub fn copy_first_lane(&mut self) {
         let all = self.stiffness.iter_mut().chain(&mut self.rest);
         all.chain(&mut self.kappa).chain(&mut self.inverse_area).for_each(|n| n.0 = [n.0[0]; L]);
     }

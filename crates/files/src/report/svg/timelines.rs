@@ -52,7 +52,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let top = top + if shown.is_empty() { 0.0 } else { 30.0 } + MARGIN;
     let mut panels: Vec<TimelinePanel<'_>> = Vec::new();
     for (i, course) in courses.iter().enumerate() {
-        let values = frames.iter().map(|f| [f.levels[i].median, f.levels[i].low, f.levels[i].high]);
+        let values = frames.iter().map(|f| [f.tensions[i].median, f.tensions[i].low, f.tensions[i].high]);
         panels.push(TimelinePanel(&course.muscle, "N/m", course.known, values.collect()));
     }
     if frames.iter().any(|f| f.rms_m.is_some()) {

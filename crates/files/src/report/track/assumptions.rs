@@ -30,7 +30,7 @@ pub(super) fn prior<S: Serializer>(settings: &TrackSettings, serializer: S) -> R
         "scale_n": link.scale_n(),
         "memory_s": memory_s,
         "level_sd_n": link.level_sd_n,
-        "course_sd_n": link.course_sd_n,
+        "course_sd_n": link.deviation_sd_n,
         "median_n": link.prior_quantile(0.0),
         "interval_n": prior_interval_n(settings),
         "slow_error_mm": errors.slow_mm,
@@ -114,7 +114,7 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     type RowColumn<'a> = Column<'a, CourseSummary>;
     fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
         let number = record.results.muscles.iter().position(|m| *m == c.muscle);
-        let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.levels[number?])));
+        let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.tensions[number?])));
         upper_median(ends).unwrap_or(f64::NAN)
     }
     fn known(of: &CourseSummary) -> Value {

@@ -98,7 +98,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "labels": one.shown_labels().into_iter().map(|l| (l.from_s, l.to_s, &l.name)).collect::<Vec<_>>(),
         "sound": one.sound.as_ref().and_then(|sound| drawn_sound(sound, &frames)),
         "courses": of(|f| &f.courses),
-        "levels": of(|f| &f.levels),
+        "levels": of(|f| &f.tensions),
         "mirrored": one.mirrored,
         "shown": Packed::of(shown().map(|f| f.time_s)),
         "tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),

@@ -121,7 +121,7 @@ impl TrackResults {
     /// of bones that were not seen have the range of 95 % of their draws.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let [levels, courses] =
-            [&frame.levels, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));
+            [&frame.tensions, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));
         let bones = one.freed.iter().cloned().zip(frame.bones.iter().map(|d| {
             let interval_mm = [0, 1].map(|axis| [d.low_m[axis], d.high_m[axis]].map(mm));
             json!({ "shift_mm": d.shift_m.map(mm), "interval_mm": interval_mm })

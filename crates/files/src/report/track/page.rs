@@ -106,10 +106,10 @@ fn contrasts(compared: &Comparison) -> Markup {
     html! {
         section {
             h2 { "In which label a muscle pulls harder" }
-            p { (compared.said()) ". What is unknown of the body and of the levels of a sitting cancels from a difference." }
+            p { (compared.sentence()) ". What is unknown of the body and of the levels of a sitting cancels from a difference." }
             (tongue_page::table(["comparison", "difference, N/m", "P", "repetitions"], &html! {
                 @for c in decided.iter().take(MOST) { tr {
-                    td { (c.said().unwrap_or_default()) }
+                    td { (c.sentence().unwrap_or_default()) }
                     td { (with_interval(c.size())) }
                     td { (probability(c.probability_more.max(1.0 - c.probability_more))) }
                     td { @if let Some([a, b]) = c.repetitions { (c.a) " " (a) ", " (c.b) " " (b) } }

@@ -19,7 +19,7 @@ pub fn track_csv(record: &TrackRecord) -> impl Export {
         let rows = results.frames().flat_map(|(recording, frame)| {
             let status = status_name(&frame.status);
             courses.iter().enumerate().map(move |(i, course)| {
-                let numbers = [&frame.levels[i], &frame.courses[i]].map(|r| [r.median, r.low, r.high]);
+                let numbers = [&frame.tensions[i], &frame.courses[i]].map(|r| [r.median, r.low, r.high]);
                 let begin = [recording.name.clone(), frame.time_s.to_string(), course.muscle.clone()];
                 let end = [
                     course.known.to_string(),
@@ -47,7 +47,7 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
         ("low_n_per_m", "N/m", "", |(_, c)| c.interval_95[0].into()),
         ("high_n_per_m", "N/m", "", |(_, c)| c.interval_95[1].into()),
         ("p_harder", "", "", |(_, c)| c.probability_more.into()),
-        ("word", "", "", |(_, c)| c.word.text().into()),
+        ("word", "", "", |(_, c)| c.certainty.text().into()),
         ("repetitions_a", "", "", |(_, c)| json!(c.repetitions.map(|n| n[0]))),
         ("repetitions_b", "", "", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
     ]);
@@ -148,7 +148,7 @@ impl RecordingResult {
             vec!["resolved".to_owned()],
         ];
         let rows = self.tracked.frames.iter().map(|f| {
-            let both = [&f.levels, &f.courses].into_iter();
+            let both = [&f.tensions, &f.courses].into_iter();
             let values = both.flat_map(|of| ENDS.into_iter().flat_map(move |end| of.iter().map(end)));
             let shifts = f.bones.iter().flat_map(|b| b.shift_m.map(|x| x * 1e3));
             std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()

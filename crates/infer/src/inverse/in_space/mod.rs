@@ -171,7 +171,7 @@ impl SpaceSearch {
             Answer { positions, ..b.clone() }
         });
         let found = self.fit(&half.body, left, &images, begin.as_ref())?;
-        let on_whole = Answer { positions: half.whole(&found.answer.positions), ..found.answer };
+        let on_whole = Answer { positions: half.positions_of_whole(&found.answer.positions), ..found.answer };
         let fit = self.fit_from(body, system, marks, SearchStart::Found(&on_whole))?;
         Ok(SpaceFit {
             factorisations: found.factorisations + fit.factorisations,
@@ -222,9 +222,9 @@ impl SpaceSearch {
             SearchStart::Before(b) | SearchStart::Found(b) => ((&b.x[..], &b.positions[..]), 1),
         };
         let problem = LeastSquaresProblem::new(system, observations.concat(), unknowns);
-        let inverse = LeastSquaresProblem { tied, begin: Some(begin_at), ..problem };
+        let problem = LeastSquaresProblem { tied, begin: Some(begin_at), ..problem };
         let settings = FitSettings { starts, ..self.settings };
-        let mut forward = Forward::new(&inverse, &settings);
+        let mut forward = Forward::new(&problem, &settings);
         let (answer, linear, searched) = match begin {
             SearchStart::Found(found) => {
                 forward.begin_at(&found.x, &found.positions);
@@ -232,7 +232,7 @@ impl SpaceSearch {
                     return self.fit_from(body, system, marks, SearchStart::Before(found));
                 };
                 let answer = Answer {
-                    tensions: inverse.tensions_of(&found.x),
+                    tensions: problem.tensions_of(&found.x),
                     lengths: forward.lengths(),
                     misfit: forward.misfit(Some(&linear.residuals)),
                     positions: forward.positions().to_vec(),
@@ -241,7 +241,7 @@ impl SpaceSearch {
                 (answer, Some(linear), 0)
             }
             SearchStart::Rest | SearchStart::Before(_) => {
-                let answer = solve(&inverse, &settings)?;
+                let answer = solve(&problem, &settings)?;
                 forward.begin_at(&answer.x, &answer.positions);
                 let linear = forward.linearise(&answer.x);
                 let searched = answer.counts.factorisations;
@@ -249,7 +249,7 @@ impl SpaceSearch {
             }
         };
         let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
-        let rows = inverse.observations.len();
+        let rows = problem.observations.len();
         let response = linear.as_ref().map(|l| LinearResponse {
             residuals: l.residuals.rows(0, rows).into_owned(),
             jacobian: l.jacobian.rows(0, rows) * 100.0,

@@ -48,7 +48,7 @@ impl Recorded {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
-        let marks = target.compared().map(|m| {
+        let marks = target.comparable().map(|m| {
             let (over, half_width_over_mm) = match target.kind {
                 TargetKind::Stretch => (m, target.baseline_half_width_mm[m]),
                 TargetKind::Ratio => (target.reference, target.half_width_mm[target.reference]),
@@ -77,16 +77,21 @@ impl Recorded {
     /// # Errors
     /// [`RestError`] for recordings that contain too little to place a body, or whose bones belong to no such contour.
     pub fn of_recordings(
-        seen: &[&AlignedRecording],
+        recordings: &[&AlignedRecording],
         section: Option<&Body<2>>,
         palate: Option<&[Point]>,
     ) -> Result<Self, RestError> {
         let placed = section
-            .map(|section| RegistrationData::of(seen, &[]).under(palate).place(section)?.in_one_frame())
+            .map(|section| {
+                RegistrationData::of_recordings(recordings, &[])
+                    .with_palate(palate)
+                    .place(section)?
+                    .in_one_frame()
+            })
             .transpose()?;
         let similarity = placed.as_ref().map_or(Similarity::IDENTITY, |p| p.similarity);
         let mut frames = Vec::new();
-        for one in seen {
+        for one in recordings {
             let by_coils = placed.as_ref().and_then(|p| p.by_coils.as_ref());
             let seated =
                 by_coils.map_or_else(|| (*one).clone(), |placement| placement.with_coil_positions(one));
@@ -100,16 +105,20 @@ impl Recorded {
 }
 
 /// Marks of a frame of a recording, in the frame of the body.
-fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
+fn space_marks(
+    recording: &AlignedRecording,
+    frame: &AlignedFrame,
+    similarity: &Similarity,
+) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
     let on_contour = contour
         .iter()
         .zip(own_sds(&contour))
-        .map(|(m, sd)| SpaceMark { what: Marked::Contour(similarity.back(m.at)), sd_m: sd / scale });
-    let coils = seen.sensors.iter().zip(&frame.sensors).filter_map(|((_, behind), mark)| {
+        .map(|(m, sd)| SpaceMark { what: Marked::Contour(similarity.place_back(m.at)), sd_m: sd / scale });
+    let coils = recording.sensors.iter().zip(&frame.sensors).filter_map(|((_, behind), mark)| {
         let Mark { at, sd } = (*mark)?;
-        let what = Marked::Coil { behind_tip_m: behind.max(0.0) / scale, place: similarity.back(at) };
+        let what = Marked::Coil { behind_tip_m: behind.max(0.0) / scale, place: similarity.place_back(at) };
         Some(SpaceMark { what, sd_m: sd / scale })
     });
     on_contour.chain(coils).collect()

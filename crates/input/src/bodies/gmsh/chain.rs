@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn lines_in_any_order_and_direction_become_one_chain_or_are_told_why_not() {
-        for (lines, told) in [
+        for (lines, expected) in [
             (&[[4, 9], [1, 4], [9, 2]][..], Ok([1, 4, 9, 2])),
             // No line starts at an end, so the chain begins at the lower tag.
             (&[[4, 1], [9, 4], [9, 2]], Ok([1, 4, 9, 2])),
@@ -114,9 +114,11 @@ mod tests {
             (&[[1, 1]], Err("runs in a circle through node 1")),
             (&[], Err("runs in a circle through node 0")),
         ] {
-            match (chain(lines), told) {
-                (Ok(chain), Ok(told)) => assert_eq!(chain, told),
-                (found, told) => assert!(found.unwrap_err().starts_with(told.unwrap_err()), "{lines:?}"),
+            match (chain(lines), expected) {
+                (Ok(chain), Ok(expected)) => assert_eq!(chain, expected),
+                (found, expected) => {
+                    assert!(found.unwrap_err().starts_with(expected.unwrap_err()), "{lines:?}")
+                }
             }
         }
     }

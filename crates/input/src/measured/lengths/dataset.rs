@@ -31,10 +31,10 @@ impl Dataset {
     /// If `mm` is not from 0 to 100.
     pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, ReadError> {
         if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
-            let told = format!(
+            let message = format!(
                 "the half width of rounding is {mm} mm; give one from 0 to {LARGEST_HALF_WIDTH_MM} mm, like 0.5"
             );
-            return Err(ReadError::Refused(told));
+            return Err(ReadError::Refused(message));
         }
         for row in &mut self.rows {
             row.lengths.half_width_mm.fill(mm);
@@ -128,8 +128,8 @@ impl Dataset {
             return Err(row.fault.clone().into());
         }
         let (origin, has) = (&self.origin, Vowel::list(&self.vowels(subject)?));
-        let told = format!("{subject} has no row for {what}/{vowel}/ in {origin}; it has {has}{help}");
-        Err(ReadError::Refused(told))
+        let message = format!("{subject} has no row for {what}/{vowel}/ in {origin}; it has {has}{help}");
+        Err(ReadError::Refused(message))
     }
 
     pub(super) fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, ReadError> {
@@ -148,8 +148,8 @@ impl Dataset {
                 }
                 _ => choice::hint(subject, known.iter().copied()),
             };
-            let told = format!("unknown subject {subject:?} in {}; {hint}", self.origin);
-            return Err(ReadError::Refused(told));
+            let message = format!("unknown subject {subject:?} in {}; {hint}", self.origin);
+            return Err(ReadError::Refused(message));
         };
         Ok(numbers.iter().filter_map(|n| self.rows.get(*n)).map(|row| &row.lengths))
     }

@@ -31,8 +31,8 @@ fn doubt_of_proportions(columns: &[MuscleColumn<'_>]) -> Option<String> {
 /// All doubts about a table: numbers that are no lengths, exchanged names, a muscle or tongue of another size, repeated rows, and rows in
 /// which all muscles are shorter or longer than in the baseline.
 pub fn doubts(data: &Dataset) -> Vec<String> {
-    if let Some(told) = percentages(data) {
-        return vec![told];
+    if let Some(message) = percentages(data) {
+        return vec![message];
     }
     let proportions =
         columns(data).and_then(|columns| alike(&columns).or_else(|| doubt_of_proportions(&columns)));
@@ -84,11 +84,11 @@ fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
             1 => "one column".to_owned(),
             by => format!("{by} columns"),
         };
-        let told = format!(
+        let message = format!(
             "are shifted by {columns_by}: {} seems to have the lengths of {}, and so on",
             columns[0].0, columns[by].0
         );
-        (spread(&|n| (n + by) % count), told)
+        (spread(&|n| (n + by) % count), message)
     });
     let pairs = (0..count).flat_map(|a| (0..a).map(move |b| (a, b))).map(|(a, b)| {
         let exchanged = spread(&|n| match n {
@@ -99,9 +99,9 @@ fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
         (exchanged, format!("{} and {} are exchanged", columns[b].0, columns[a].0))
     });
     let best = shifts.chain(pairs).min_by(|a, b| a.0.total_cmp(&b.0));
-    let (_, told) = best.filter(|(spread, _)| as_named > SPREAD && *spread < PART * as_named)?;
+    let (_, message) = best.filter(|(spread, _)| as_named > SPREAD && *spread < PART * as_named)?;
     Some(format!(
-        "the lengths have the proportions of a tongue if the names of its muscles {told}; check them"
+        "the lengths have the proportions of a tongue if the names of its muscles {message}; check them"
     ))
 }
 

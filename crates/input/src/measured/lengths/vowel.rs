@@ -38,9 +38,9 @@ impl Vowel {
         let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
         let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
         if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
-            let told = format!("{:?} is not a label of a vowel", clip(label));
+            let message = format!("{:?} is not a label of a vowel", clip(label));
             let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
-            return Err(ReadError::Refused(format!("{told}; {help}")));
+            return Err(ReadError::Refused(format!("{message}; {help}")));
         }
         Ok(Self(
             KANA.iter().find(|(kana, _)| kana.contains(&bare)).map_or(bare, |(_, latin)| latin).to_owned(),

@@ -171,7 +171,7 @@ impl RecordingRows {
         self.budget.frame(self.count, self.channels.len(), at)?;
         let known = self.numbers.get(&key).copied();
         if known.is_none() {
-            self.budget.whole(0, self.channels.len(), at)?;
+            self.budget.add_recording(0, self.channels.len(), at)?;
             self.numbers.insert(key.clone(), self.found.len());
             self.found.push(FoundRows { key, runs: vec![RowRun::default()] });
         }
@@ -198,7 +198,7 @@ impl RecordingRows {
         for (key, nth, (RowRun { mut rows, labels }, notes)) in parts {
             if nth > 0 {
                 let first = rows.first().map_or(start, |(line, _)| SourcePlace { line: *line, ..start });
-                self.budget.whole(0, self.channels.len(), first)?;
+                self.budget.add_recording(0, self.channels.len(), first)?;
             }
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
             let wrong = |line, what: String, help: &str| Err(SourcePlace { line, ..start }.error(what, help));

@@ -72,7 +72,7 @@ fn recording(
 ) -> Result<Recording, Malformed> {
     let frame = sensors.saturating_mul(VALUES * 4).max(1);
     let frames = (bytes.len() - size) / frame;
-    Budget::default().whole(frames, sensors, start)?;
+    Budget::default().add_recording(frames, sensors, start)?;
     if !(bytes.len() - size).is_multiple_of(frame) {
         let at = SourcePlace { line: 1, column: size + frames * frame + 1, ..start };
         let what = format!("the last frame is cut off (byte {})", at.column);

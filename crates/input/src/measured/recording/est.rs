@@ -32,7 +32,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let header = header(bytes, start)?;
     let before = 1 + usize::from(header.breaks);
     let width = before + header.channels;
-    Budget::default().whole(header.frames, width, start)?;
+    Budget::default().add_recording(header.frames, width, start)?;
     let axes = axes(&header.names);
     let body = &bytes[header.size..];
     let values: Vec<f64> = if header.ascii {

@@ -28,7 +28,7 @@ impl Label {
 }
 
 /// Adds the labels of `NAME.TextGrid` to the only recording of the file `NAME` beside it.
-pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), ReadError> {
+pub(super) fn read_labels_beside(path: &Path, recordings: &mut [Recording]) -> Result<(), ReadError> {
     let Some(path) =
         ["TextGrid", "textgrid"].map(|e| path.with_extension(e)).into_iter().find(|p| p.is_file())
     else {

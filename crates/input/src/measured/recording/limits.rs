@@ -119,7 +119,12 @@ impl Budget {
         Ok(())
     }
 
-    pub fn whole(&mut self, frames: usize, channels: usize, at: SourcePlace<'_>) -> Result<(), Malformed> {
+    pub fn add_recording(
+        &mut self,
+        frames: usize,
+        channels: usize,
+        at: SourcePlace<'_>,
+    ) -> Result<(), Malformed> {
         self.recording();
         let places = frames.saturating_mul(channels.saturating_add(FRAME));
         self.add(frames, channels, places.saturating_add(CHANNEL.saturating_mul(channels)), at)

@@ -228,12 +228,12 @@ impl Map {
         })?;
         let units = [1e3, 10.0, 1.0, 1e-2, 1e-3];
         let mm = least_by(units, |mm| (gap * mm / USUAL_GAP_MM).ln().abs()).unwrap_or(1.0);
-        let told = format!(
+        let message = format!(
             "its format does not have a unit; taken as {mm} mm, with which its coils lie {:.0} mm apart (unit_mm in a \
              map says it)",
             gap * mm
         );
-        Ok((mm * 1e-3, Some(told)))
+        Ok((mm * 1e-3, Some(message)))
     }
 
     pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, ReadError> {
@@ -281,8 +281,8 @@ impl TryFrom<toml::Value> for MapEntry {
         let given: Result<TablePoint, toml::de::Error> = value.try_into();
         let given = given.map_err(|e| {
             let key = e.to_string().replace(e.message(), "");
-            let told = format!("{} {}", reworded(e.message()), key.trim());
-            format!("{}; {ROLES}", told.trim_end())
+            let message = format!("{} {}", reworded(e.message()), key.trim());
+            format!("{}; {ROLES}", message.trim_end())
         })?;
         let mut roles: Vec<Role> = Vec::new();
         if let Some(mm) = given.surface_mm {

@@ -213,7 +213,7 @@ impl Recording {
         let bytes = crate::files::read_up_to(limits::LARGEST, path);
         let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.clone(), source })?;
         let mut found = Self::from_bytes(&bytes, &origin, format)?;
-        labels::beside(path, &mut found)?;
+        labels::read_labels_beside(path, &mut found)?;
         Ok(found)
     }
 

@@ -45,7 +45,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         if !RATES_HZ.contains(&first.rate_hz) {
             return Err(wrong(format!("SRATE is {}", first.rate_hz), "it must be from 1 to 10000 Hz"));
         }
-        budget.whole(first.frames, channels.len(), start)?;
+        budget.add_recording(first.frames, channels.len(), start)?;
         let samples = (0..first.frames)
             .map(|frame| {
                 let places = channels.iter().map(|c| place(c, frame)).collect();

@@ -14,7 +14,7 @@ impl Waveform {
     pub const BIN_S: f64 = 2e-3;
 
     /// The sound `NAME.wav` beside the recording `NAME.tsv`, if there is one.
-    pub fn beside(recording: &Path) -> Option<PathBuf> {
+    pub fn sound_file_beside(recording: &Path) -> Option<PathBuf> {
         ["wav", "WAV"].map(|e| recording.with_extension(e)).into_iter().find(|p| p.is_file())
     }
 

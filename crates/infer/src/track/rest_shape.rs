@@ -44,8 +44,8 @@ pub struct ShapePrior {
 }
 
 impl ShapePrior {
-    /// The prior for a body in the frame of its recordings; `seen` gives the median places of its bones.
-    pub fn of(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Result<Self, RestError> {
+    /// The prior for a body in the frame of its recordings; `measured` gives the median places of its bones.
+    pub fn of(body: &Body<2>, measured: impl Fn(&str) -> Option<Point>) -> Result<Self, RestError> {
         let mesh = &body.mesh;
         let ControlPoints { points, precision: own, weights } = ControlPoints::of(body)?;
         let axes = [Point::x(), Point::y()];
@@ -78,7 +78,7 @@ impl ShapePrior {
         }
         let mut gradient = DVector::zeros(all);
         for (bone, sd) in [(MANDIBLE, 1e-3 * sd::SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)] {
-            let (Some(mark), Some(at)) = (mark_of(body, bone), seen(bone)) else { continue };
+            let (Some(mark), Some(at)) = (mark_of(body, bone), measured(bone)) else { continue };
             let Some(node) = body.bone(bone).iter().find(|&&i| mesh.nodes[i] == mark) else { continue };
             for axis in 0..2 {
                 // The observed place of a bone does not depend on the ends of muscles.
@@ -96,7 +96,7 @@ impl ShapePrior {
             precision,
             gradient,
         };
-        Ok(prior.at(mesh, &DVector::zeros(all)))
+        Ok(prior.expanded_about(mesh, &DVector::zeros(all)))
     }
 
     /// The prior with the uncertainty of a placement by coils instead of the default, and with directions that move the coils.
@@ -125,7 +125,7 @@ impl ShapePrior {
             self.directions.push(vec![Point::zeros(); mesh.nodes.len()]);
         }
         self.own = (precision, gradient);
-        self.at(mesh, &DVector::zeros(count))
+        self.expanded_about(mesh, &DVector::zeros(count))
     }
 
     /// Nodes displaced by these amounts, m.
@@ -150,7 +150,7 @@ impl ShapePrior {
     }
 
     /// The prior expanded about these amounts.
-    fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
+    fn expanded_about(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
         let growth = jacobian_by_differences(amounts, &|amounts| Some(self.area_logs(mesh, amounts)), STEP)
             .unwrap_or_default();
         let (precision, gradient) = &self.own;
@@ -171,7 +171,7 @@ fn assembled(
     let mesh = Mesh { nodes: nodes.to_vec(), ..mesh.clone() };
     let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
     let additions = Additions { effects, layout, ..Additions::default() };
-    System::with(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
+    System::with_additions(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
 }
 
 /// The uncertainty of a body's shape, with slightly perturbed bodies.
@@ -198,9 +198,9 @@ impl RestShape {
         body: &Body<2>,
         model: &Model,
         contracting: &[usize],
-        seen: impl Fn(&str) -> Option<Point>,
+        measured: impl Fn(&str) -> Option<Point>,
     ) -> Result<Self, RestError> {
-        let prior = ShapePrior::of(body, seen)?;
+        let prior = ShapePrior::of(body, measured)?;
         let nodes = body.mesh.nodes.clone();
         Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
     }
@@ -242,7 +242,7 @@ impl RestShape {
         assembled(&self.mesh, &nodes, assumptions, self.wall.as_ref(), Some(self.system.layout()))
     }
 
-    pub(super) fn changed(&self) -> Option<&[System<2>]> {
+    pub(super) fn perturbed_systems(&self) -> Option<&[System<2>]> {
         let make = || {
             let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d));
             all.into_iter().collect::<Result<_, _>>().ok()
@@ -262,7 +262,7 @@ impl RestShape {
     }
 
     /// The body in contact with a wall.
-    pub fn under(self, wall: Contact) -> Result<Self, RestError> {
+    pub fn with_wall(self, wall: Contact) -> Result<Self, RestError> {
         let nodes = self.mesh.nodes.clone();
         Self::about(self.prior, &self.mesh, nodes, (&self.model, &self.contracting), Some(wall))?.checked()
     }
@@ -271,7 +271,7 @@ impl RestShape {
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
         let mut nodes = self.prior.moved(&self.mesh, amounts);
         straighten(&self.mesh, &mut nodes);
-        if self.wall.as_ref().is_some_and(|w| w.penetrated(&nodes, &self.mesh.connections).is_some()) {
+        if self.wall.as_ref().is_some_and(|w| w.first_penetration(&nodes, &self.mesh.connections).is_some()) {
             return None;
         }
         let assumptions = (&self.model, self.contracting.as_slice());
@@ -280,7 +280,7 @@ impl RestShape {
 
     /// The body with the prior expanded about these amounts.
     pub(super) fn expanded(self, amounts: &DVector<f64>) -> Self {
-        Self { prior: self.prior.at(&self.mesh, amounts), ..self }
+        Self { prior: self.prior.expanded_about(&self.mesh, amounts), ..self }
     }
 
     /// Cost of these amounts relative to that of zero amounts.
@@ -291,14 +291,14 @@ impl RestShape {
     }
 
     /// Amounts after the largest part of a step with which cells keep enough of their areas and muscles of their lengths.
-    pub(super) fn stepped(&self, amounts: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn after_step(&self, amounts: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
         let mut step = step.clone();
         for _ in 0..10 {
             let there = amounts + &step;
             let mut nodes = self.prior.moved(&self.mesh, &there);
             straighten(&self.mesh, &mut nodes);
             if let Some(placed) = Similarity::between(&self.mesh.nodes, &nodes) {
-                nodes.iter_mut().for_each(|p| *p = placed.back(*p));
+                nodes.iter_mut().for_each(|p| *p = placed.place_back(*p));
                 if is_believable(&self.mesh, &nodes) {
                     return there;
                 }
@@ -332,7 +332,7 @@ fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
     let outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
     let inside = mesh.in_tissue();
     let fixed = |n: usize| mesh.fixed.binary_search(&n).is_ok();
-    let seen = |n: usize| [MANDIBLE, HYOID].iter().any(|b| body.bone(b).contains(&n));
+    let is_on_measured_bone = |n: usize| [MANDIBLE, HYOID].iter().any(|b| body.bone(b).contains(&n));
     let mut nodes: Vec<usize> = mesh.muscles.iter().flat_map(|m| m.ends()).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -350,7 +350,12 @@ fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
         for direction in directions {
             let mut moved = vec![Point::zeros(); mesh.nodes.len()];
             moved[end] = direction
-                * (1e-3 * (if fixed(end) && !seen(end) { sd::FAR_END_MM } else { sd::MUSCLE_END_MM }));
+                * (1e-3
+                    * (if fixed(end) && !is_on_measured_bone(end) {
+                        sd::FAR_END_MM
+                    } else {
+                        sd::MUSCLE_END_MM
+                    }));
             for (number, muscle) in mesh.muscles.iter().enumerate() {
                 let [a, b] = muscle.ends();
                 let other = if a == end { b } else { a };

@@ -33,7 +33,7 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
     let k = system::coefficients(&chain, &model).unwrap().tissue_stiffness;
     let masses: Vec<_> = (1..=links as usize).map(|n| (n, mass)).collect();
     let gravity = Gravity::new(&masses, SVector::from([0.0, -g]), &chain.nodes);
-    let system = System::with(&chain, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();
+    let system = System::with_additions(&chain, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();
     let workspace = solved(&system);
     let mut y = 0.0;
     for i in 1..=links {
@@ -49,7 +49,8 @@ fn the_bone_carries_the_whole_weight_in_the_plane_and_in_space() {
         let mut down = SVector::<f64, D>::zeros();
         down[1] = -9.81;
         let gravity = Gravity::new(&lumped_masses(mesh, 1e3), down, &mesh.nodes);
-        let system = System::with(mesh, &Model::default(), &[], pushed(vec![Box::new(gravity)])).unwrap();
+        let system =
+            System::with_additions(mesh, &Model::default(), &[], pushed(vec![Box::new(gravity)])).unwrap();
         let workspace = solved(&system);
         let on_bone: SVector<f64, D> = mesh.fixed.iter().map(|&n| workspace.force()[n]).sum();
         assert!((on_bone - down * (1e3 * measure)).norm() < 1e-8, "{on_bone}");
@@ -74,7 +75,7 @@ fn a_pressed_block_balances_wall_and_bone_and_no_node_passes() {
         let gravity = Gravity::new(&masses, up, &block.nodes);
         let contact = Contact::new(wall.clone(), &block.surface_nodes(), 2.67e3, 1e-3);
         let effects: Vec<Box<dyn Effect<2>>> = vec![Box::new(gravity), Box::new(contact.clone())];
-        let system = System::with(&block, &Model::default(), &[], pushed(effects)).unwrap();
+        let system = System::with_additions(&block, &Model::default(), &[], pushed(effects)).unwrap();
         let workspace = solved(&system);
         let mut from_wall = vec![SVector::zeros(); block.nodes.len()];
         let at = Configuration { positions: workspace.positions(), tensions: &[0.0] };
@@ -106,9 +107,9 @@ fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
     let joint = SVector::from([0.07, 0.085]);
     for angle in [5f64.to_radians(), -40f64.to_radians(), 120f64.to_radians()] {
         let jaw = PrescribedDisplacement::Turned { joint, angle };
-        let carried = tongue.fixed.iter().map(|&n| (n, jaw.place(tongue.nodes[n]))).collect();
-        let additions = Additions { carried, ..Additions::default() };
-        let system = System::with(&tongue, &Model::default(), &[], additions).unwrap();
+        let displaced = tongue.fixed.iter().map(|&n| (n, jaw.place(tongue.nodes[n]))).collect();
+        let additions = Additions { displaced, ..Additions::default() };
+        let system = System::with_additions(&tongue, &Model::default(), &[], additions).unwrap();
         let workspace = solved(&system);
         for (p, rest) in workspace.positions().iter().zip(&tongue.nodes) {
             assert!((p - jaw.place(*rest)).norm() < 1e-9, "{angle}: {p} {rest}");
@@ -117,8 +118,11 @@ fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
 }
 
 #[test]
-fn only_bones_can_be_carried() {
+fn only_bones_can_be_displaced() {
     let block = fixtures::lattice(3, 3, 5.5e-3);
-    let additions = Additions { carried: vec![(5, SVector::zeros())], ..Additions::default() };
-    fixtures::says(System::with(&block, &Model::default(), &[], additions), "node 5; no bone holds it");
+    let additions = Additions { displaced: vec![(5, SVector::zeros())], ..Additions::default() };
+    fixtures::says(
+        System::with_additions(&block, &Model::default(), &[], additions),
+        "node 5; no bone holds it",
+    );
 }
