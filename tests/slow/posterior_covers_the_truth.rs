@@ -7,8 +7,8 @@ use tongue_fit::geometry::Point;
 use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
-    AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Report,
-    Sampling, fitted_stretches, sample, short_run,
+    AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
+    contradiction, fitted_stretches, sample, short_run, without_each,
 };
 
 use crate::cases;
@@ -63,7 +63,7 @@ struct Coverage {
     numbers: Vec<Counted>,
     /// For each of [`EXTRA_INTERVALS`], the number of intervals that contain the truth, and the number of intervals.
     others: [[usize; 2]; 4],
-    /// Number of cases whose lengths are said to contradict the model ([`Summary::contradiction`](tongue_infer::posterior::Summary)).
+    /// Number of cases whose lengths are said to contradict the model ([`contradiction`]).
     contradicted: usize,
 }
 
@@ -276,15 +276,13 @@ fn coverage_with(
                 let held = own.clone().filter(|n| interval(n).holds((n.value)(&drawn))).count();
                 [held, own.count()]
             };
-            let summary =
-                has_verdict.then(|| Report::of_each(&posterior, true, number as u64).remove(0).summary);
-            let summary = summary.flatten();
-            let by_others = summary.iter().flat_map(|summary| &summary.stretches.0);
-            let by_others: Vec<bool> = by_others
-                .filter_map(|(_, s)| s.left_out.as_ref().map(|left_out| left_out.spread.holds(s.measured)))
-                .collect();
+            let left_out =
+                has_verdict.then(|| without_each(&posterior.density, &posterior.map_estimate).unwrap());
+            let by_others =
+                left_out.unwrap_or_default().into_iter().zip(&posterior.density.measurements.stretches);
+            let by_others: Vec<bool> = by_others.map(|(l, measured)| l.spread.holds(*measured)).collect();
+            let contradicted = contradiction(by_others.iter().copied()).is_some();
             let by_others = [by_others.iter().filter(|held| **held).count(), by_others.len()];
-            let contradicted = summary.is_some_and(|summary| summary.contradiction().is_some());
             let fitted = [held.count(), fitted.len()];
             (each, ([fitted, of_short_run("F"), of_short_run("hyoid"), by_others], contradicted))
         })

@@ -17,7 +17,7 @@ pub enum Kind {
     /// Springs, with muscles along connections and bones that hold nodes.
     #[default]
     Springs,
-    /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on the mesh.
+    /// Quadratic elements with muscles of finite width and bones that hold patches; answers hardly depend on the mesh.
     Continuum,
 }
 

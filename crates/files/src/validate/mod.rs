@@ -17,7 +17,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use tongue_core::body::Body;
 use tongue_core::parallel;
 use tongue_core::system::Model;
-use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::{Dataset, Vowel};
 
 use crate::report::ByMuscle;
@@ -104,13 +103,10 @@ pub fn run(
         }),
     });
     let seeds = [plan.permutations, plan.seed];
-    let posterior = plan.posterior.then(|| posterior::study(body, model, data, baseline, seeds, &progress));
-    let posterior = match posterior {
-        Some(Ok(study)) => Some(study),
-        // A body without a hyoid has no posterior under the built-in priors.
-        None | Some(Err(SimulationError::Posterior(PosteriorError::Body(_)))) => None,
-        Some(Err(error)) => return Err(error),
-    };
+    let posterior = plan
+        .posterior
+        .then(|| posterior::study(body, model, data, baseline, seeds, &progress))
+        .transpose()?;
     progress.add(total, "done");
     Ok(ValidationStudy {
         data: data.origin().to_owned(),

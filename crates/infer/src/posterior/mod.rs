@@ -60,7 +60,7 @@ pub use quantiles::Quantiles;
 pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample, short_run};
 pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
-pub use summary::{Change, Report, StretchSummary, Summary, Tension};
+pub use summary::{Change, Report, StretchSummary, Summary, Tension, contradiction};
 pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom};
 
 use tongue_core::system::SystemError;

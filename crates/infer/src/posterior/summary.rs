@@ -184,15 +184,20 @@ impl Summary {
         }
     }
 
-    /// The number of stretches outside of their 95 % predictions by the others, and the number of predictions, if these are at least three
-    /// and half of all, so that measurements and model contradict each other.
+    /// [`contradiction`] of the stretches and their predictions by the others.
     pub fn contradiction(&self) -> Option<(usize, usize)> {
-        const FEWEST: usize = 3;
-        let all = self.stretches.0.iter().filter_map(|(_, s)| s.left_out.as_ref().map(|l| (s, &l.spread)));
-        let (outside, inside): (Vec<_>, Vec<_>) = all.partition(|(s, spread)| !spread.holds(s.measured));
-        let (outside, predicted) = (outside.len(), outside.len() + inside.len());
-        (outside >= FEWEST && 2 * outside >= predicted).then_some((outside, predicted))
+        let all = self.stretches.0.iter().filter_map(|(_, s)| Some((s.measured, s.left_out.as_ref()?)));
+        contradiction(all.map(|(measured, left_out)| left_out.spread.holds(measured)))
     }
+}
+
+/// The number of measurements outside of their 95 % predictions by the others, and the number of predictions, if at least three measurements
+/// and half of all are outside, so that measurements and model contradict each other. `inside` says for each whether it is not outside.
+pub fn contradiction(inside: impl IntoIterator<Item = bool>) -> Option<(usize, usize)> {
+    const FEWEST: usize = 3;
+    let (inside, outside): (Vec<bool>, Vec<bool>) = inside.into_iter().partition(|inside| *inside);
+    let (outside, predicted) = (outside.len(), outside.len() + inside.len());
+    (outside >= FEWEST && 2 * outside >= predicted).then_some((outside, predicted))
 }
 
 /// Relative change of the upper end of a tension's interval if the scale of its prior is half as large again, from draws weighted by the
