@@ -161,7 +161,7 @@ impl SpaceArguments {
 /// The built-in tract, which is drawn for the built-in body only.
 fn drawn_in_space(source: &SpaceSource) -> miette::Result<Tract> {
     match source {
-        SpaceSource::BuiltIn => VocalTract::drawn().into_diagnostic(),
+        SpaceSource::BuiltIn => VocalTract::reference().into_diagnostic(),
         SpaceSource::Folder(folder) | SpaceSource::Mesh(folder) => Err(miette!(
             "the built-in tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
             folder.display()
@@ -184,7 +184,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let means = mean_vowels().into_diagnostic()?;
     let tract = match &arguments.tract {
         Some(path) => inputs::tract(path)?,
-        None => source.map_or_else(|| VocalTract::drawn().into_diagnostic(), drawn_in_space)?,
+        None => source.map_or_else(|| VocalTract::reference().into_diagnostic(), drawn_in_space)?,
     };
     let (out, sound) = match source {
         Some(source) => {

@@ -42,7 +42,7 @@ impl Arguments {
             lip_protrusion_mm: self.lip_protrusion,
             ..Articulation::default()
         };
-        let drawn = VocalTract::drawn().into_diagnostic()?;
+        let drawn = VocalTract::reference().into_diagnostic()?;
         given.as_ref().unwrap_or(&drawn).check_lips(&lips).into_diagnostic()?;
         Ok(Some(ReadSound { given, lips }))
     }
@@ -64,7 +64,7 @@ impl ReadSound {
         let Self { given, lips } = self;
         let mut tract = match given {
             Some(tract) => tract,
-            None => VocalTract::drawn_for(body).into_diagnostic()?,
+            None => VocalTract::reference_for(body).into_diagnostic()?,
         };
         if let Some(palate) = palate {
             let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();

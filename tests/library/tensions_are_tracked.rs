@@ -165,7 +165,7 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let recording = recorded(&speaker, 40, 0.5e-3);
     let followed = &followed_bones(&speaker.body, &recording.bones);
     let mut ready = frames(&recording, &speaker.surface, followed, &[]);
-    let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::drawn().unwrap()).unwrap());
+    let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::reference().unwrap()).unwrap());
     add_formants(&mut ready, &airway, followed, &Articulation::default(), 2);
     let settings = independent();
     let context = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };

@@ -31,7 +31,7 @@ const POSTURE: Articulation =
 #[test]
 fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
     let (body, system, tensions) = pulled();
-    let airway = Arc::new(VocalTract::round(&body, VocalTract::drawn().unwrap()).unwrap());
+    let airway = Arc::new(VocalTract::round(&body, VocalTract::reference().unwrap()).unwrap());
     let positions = solved(&system, &tensions).positions().to_vec();
     for number in 0..4 {
         let formant = FormantFrequency::new(Arc::clone(&airway), POSTURE, number);
@@ -57,7 +57,7 @@ fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
 #[test]
 fn derivatives_of_formants_by_tensions_are_the_differences() {
     let (body, system, tensions) = pulled();
-    let airway = VocalTract::round(&body, VocalTract::drawn().unwrap()).unwrap();
+    let airway = VocalTract::round(&body, VocalTract::reference().unwrap()).unwrap();
     let settings = SolveSettings::default();
     let mut workspace = Workspace::new(&system);
     let formants = |workspace: &mut Workspace<2>, tensions: &[f64]| -> Vec<f64> {
@@ -187,7 +187,7 @@ fn cross_sections_of_a_tongue_in_space_have_the_areas_of_exact_solids() {
 #[test]
 fn the_built_in_tongue_in_space_sounds_nearly_as_its_plane_does_at_rest() {
     let plane = Body::tongue(5.5e-3).unwrap();
-    let tract = VocalTract::drawn().unwrap();
+    let tract = VocalTract::reference().unwrap();
     let flat = VocalTract::round(&plane, tract.clone()).unwrap();
     let flat = flat.sound(&plane.mesh.nodes, &Articulation::default()).unwrap();
     let body = Body::tongue_in_space(1).unwrap();

@@ -53,7 +53,7 @@ fn distance(p: Vector2<f64>, line: &[Vector2<f64>]) -> f64 {
 #[test]
 fn the_walls_are_those_of_maeda_placed_where_her_mean_tongue_lies_nearest_to_the_reference_tongue() {
     let body = Body::tongue(2e-3).unwrap();
-    let tract = VocalTract::drawn().unwrap();
+    let tract = VocalTract::reference().unwrap();
     let surface = body.mesh.surface_nodes();
     let mm = |n: usize| body.mesh.nodes[n] * 1e3;
     let nearest = |at: [f64; 2]| {
@@ -114,7 +114,7 @@ fn spoken(vowel: &str) -> SoundRecord {
 
 /// A scene with the sound of a vowel in a changed posture.
 fn in_posture(subject: &str, vowel: &str, change: impl Fn(&mut Articulation)) -> SceneOutcome {
-    let tract = VocalTract::drawn().unwrap();
+    let tract = VocalTract::reference().unwrap();
     let mut posture = tract.posture[vowel];
     change(&mut posture);
     let fit = match vowel {
@@ -128,7 +128,7 @@ fn in_posture(subject: &str, vowel: &str, change: impl Fn(&mut Articulation)) ->
 
 #[test]
 fn the_jaw_opens_to_fifteen_degrees_and_raises_the_first_formant() {
-    let tract = VocalTract::drawn().unwrap();
+    let tract = VocalTract::reference().unwrap();
     let first = |jaw_deg: f64| {
         let scene = Scene::from_toml("title = \"t\"\nwant = \"shape\"\n[body.tongue]\n", "t.toml").unwrap();
         let scene = scene.spoken(&Articulation { jaw_deg, ..Articulation::default() }, tract.jaw.joint_mm);
@@ -182,7 +182,7 @@ fn four_of_five_vowels_are_nearest_to_their_own_mean() {
 
 #[test]
 fn estimates_of_walls_jaw_and_lips_change_the_formants_compare() {
-    let (body, drawn) = (Body::tongue(5.5e-3).unwrap(), VocalTract::drawn().unwrap());
+    let (body, drawn) = (Body::tongue(5.5e-3).unwrap(), VocalTract::reference().unwrap());
     let vowels = ["i", "e", "a", "o", "ɯ"].map(|vowel| {
         let positions = in_posture("S2", vowel, |_| ()).positions_m;
         (positions.iter().map(|p| Point::new(p[0], p[1])).collect::<Vec<_>>(), drawn.posture[vowel])

@@ -89,7 +89,7 @@ impl Engine {
         };
         // The built-in tract does not fit the user's own body.
         let own = text.mesh.is_some() || text.anatomy.is_some();
-        let round = || VocalTract::round(&body, VocalTract::drawn().ok()?).ok();
+        let round = || VocalTract::round(&body, VocalTract::reference().ok()?).ok();
         let airway = if own { None } else { round() };
         let held = system.held();
         let surface: Vec<usize> =

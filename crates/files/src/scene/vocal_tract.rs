@@ -32,7 +32,7 @@ pub(super) fn vocal_tract<const D: usize>(
         return Ok(None);
     };
     let mut tract = match &wanted.file {
-        None => VocalTract::drawn()?,
+        None => VocalTract::reference()?,
         Some(path) => {
             let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
             let text = text.map_err(|source| SimulationError::unread("tract.file", path, &source))?;

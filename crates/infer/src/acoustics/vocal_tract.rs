@@ -79,13 +79,13 @@ impl VocalTract {
     }
 
     /// The tract of the reference tongue.
-    pub fn drawn() -> Result<Tract, VocalTractError> {
+    pub fn reference() -> Result<Tract, VocalTractError> {
         Self::read(DRAWN, "targets/tract.toml")
     }
 
     /// The tract of the reference tongue, moved by the similarity that carries the mental spine and the hyoid of that tongue to those
     /// of a body.
-    pub fn drawn_for(body: &Body<2>) -> Result<Tract, VocalTractError> {
+    pub fn reference_for(body: &Body<2>) -> Result<Tract, VocalTractError> {
         let missing = || {
             VocalTractError::Refused(format!(
                 "{} has no mental spine and hyoid (bones \"mandible\" and \"hyoid\") by which the drawn tract could be placed; name a \
@@ -95,7 +95,7 @@ impl VocalTract {
         };
         let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
         let to = similarity_by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
-        Ok(Self::drawn()?.placed(to.scale(), |[x, y]: [f64; 2]| {
+        Ok(Self::reference()?.placed(to.scale(), |[x, y]: [f64; 2]| {
             <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3)
         }))
     }

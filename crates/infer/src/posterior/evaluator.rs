@@ -68,9 +68,9 @@ impl<'a> Evaluator<'a> {
     fn solve(&mut self, points: &[(&DVector<f64>, &SolvedPoint)]) -> SolvedPoints {
         let density = self.density;
         let values: Vec<_> = points.iter().map(|(g, _)| density.parameter_values(g)).collect();
-        for (shape, group) in self.shapes.iter_mut().enumerate() {
+        for (index, group) in self.shapes.iter_mut().enumerate() {
             let loads = Vec::from_iter((0..points.len()).map(|i| {
-                density.posterior_model.load(&values[i].0, shape, Some(points[i].1.shape(shape).0))
+                density.posterior_model.load(&values[i].0, index, Some(points[i].1.shape(index).0))
             }));
             group.solve(&loads, density.settings());
         }
@@ -122,7 +122,7 @@ impl<'a> Evaluator<'a> {
             let data: Option<Vec<_>> = data
                 .iter_mut()
                 .map(|own| match own {
-                    Some((shape, all)) => Some(Some((*shape, all[i].take()?))),
+                    Some((index, all)) => Some(Some((*index, all[i].take()?))),
                     None => Some(None),
                 })
                 .collect();
@@ -138,19 +138,19 @@ impl<'a> Evaluator<'a> {
         let nodes = self.density.posterior_model.system.rest().len();
         Vec::from_iter(self.density.measurements.auxiliary_numbers().map(|(auxiliary, number)| {
             let posture = auxiliary.posture(number)?;
-            let shape = posture.unwrap_or(self.shapes.len() - 1);
+            let index = posture.unwrap_or(self.shapes.len() - 1);
             let gradients: Vec<_> = solved
                 .iter()
                 .map(|solved| {
                     let mut gradient = vec![SVector::zeros(); nodes];
                     if let Some(solved) = solved {
-                        let at = (posture, solved.shape(shape).0);
+                        let at = (posture, solved.shape(index).0);
                         auxiliary.gradient(at, &auxiliary.only(number), &mut gradient);
                     }
                     gradient
                 })
                 .collect();
-            Some((shape, self.shapes[shape].adjoint(&gradients)))
+            Some((index, self.shapes[index].adjoint(&gradients)))
         }))
     }
 
@@ -172,17 +172,17 @@ impl<'a> Evaluator<'a> {
             if row >= of_muscles {
                 return 0.0;
             }
-            solved.stretch_rate(row, slopes[p], |shape, m| {
-                let (adjoint, parameter) = (&rates.lengths[shape][m], self.density.parameters[p]);
-                by_parameter(posterior_model, values, (shape, postures), adjoint, parameter)
+            solved.stretch_rate(row, slopes[p], |index, m| {
+                let (adjoint, parameter) = (&rates.lengths[index][m], self.density.parameters[p]);
+                by_parameter(posterior_model, values, (index, postures), adjoint, parameter)
             })
         });
         let numbers = self.density.measurements.auxiliary_numbers().zip(&rates.data);
         for (row, ((auxiliary, number), own)) in numbers.enumerate() {
             let weights = auxiliary.only(number);
             for (p, &parameter) in self.density.parameters.iter().enumerate() {
-                let by_shape = own.as_ref().map_or(0.0, |(shape, adjoint)| {
-                    by_parameter(posterior_model, values, (*shape, postures), adjoint, parameter)
+                let by_shape = own.as_ref().map_or(0.0, |(index, adjoint)| {
+                    by_parameter(posterior_model, values, (*index, postures), adjoint, parameter)
                 });
                 let by = by_shape + auxiliary.slope(values, &weights, parameter);
                 jacobian[(of_muscles + row, p)] = slopes[p] * by;
@@ -208,8 +208,8 @@ impl<'a> Evaluator<'a> {
         let density = self.density;
         DVector::from_fn(scores.len(), |i, _| {
             let p = density.parameters[i];
-            let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
-                by_parameter(density.posterior_model, values, (shape, density.postures()), adjoint, p)
+            let each = adjoints.iter().enumerate().map(|(index, adjoint)| {
+                by_parameter(density.posterior_model, values, (index, density.postures()), adjoint, p)
             });
             let auxiliary = density
                 .measurements
@@ -220,22 +220,22 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// Derivative of a function of one shape by a parameter; `shape` is the number of a posture, or `postures` for the baseline.
+/// Derivative of a function of one shape by a parameter; `index` is the number of a posture, or `postures` for the baseline.
 fn by_parameter(
     posterior_model: &super::PosteriorModel,
     values: &ParameterValues,
-    (shape, postures): (usize, usize),
+    (index, postures): (usize, usize),
     adjoint: &Adjoint<2>,
     parameter: Parameter,
 ) -> f64 {
-    let by_hyoid = |which: usize| match values.postures.get(shape) {
+    let by_hyoid = |which: usize| match values.postures.get(index) {
         Some(own) => posterior_model.hyoid_rates(adjoint, own.hyoid, values.tilt)[which],
         None => 0.0,
     };
     match parameter {
-        Parameter::Tension(posture, m) if posture == shape => adjoint.by_tension[m],
-        Parameter::Tone(m) if shape == postures => adjoint.by_tension[m],
-        Parameter::Hyoid(posture, axis) if posture == shape => by_hyoid(axis),
+        Parameter::Tension(posture, m) if posture == index => adjoint.by_tension[m],
+        Parameter::Tone(m) if index == postures => adjoint.by_tension[m],
+        Parameter::Hyoid(posture, axis) if posture == index => by_hyoid(axis),
         Parameter::Tilt => by_hyoid(2),
         _ => 0.0,
     }
@@ -261,7 +261,7 @@ impl SampledDensity for Evaluator<'_> {
                 Some(errors.log(&density.residuals(&solved.lengths, &solved.auxiliary)))
             })
             .collect();
-        let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
+        let adjoints = self.shapes.iter_mut().enumerate().map(|(index, group)| {
             group.adjoint(&Vec::from_iter(solved.iter().zip(&weighed).map(|(solved, weighed)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
                 let Some((solved, (_, weights))) = solved.as_ref().zip(weighed.as_ref()) else {
@@ -270,13 +270,13 @@ impl SampledDensity for Evaluator<'_> {
                 for (i, &m) in measurements.muscles.iter().enumerate() {
                     let over = solved.shape(postures).1[m];
                     let part = match measurements.postures[i] {
-                        _ if shape == postures => -solved.lengths[density.rows()[i]] / (over * over),
-                        posture if posture == shape => 1.0 / over,
+                        _ if index == postures => -solved.lengths[density.rows()[i]] / (over * over),
+                        posture if posture == index => 1.0 / over,
                         _ => continue,
                     };
-                    length_gradient(system, solved.shape(shape).0, m, weights[i] * part, &mut gradient);
+                    length_gradient(system, solved.shape(index).0, m, weights[i] * part, &mut gradient);
                 }
-                let at = ((shape < postures).then_some(shape), solved.shape(shape).0);
+                let at = ((index < postures).then_some(index), solved.shape(index).0);
                 for (auxiliary, weights) in
                     measurements.split_weights(&weights.as_slice()[measurements.len()..])
                 {
@@ -311,10 +311,10 @@ impl SampledDensity for Evaluator<'_> {
         let density = self.density;
         let values: Vec<ParameterValues> =
             points.iter().map(|(g, _)| density.parameter_values(g).0).collect();
-        let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
+        let found = self.from_rest.iter_mut().enumerate().map(|(index, group)| {
             let with: Vec<(&ParameterValues, &[f64])> =
-                values.iter().zip(points).map(|(values, (_, p))| (values, p.solved.shape(shape).1)).collect();
-            lengths_reached_from_rest(density, group, &with, shape)
+                values.iter().zip(points).map(|(values, (_, p))| (values, p.solved.shape(index).1)).collect();
+            lengths_reached_from_rest(density, group, &with, index)
         });
         let found: Vec<Vec<bool>> = found.collect();
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()

@@ -50,7 +50,7 @@ pub(crate) fn by_kappa(
     let Some(sides) = &posterior_model.kappa else { return Some(DMatrix::zeros(rows, 0)) };
     let with = |system: &System<2>| -> Option<DVector<f64>> {
         let loads: Vec<_> = (0..=base)
-            .map(|shape| posterior_model.load(values, shape, Some(solved.shape(shape).0)))
+            .map(|index| posterior_model.load(values, index, Some(solved.shape(index).0)))
             .collect();
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
@@ -110,15 +110,15 @@ pub fn answers(
     let rows = of_muscles + solved.auxiliary.len();
     let of_pair = |([low, high], step): &PerturbedPair| -> Option<DVector<f64>> {
         let slopes = (0..=base)
-            .map(|shape| Some(slopes_of(posterior_model, [low, high], point, shape)? / (2.0 * step)));
+            .map(|index| Some(slopes_of(posterior_model, [low, high], point, index)? / (2.0 * step)));
         let slopes: Vec<DVector<f64>> = slopes.collect::<Option<_>>()?;
-        let stretches = (0..of_muscles).map(|row| solved.stretch_rate(row, 1.0, |shape, m| slopes[shape][m]));
+        let stretches = (0..of_muscles).map(|row| solved.stretch_rate(row, 1.0, |index, m| slopes[index][m]));
         // The auxiliary numbers of a shape follow its lengths in `slopes`.
         let mut next = vec![count; base + 1];
         let others = rates.data.iter().map(|own| {
-            own.as_ref().map_or(0.0, |&(shape, _)| {
-                next[shape] += 1;
-                slopes[shape][next[shape] - 1]
+            own.as_ref().map_or(0.0, |&(index, _)| {
+                next[index] += 1;
+                slopes[index][next[index] - 1]
             })
         });
         Some(DVector::from_iterator(rows, stretches.chain(others)))
@@ -141,7 +141,7 @@ fn slopes_of(
     posterior_model: &PosteriorModel,
     [low, high]: [&PerturbedBody; 2],
     &GeometrySensitivity { solved, values, rates, auxiliary }: &GeometrySensitivity<'_>,
-    shape: usize,
+    index: usize,
 ) -> Option<DVector<f64>> {
     let unknowns = posterior_model.system.pattern().nodes();
     let same = [low, high].iter().all(|side| {
@@ -151,17 +151,17 @@ fn slopes_of(
     if !same {
         return None;
     }
-    let own = values.postures.get(shape);
+    let own = values.postures.get(index);
     let tensions = own.map_or(&values.tones, |p| &p.tensions);
     let hyoid = own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, values.tilt * p.hyoid.x));
     let [[force_low, x_low], [force_high, x_high]] = [low, high]
-        .map(|side| side.forces_and_positions(posterior_model, solved.shape(shape).0, tensions, hyoid));
+        .map(|side| side.forces_and_positions(posterior_model, solved.shape(index).0, tensions, hyoid));
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
-        let numbers = auxiliary.iter().flat_map(|data| data.of_shape(own.map(|_| shape), x));
+        let numbers = auxiliary.iter().flat_map(|data| data.of_shape(own.map(|_| index), x));
         side.system.lengths(x).into_iter().chain(numbers).collect()
     });
-    let data = rates.data.iter().flatten().filter(|(of, _)| *of == shape).map(|(_, adjoint)| adjoint);
-    let adjoints = rates.lengths[shape].iter().chain(data);
+    let data = rates.data.iter().flatten().filter(|(of, _)| *of == index).map(|(_, adjoint)| adjoint);
+    let adjoints = rates.lengths[index].iter().chain(data);
     let slopes: Vec<f64> = Vec::from_iter(adjoints.enumerate().map(|(i, adjoint)| {
         let by_force: f64 =
             unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();

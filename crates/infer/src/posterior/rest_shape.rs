@@ -127,7 +127,7 @@ pub(super) fn of_springs(
         .rates
         .data
         .iter()
-        .map(|own| own.as_ref().map(|(shape, adjoint)| shapes[*shape].slope(adjoint)))
+        .map(|own| own.as_ref().map(|(index, adjoint)| shapes[*index].slope(adjoint)))
         .collect();
     let rows = of_muscles + auxiliary.len();
     let of_fields = |fields: &[Field]| {
@@ -140,7 +140,7 @@ pub(super) fn of_springs(
             if row >= of_muscles {
                 return auxiliary[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));
             }
-            solved.stretch_rate(row, 1.0, |shape, m| lengths[shape][(m, f)])
+            solved.stretch_rate(row, 1.0, |index, m| lengths[index][(m, f)])
         })
     };
     Some(FiniteDifferences {

@@ -44,7 +44,8 @@ pub(super) fn reachabilities(
     let positions = |t: usize| recording.here[t].linear.as_ref().map(|l| &*l.positions);
     let mut reached = in_chunks(0..count, |chunk| {
         let mut solver = smoother.solver();
-        let mut reached = |&t: &usize| solver.reached((&recording.frames[t], &unknowns[t]), positions(t)?);
+        let mut reached =
+            |&t: &usize| solver.how_reached((&recording.frames[t], &unknowns[t]), positions(t)?);
         Vec::from_iter(chunk.iter().map(&mut reached))
     });
     let mut solver = smoother.solver();
@@ -103,7 +104,7 @@ impl FrameSolver<'_> {
     }
 
     /// `None` where no path was found.
-    fn reached(
+    fn how_reached(
         &mut self,
         (frame, x): (&Frame, &DVector<f64>),
         positions: &[SVector<f64, 2>],
@@ -227,7 +228,7 @@ mod tests {
         let together = w.positions();
         assert!(largest_distance(&other, together) > 1e-3);
         let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
-            solver.reached((&frame, &x), positions)
+            solver.how_reached((&frame, &x), positions)
         };
         assert_eq!(reached(&mut solver, together), Some(Reached::FromRest));
         assert_eq!(reached(&mut solver, &other), Some(Reached::OtherWay));

@@ -149,7 +149,7 @@ pub(super) struct FrameSolution<'a> {
 }
 
 /// Results for a frame, without its faults.
-pub(super) fn tracked(
+pub(super) fn frame_result(
     solver: &mut FrameSolver<'_>,
     found: &FrameSolution<'_>,
     draws: &FrameDraws,

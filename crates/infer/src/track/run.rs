@@ -18,7 +18,7 @@ use super::gauss_newton::{ROUNDS, minimise};
 use super::prediction::{best_process, predict_hidden};
 use super::reachability::reachabilities;
 use super::rest_shape::RestShape;
-use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
+use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, frame_result};
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape_jacobian::shape_jacobians;
@@ -260,7 +260,7 @@ fn summarise(
                     lost: lost[t],
                     means,
                 };
-                tracked(&mut solver, &found, &drawn[t - window.start], smoother.settings)
+                frame_result(&mut solver, &found, &drawn[t - window.start], smoother.settings)
             }))
         }));
         segments.take(window, &frames, drawn, means);

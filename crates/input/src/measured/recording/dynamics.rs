@@ -165,7 +165,7 @@ impl<'a> PointTracks<'a> {
 
     /// Whether at least half of the points move by more than their noise.
     pub fn is_moving(&self) -> bool {
-        let moving = self.tracks.iter().filter(|c| c.moves_by(HELD_SD)).count();
+        let moving = self.tracks.iter().filter(|track| track.moves_by(HELD_SD)).count();
         moving > 0 && 2 * moving >= self.tracks.len()
     }
 
@@ -174,27 +174,27 @@ impl<'a> PointTracks<'a> {
     }
 
     pub fn disorder(&self) -> Option<NamedValue> {
-        self.middle(true, |c| Some(c.disorder())).map(unnamed)
+        self.middle(true, |track| Some(track.disorder())).map(unnamed)
     }
 
     pub fn fastest_tenth_mm_s(&self) -> Option<NamedValue> {
-        self.middle(true, |c| Some(c.fastest_tenth_m_s() * 1e3)).map(unnamed)
+        self.middle(true, |track| Some(track.fastest_tenth_m_s() * 1e3)).map(unnamed)
     }
 
     /// The upper median over the points that move; `None` if these are less than half, because the jumps of one point among others at rest
     /// do not describe the recording.
     fn middle(&self, continuous: bool, of: impl Fn(&PointTrack<'_>) -> Option<f64>) -> Option<f64> {
         let least = if continuous { MOVES_SD } else { HELD_SD };
-        let moving = self.tracks.iter().filter(|c| c.moves_by(least) && c.part_still() <= 0.5);
+        let moving = self.tracks.iter().filter(|track| track.moves_by(least) && track.part_still() <= 0.5);
         let values: Vec<f64> =
-            moving.filter(|c| !continuous || c.apart_s < MOST_APART_S).filter_map(of).collect();
+            moving.filter(|track| !continuous || track.apart_s < MOST_APART_S).filter_map(of).collect();
         upper_median(values.iter().copied()).filter(|_| 2 * values.len() >= self.tracks.len())
     }
 
     /// The number of frames, if no point ever moves.
     pub fn frozen(&self) -> Option<NamedValue> {
         let tracks = &self.tracks;
-        let still = !tracks.is_empty() && tracks.iter().all(|c| c.part_still() == 1.0);
+        let still = !tracks.is_empty() && tracks.iter().all(|track| track.part_still() == 1.0);
         still.then(|| unnamed(self.recording.frames.len() as f64))
     }
 
@@ -228,7 +228,8 @@ impl<'a> PointTracks<'a> {
     /// The largest part of the frames in which a point stays, and the points that mostly stay, if others move.
     pub fn stuck(&self) -> Option<NamedValue> {
         let tracks = &self.tracks;
-        let stuck = tracks.iter().map(|c| (c.name, c.part_still())).filter(|(_, part)| *part > 0.5);
+        let stuck =
+            tracks.iter().map(|track| (track.name, track.part_still())).filter(|(_, part)| *part > 0.5);
         let (names, parts): (Vec<&str>, Vec<f64>) = stuck.unzip();
         let most = parts.into_iter().fold(0.0, f64::max);
         tracks.iter().any(PointTrack::moves).then(|| (most, names.join(" and ")))
@@ -243,14 +244,14 @@ impl<'a> PointTracks<'a> {
     }
 
     pub fn quickest_part(&self) -> Option<NamedValue> {
-        let whole_s = self.middle(false, |c| Some(c.quickest()?.1))?;
-        Some((self.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.2} s")))
+        let whole_s = self.middle(false, |track| Some(track.quickest()?.1))?;
+        Some((self.middle(false, |track| Some(track.quickest()?.0))?, format!("{whole_s:.2} s")))
     }
 
     /// The first point or bone that jumps and stays, unless most points do.
     pub fn slipped_points_mm(&self) -> Option<NamedValue> {
         let Self { tracks, bones, .. } = self;
-        let mut slips: Vec<_> = tracks.iter().filter_map(|c| c.slip(ACCELERATION_M_S2)).collect();
+        let mut slips: Vec<_> = tracks.iter().filter_map(|track| track.slip(ACCELERATION_M_S2)).collect();
         if 2 * slips.len() > tracks.len() {
             return None;
         }
