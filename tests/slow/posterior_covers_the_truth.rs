@@ -8,7 +8,7 @@ use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
     AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
-    contradiction, fitted_stretches, sample, short_run, without_each,
+    contradiction, fitted_stretches, predict_each_from_others, sample, short_run,
 };
 
 use crate::cases;
@@ -276,8 +276,8 @@ fn coverage_with(
                 let held = own.clone().filter(|n| interval(n).holds((n.value)(&drawn))).count();
                 [held, own.count()]
             };
-            let left_out =
-                has_verdict.then(|| without_each(&posterior.density, &posterior.map_estimate).unwrap());
+            let left_out = has_verdict
+                .then(|| predict_each_from_others(&posterior.density, &posterior.map_estimate).unwrap());
             let by_others =
                 left_out.unwrap_or_default().into_iter().zip(&posterior.density.measurements.stretches);
             let by_others: Vec<bool> = by_others.map(|(l, measured)| l.spread.holds(*measured)).collect();
