@@ -165,7 +165,8 @@ impl Arguments {
         Ok(read)
     }
 
-    /// Recordings of one speaker without outliers, and a sentence for each recording that is left out.
+    /// Recordings of one speaker without outliers, and a sentence for each recording that is left out because nothing can be
+    /// read from it.
     pub fn screen(
         &self,
         read: &[Loaded],

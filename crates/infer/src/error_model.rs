@@ -117,6 +117,7 @@ impl Errors {
         }
     }
 
+    /// Standard deviation of a point, mm.
     pub fn sd(&self, along: &Along) -> f64 {
         let parts = [self.slow_mm, self.static_mm, along.sd_mm];
         parts.iter().map(|p| p * p).sum::<f64>().sqrt()

@@ -83,7 +83,8 @@ pub enum Tangent {
 ///
 /// Force and stiffness are the negative first and the second derivatives of the energy.
 /// `tests/library/effects_are_derivatives_of_their_energy.rs` checks this for every effect, and fails for an effect that is missing there.
-/// [`crate::system::Additions`] adds an effect to a system.
+/// A new effect is a file in this folder that implements the parts of the trait that are not zero, and a line where
+/// [`crate::system::Additions`] adds it to a system.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Short name in plans and reports.
     fn name(&self) -> &'static str;

@@ -22,6 +22,7 @@ const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 #[derive(Debug, Clone)]
 pub struct QuadraticElements<const D: usize> {
     law: NeoHookean,
+    /// N s/m².
     viscosity: f64,
     /// Positions of all nodes at rest, m.
     rest: Vec<SVector<f64, D>>,

@@ -45,6 +45,7 @@ impl ClosedSpline {
         &self.points
     }
 
+    /// Length of the closed curve, m.
     pub fn perimeter(&self) -> f64 {
         self.perimeter
     }

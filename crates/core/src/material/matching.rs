@@ -33,6 +33,7 @@ pub struct Coefficients {
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MatchedCell {
+    /// Spring constant of each edge, N/m (2D: per metre of thickness).
     pub stiffness: f64,
     /// kappa_s or kappa_v, J (2D: per metre of thickness).
     pub kappa: f64,

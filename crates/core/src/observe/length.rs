@@ -44,6 +44,7 @@ impl<const D: usize> Observable<D> for Length {
 pub struct LineEnd<const D: usize> {
     /// Nodes with their weights; none for a point on bone.
     pub weights: Vec<(usize, f64)>,
+    /// Position of a point on bone, m; zero otherwise.
     pub fixed: SVector<f64, D>,
 }
 

@@ -44,10 +44,12 @@ impl StraightPath {
         self.is_bent
     }
 
+    /// Spring constant of the whole path, N/m (2D: per metre of thickness).
     pub fn stiffness(&self) -> f64 {
         1.0 / self.compliance_up_to[self.nodes.len() - 1]
     }
 
+    /// Length of the whole path at rest, m.
     pub fn rest_length(&self) -> f64 {
         self.rest_up_to[self.nodes.len() - 1]
     }

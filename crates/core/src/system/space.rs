@@ -44,7 +44,7 @@ impl Default for SpaceModel {
     }
 }
 
-/// Tension that scales the barrier of strands, as an activation.
+/// Tension that scales the barrier of strands, as an activation; the barrier acts below a tenth of the length at rest.
 const BARRIER_ACTIVATION: f64 = 0.1;
 /// Stiffness of the springs that hold nodes in the symmetry plane, N/m; the forces there move them by less than 1e-8 m.
 const SYMMETRY_STIFFNESS: f64 = 1e7;

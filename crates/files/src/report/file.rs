@@ -59,8 +59,9 @@ impl OutputDir {
         &self.path
     }
 
-    /// Writes a set of files, each with its name and a function that writes it, and returns their paths. All are written in full under
-    /// temporary names before the first is renamed. The data is not forced to the disk, so that a power cut may lose it.
+    /// Writes a set of files, each with its name and a function that writes it, and returns their paths in the same order. All are written
+    /// in full under temporary names before the first is renamed, so that a full disk or a bad name leaves all earlier files as they were.
+    /// The data is not forced to the disk, so that a power cut may lose it.
     pub(crate) fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
         &self,
         files: impl Iterator<Item = (&'a str, W)>,

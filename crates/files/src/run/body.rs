@@ -120,7 +120,8 @@ impl std::fmt::Display for SpaceSource {
 }
 
 impl SpaceSource {
-    /// The body in its own axes. `unit` is that of the coordinates of a mesh; if `refined`, every hexahedron is cut in eight.
+    /// The body in its own axes. `unit` is that of the coordinates of a mesh; if `refined`, every hexahedron is cut in eight. An
+    /// error for a file that cannot be read or that has no such body.
     pub fn make(&self, unit: Unit, refined: bool) -> Result<Body<3>, BodyError> {
         let body = match self {
             Self::BuiltIn => return Body::tongue_in_space(if refined { 2 } else { 1 }),

@@ -71,7 +71,7 @@ pub struct SoundRun<'a> {
 }
 
 impl SoundRun<'_> {
-    /// The scene that is run, checked.
+    /// The scene that is run; an error for values that a scene does not take.
     pub fn scene(&self) -> Result<Scene, SimulationError> {
         let fitted = self.vowel.filter(|v| v.label() != BASELINE);
         let scene = Scene {

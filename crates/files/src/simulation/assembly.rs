@@ -169,7 +169,8 @@ impl Assembly<2> {
 }
 
 impl Assembly<3> {
-    /// The signed distance of a measured point, m, from the surface of the tissue: positive outside. The point must be finite.
+    /// The signed distance of a measured point, m, from the surface of the tissue: positive outside. The point must be finite,
+    /// and the body must have cells.
     pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, SimulationError> {
         let faces = self.body().mesh.outward_faces();
         if !faces.is_empty() && point.iter().all(|x| x.is_finite()) {

@@ -76,7 +76,8 @@ pub struct Registration {
 }
 
 impl Registration {
-    /// The placement, unless a bone is farther from its place than in recordings whose contour and bones are in one frame.
+    /// The placement; [`RestError::NotOneFrame`] if a bone is farther from its place than in recordings whose contour and bones are in one
+    /// frame.
     pub fn in_one_frame(self) -> Result<Self, RestError> {
         let of_few = FARTHEST_BONE_M * (2.0 - self.frames as f64 / FEW_FRAMES).max(1.0);
         let is_short = self.lengths().is_some_and(|lengths| lengths < *USUAL_LENGTHS.start());

@@ -183,7 +183,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         solution.status == SolveStatus::Converged
     }
 
-    /// Records whether a candidate was solved, and returns its residuals.
+    /// Records whether a candidate was solved, and returns its residuals; `None` if it was not.
     fn outcome(&mut self, x: &[f64], solved: bool) -> Option<DVector<f64>> {
         let residuals = if solved { self.residuals_here(x) } else { None };
         self.last = solved.then(|| x.to_vec());

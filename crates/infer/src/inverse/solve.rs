@@ -199,7 +199,8 @@ pub(super) fn select_solution<const D: usize>(
     (x, if curves.len() == 1 { curves.pop() } else { None })
 }
 
-/// The best answer among ends of load paths, searched from all starts and from `x`, and whether its search converged.
+/// The best answer among ends of load paths, searched from all starts and from `x`, and whether its search converged; `None` if there
+/// is none.
 fn search_on_load_path<const D: usize>(
     on_path: &mut Forward<'_, D>,
     settings: &FitSettings,

@@ -103,7 +103,7 @@ impl Contrast {
     }
 }
 
-/// A label in a sentence: a sound of one or two letters between slashes, a certainty in quotes.
+/// A label in a sentence: a sound of one or two letters between slashes, a longer label, such as a word, in quotes.
 pub(super) fn quoted(label: &str) -> String {
     if label.chars().count() <= 2 { format!("/{label}/") } else { format!("“{label}”") }
 }

@@ -97,6 +97,7 @@ impl<'a> Evaluator<'a> {
         (values, solved)
     }
 
+    /// The linearisation at a point, solved from `begin`; `None` where the density is zero.
     pub fn linearise(
         &mut self,
         scores: &DVector<f64>,

@@ -45,7 +45,7 @@ pub struct PosteriorModel {
     pub(super) turn: Vec<SVector<f64, 2>>,
     /// The body with lower and with higher kappa; `None` if kappa is known.
     pub(super) kappa: Option<[System<2>; 2]>,
-    /// Perturbed bodies of a continuum; `None` for bodies of springs.
+    /// Perturbed bodies of a continuum, for all sources of error but kappa; `None` for bodies of springs.
     pub(super) sides: Option<PerturbedBodies>,
 }
 

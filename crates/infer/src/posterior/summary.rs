@@ -30,6 +30,7 @@ pub struct Change {
     pub sign_depends_on_prior: bool,
 }
 
+/// Tension in the vowel, N per metre of thickness.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tension {
     #[serde(flatten)]

@@ -163,6 +163,7 @@ impl Verdict {
         Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: verdicts.collect() })
     }
 
+    /// The verdict of a posterior; `None` if its chains have not mixed.
     pub fn of(report: &Report) -> Option<Self> {
         let summary = report.summary.as_ref()?;
         let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);

@@ -195,7 +195,8 @@ const MOST_FRAMES: usize = 120;
 /// Number of draws made at once; the second half mirrors the first.
 pub(super) const BATCH: usize = 50;
 
-/// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each.
+/// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each; `None` if a
+/// covariance cannot be factorised.
 pub(super) fn draws(
     smoother: &Smoother<'_>,
     recordings: &[SmoothedRecording],

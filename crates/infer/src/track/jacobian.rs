@@ -23,6 +23,7 @@ pub(super) enum DerivativeUnit {
 pub(super) struct Rates {
     /// Simulated less measured values, in standard deviations.
     pub residuals: DVector<f64>,
+    /// Positions of all nodes, m.
     pub positions: Vec<Point>,
     pub by_unknown: DMatrix<f64>,
     /// For each row, its derivative by the positions of nodes, and a factor.
@@ -156,6 +157,7 @@ pub struct Linearisation {
     /// Simulated less measured values, in standard deviations.
     pub residuals: DVector<f64>,
     pub jacobian: DMatrix<f64>,
+    /// Positions of all nodes, m.
     pub positions: Arc<[Point]>,
     /// Derivative of the distances of hidden points from the surface, mm, positive outside.
     pub hidden_jacobian: DMatrix<f64>,

@@ -139,7 +139,7 @@ fn numbers(
     numbers
 }
 
-/// Courses at a time, interpolated linearly and continued cyclically.
+/// Courses at a time, interpolated linearly. A time past the end continues at the beginning, once.
 fn at(recording: &Repeatable<'_>, time: f64) -> Vec<f64> {
     let (Some(&first), length) = (recording.times.first(), span(&recording.times)) else { return Vec::new() };
     let time = if time > first + length { time - length } else { time };

@@ -313,7 +313,7 @@ impl RestShape {
         Self { is_kept: true, ..self }
     }
 
-    /// Whether the shape of the body is the most probable one, because it was found before or coils show little of it.
+    /// Whether the shape of the body is kept without a search, because it was found before or coils show little of it.
     pub(super) fn is_kept(&self) -> bool {
         self.is_kept || !self.prior.coils.is_empty()
     }

@@ -129,6 +129,7 @@ pub fn track(
 
 #[derive(Debug, Clone)]
 pub struct RestFound {
+    /// Positions of all nodes at rest, m.
     pub nodes: Vec<Point>,
     /// Root mean square distance of the observations from the tongue fitted to each frame, m.
     pub rms_m: f64,

@@ -154,7 +154,9 @@ pub struct CourseSummary {
     pub known: bool,
     /// Variance of the course over the frames as part of that and the mean variance of its draws.
     pub reliability: f64,
+    /// Mean width of the 95 % intervals of its course, N per metre of thickness.
     pub course_width_n: f64,
+    /// Mean width of the 95 % intervals of its level, N per metre of thickness.
     pub level_width_n: f64,
     /// `level_width_n` as a part of the prior's: 1 where only the prior determines the level, 0 where only the data do.
     pub unknown_part: f64,

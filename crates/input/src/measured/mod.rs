@@ -3,6 +3,8 @@
 //! ```text
 //! targets/*.csv -> Dataset -> shortened muscles -> Target (ratios or stretches) -> observations
 //! ```
+//!
+//! The built-in lengths are those of Takano and Honda (2007), printed to 1 mm in table 4.4 of the thesis (Kato 2014).
 
 pub mod curves;
 pub mod emg;

@@ -23,11 +23,13 @@ pub struct Across {
 }
 
 impl Across {
+    /// Its length, m.
     pub(super) fn length(&self) -> f64 {
         let way = minus(self.inner, self.outer);
         way[0].hypot(way[1])
     }
 
+    /// Its middle, m.
     pub fn middle(&self) -> ProfilePoint {
         [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
     }

@@ -79,7 +79,7 @@ pub struct Continuum<const D: usize> {
     pub settings: ContinuumSettings,
     /// Nodes of the elements, one after another ([`Continuum::elements`]).
     elements: Vec<usize>,
-    /// Nodes that follow the tissue, ends and points of muscles, in ascending order.
+    /// Nodes that are no unknowns because they follow the tissue, such as ends and points of muscles, in ascending order.
     pub followers: Vec<Follower<D>>,
     /// The strands of every muscle of the mesh.
     pub bundles: Vec<Vec<Strand>>,

@@ -107,6 +107,7 @@ impl<'a, const D: usize> Load<'a, D> {
         Self { start: Some(positions), ..self }
     }
 
+    /// Displaces a bone, given by its nodes, by `shift`, m.
     pub fn with_bone(mut self, nodes: &'a [usize], shift: SVector<f64, D>) -> Self {
         self.bones.push((nodes, shift));
         self
@@ -124,6 +125,7 @@ impl<'a, const D: usize> Load<'a, D> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneEquilibrium<const D: usize> {
     pub solution: Solution,
+    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
     /// Whether the load was solved by [`solve`](crate::statics::solve).
     pub alone: bool,

@@ -28,7 +28,7 @@ impl DrawnMuscle<'_> {
     }
 }
 
-/// The muscles of a shape, contracting ones last; their names are followed by their tensions.
+/// The muscles of a shape, contracting ones last; the name of a contracting one is followed by its tension.
 pub(super) fn lines<'a>(
     view: &PlotView,
     mesh: &'a Mesh<2>,

@@ -1,6 +1,6 @@
 //! DeepLabCut's tables (`.csv`): three header lines (`scorer`, `bodyparts`, `coords`; with several animals a fourth, `individuals`), then
 //! for each frame a line with its number and x, y and likelihood of every part, in pixels, y down (Nath et al. 2019, *Nature Protocols*
-//! 14). The variance of a point is divided by its likelihood.
+//! 14). A point with a likelihood below 0.05 counts as not detected; the variance of the others is divided by their likelihood.
 
 use std::collections::BTreeSet;
 

@@ -32,7 +32,7 @@ const MOST_BEHIND_M: f64 = 3e-3;
 /// this, m, the two are not in one frame.
 const MOST_IN_HEIGHT_M: f64 = 15e-3;
 
-/// From the coil below the lower incisors to the mental spine of the built-in body, m.
+/// From the coil below the lower incisors to the mental spine of the built-in body, m, in a head whose axes are those of the recording.
 const INCISORS_TO_SPINE_M: Point = Point::new(14e-3, -20e-3);
 
 impl AlignedRecording {

@@ -13,7 +13,7 @@ impl Waveform {
     /// Duration of a bin, s.
     pub const BIN_S: f64 = 2e-3;
 
-    /// The sound `NAME.wav` beside the recording `NAME.tsv`, if there is one.
+    /// The sound `NAME.wav` beside the recording `NAME.tsv`, if there is one; its first sample is at time 0 of the recording.
     pub fn sound_file_beside(recording: &Path) -> Option<PathBuf> {
         ["wav", "WAV"].map(|e| recording.with_extension(e)).into_iter().find(|p| p.is_file())
     }
