@@ -30,7 +30,8 @@ pub fn tract(path: &Path) -> miette::Result<Tract> {
     VocalTract::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
 }
 
-/// Reads a table of lengths, by default the built-in one, and prints the doubts about it.
+/// Reads a table of lengths, by default the built-in one, and prints the doubts about it; `half_width_mm` replaces the half widths of the
+/// table, mm.
 pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
     Ok(doubted_lengths(file, half_width_mm)?.0)
 }
@@ -46,8 +47,6 @@ pub fn doubted_lengths(
         return Err(miette!("a call has no standard input; give the table itself, or the name of its file"));
     }
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
-    let doubts = if file.is_some() { plausibility::doubts(&data) } else { Vec::new() };
-    doubts.iter().for_each(|doubt| output::note(&format!("{}: {doubt}", data.origin())));
     if data.rows().iter().any(|row| row.lengths.vowel.label() == "u") {
         output::note(&format!(
             "{}: u and ɯ are two vowels, since the table has both; write ɯ for both if they are one",
@@ -58,6 +57,8 @@ pub fn doubted_lengths(
         Some(mm) => data.with_half_width_mm(mm).into_diagnostic()?,
         None => data,
     };
+    let doubts = if file.is_some() { plausibility::doubts(&data) } else { Vec::new() };
+    doubts.iter().for_each(|doubt| output::note(&format!("{}: {doubt}", data.origin())));
     Ok((data, doubts))
 }
 

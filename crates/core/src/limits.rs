@@ -93,7 +93,7 @@ pub static SURFACE_MM: Limit =
 // Scenes.
 pub static SIZE_MM: Limit = limit("a size of the body", [1e-3, 1000.0], " mm", NO_TONGUE);
 pub static SPACING_MM: Limit = limit("h_mm", [1e-3, 1000.0], " mm", NO_TONGUE);
-const NO_MUSCLE: &str = "muscles pull, and those of the tongue with less force";
+const NO_MUSCLE: &str = "a muscle does not push, and none of the tongue pulls harder than that";
 pub static TENSION: Limit = limit("a tension", [0.0, 1e4], " N", NO_MUSCLE);
 pub static SCENE_TENSION: Limit = limit("a tension of tensions_n", [0.0, 1e4], " N", NO_MUSCLE);
 pub static GRAVITY: Limit =

@@ -1,6 +1,6 @@
 //! The error of the plane: a body in space against its own midsagittal plane, muscle by muscle.
 //!
-//! SpaceAndPlane have the same mesh, muscles and law; in the plane no node moves sideways. The displacements of the free nodes of the midsagittal
+//! Both have the same mesh, muscles and law; in the plane no node moves sideways. The displacements of the free nodes of the midsagittal
 //! contour are compared. Those in the plane are multiplied by the best factor for each muscle, because a wrong strength is not an error of
 //! the plane.
 

@@ -1,4 +1,5 @@
-//! Results as records for JSON and CSV (fits, trajectories, conclusions); names of fields have units, and muscles have names.
+//! Results as records for JSON and CSV (fits, trajectories, conclusions); names of fields end with their units, and values of
+//! muscles are keyed by name.
 
 use serde::{Serialize, Serializer};
 use serde_json::json;
@@ -111,7 +112,8 @@ impl FitRecord {
         Some(Alarm::Contradicted { outside, predicted })
     }
 
-    /// Draws the conclusion: the text that is printed last, and what the exit status follows from.
+    /// Draws the conclusion: the text that is printed last, and whether it can be trusted, which gives the exit
+    /// status.
     pub fn conclude(&mut self) -> &Conclusion {
         let contradiction = self.contradiction();
         let Self { fit, alarms, posterior, verdict, .. } = &*self;

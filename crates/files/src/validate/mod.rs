@@ -14,7 +14,7 @@ mod statistics;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use tongue_core::body::Body;
+use tongue_core::body::{Body, HYOID};
 use tongue_core::parallel;
 use tongue_core::system::Model;
 use tongue_input::measured::{Dataset, Vowel};
@@ -79,6 +79,11 @@ pub fn run(
              the others (--baseline names another vowel)",
             data.origin()
         )));
+    }
+    if plan.posterior && body.bone(HYOID).is_empty() {
+        let why =
+            "this body names no bone \"hyoid\", which the posterior moves: name it, or leave --posterior out";
+        return Err(SimulationError::Refused(why.to_owned()));
     }
     // At least as many units as the reports below count; the last report completes them.
     let total = all.len() + data.rows().len() * 8;

@@ -75,7 +75,7 @@ pub enum PosteriorError {
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(
-        "the covariance of the stretches is not positive definite; take a larger standard deviation of the discrepancy in the priors"
+        "the covariance of the stretches is not positive definite; take a larger discrepancy or rounding in the priors"
     )]
     Covariance,
     #[error(

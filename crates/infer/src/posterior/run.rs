@@ -68,7 +68,7 @@ pub struct SamplerDiagnostics {
     /// Trajectories that ended where there is no stable equilibrium, so that the density is zero.
     pub folds: usize,
     /// Returns of a chain from shapes to which their tensions do not lead from rest; the density is zero there too.
-    /// The key's name is older: a jump from the branch is allowed.
+    /// JSON keeps the older key `off_branch`, although a jump off the branch does not count as one.
     #[serde(rename = "off_branch")]
     pub refused: usize,
     pub equilibria: usize,

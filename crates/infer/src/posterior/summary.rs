@@ -192,8 +192,9 @@ impl Summary {
     }
 }
 
-/// The number of measurements outside of their 95 % predictions by the others, and the number of predictions, if at least three measurements
-/// and half of all are outside, so that measurements and model contradict each other. `inside` says for each whether it is not outside.
+/// The number of measurements outside of their 95 % predictions by the others, and the number of predictions, if at least three and at
+/// least half of the measurements are outside, so that measurements and model contradict each other. `inside`: for each measurement, whether
+/// its 95 % prediction holds it.
 pub fn contradiction(inside: impl IntoIterator<Item = bool>) -> Option<(usize, usize)> {
     const FEWEST: usize = 3;
     let (inside, outside): (Vec<bool>, Vec<bool>) = inside.into_iter().partition(|inside| *inside);

@@ -158,11 +158,11 @@ pub(super) fn best_process(
         }
     }
     let sum: f64 = squares.values().map(|own| mean_and_variance(own.iter().copied()).0).sum();
-    let fitted = squares.len() as f64;
-    let independent = fitted.min(1.0 + (inner[inner.len() - 1].1 - inner[0].1) / POINTS_APART_MM);
+    let judged = squares.len() as f64;
+    let independent = judged.min(1.0 + (inner[inner.len() - 1].1 - inner[0].1) / POINTS_APART_MM);
     let freedom = independent - CHOSEN;
     (freedom >= 2.0)
-        .then(|| FittedProcess(process, student_95(freedom) * (sum / fitted * independent / freedom).sqrt()))
+        .then(|| FittedProcess(process, student_95(freedom) * (sum / judged * independent / freedom).sqrt()))
 }
 
 /// Hides these points of a frame instead of its present ones.

@@ -41,7 +41,7 @@ pub enum FrameStatus {
     /// The observations cannot be reached by this body, or are wrong.
     OutOfReach,
     /// The equilibrium was reached neither from rest, with muscles together or some before others, nor from a neighbouring frame.
-    /// The key's name is older: a jump from the branch is allowed.
+    /// JSON keeps the older key `off_branch`, although a jump off the branch does not count as one.
     #[serde(rename = "off_branch")]
     NotReached,
 }

@@ -18,7 +18,7 @@ use crate::files;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceMark {
     pub what: Marked,
-    /// Standard deviation of each coordinate, of the distance or of the length (also behind a stretch or a ratio), m.
+    /// Standard deviation of each coordinate, of the distance or of the length, also where its stretch or ratio is given, m.
     pub sd_m: f64,
 }
 

@@ -41,7 +41,7 @@ pub(crate) struct AccuracyStudy {
     pub fits: Vec<search::TimedFit>,
 }
 
-/// A run that fails is a row and no error.
+/// A failed run is a row of the table, not an error of the study.
 pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;

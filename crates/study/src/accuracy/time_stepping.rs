@@ -11,7 +11,7 @@ use super::runs::Ended;
 use crate::measure::Effort;
 use crate::table::duration;
 
-/// Measurements of the cost of a step, of which the quickest counts.
+/// Number of measurements of the cost of a step, of which the quickest counts.
 const MEASUREMENTS: usize = 5;
 
 #[derive(Debug, Clone)]

@@ -84,7 +84,7 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
     html! {
         section {
             h2 { "Residuals" }
-            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks muscles that the fit has to meet." }
+            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks the contracting muscles, whose values the fit has to meet." }
             (tongue_page::sortable("heat", with_muscle_headings(&["subject", "vowel", "target"], muscles), &html! {
                 @for f in fits { (PreEscaped(&f.heat_row)) }
             }))
