@@ -360,7 +360,7 @@ fn contradictions_are_named() {
         (tongue("[points]\ncontour_mm = [[1.0, 2.0]]\n[effects]\nincompressibility = true"), "at least 3"),
         (tongue(points), "[points]; incompressibility = true"),
         (cylinder(&format!("{points}\n[effects]\nincompressibility = true")), "[points]; [body.cylinder]"),
-        (tongue("[tensions_n]\nGGa = -1.0"), "tensions_n; -1; muscles pull"),
+        (tongue("[tensions_n]\nGGa = -1.0"), "tensions_n; -1; does not push"),
         (effect("jaw = { opening_deg = 90.0 }"), "opening_deg; 90; 60"),
         (TONGUE.replace("5.5", "-5.5"), "-5.5 mm; not usable"),
         (tongue(&fit.replace("S2", "S9")), "S9"),
