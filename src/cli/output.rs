@@ -200,11 +200,10 @@ fn short_numbers(text: &str) -> String {
         let digits = from[..end].trim_end_matches('.');
         out.push_str(before);
         rest = &from[digits.len()..];
-        match printed_number(digits) {
-            Some(value) if digits.len() > MOST_DIGITS && !is_in_name(&out, rest) => {
-                out.push_str(&format!("{value:e}"));
-            }
-            _ => out.push_str(digits),
+        let is_long = digits.len() > MOST_DIGITS && !is_in_name(&out, rest);
+        match is_long.then(|| printed_number(digits)).flatten() {
+            Some(value) => out.push_str(&format!("{value:e}")),
+            None => out.push_str(digits),
         }
     }
     out + rest

@@ -17,7 +17,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// The case of a target whose passive muscles are unseen; `None` if the body lacks a muscle that is needed.
+    /// The case in which the passive muscles of a target are predicted; `None` if the body lacks a muscle that the target needs.
     pub fn new(mesh: &Mesh<2>, target: &Target) -> Option<Self> {
         let matched = TargetOnBody::new(mesh, target).ok()?;
         let target = &matched.target;
@@ -34,13 +34,13 @@ impl Case {
         Some(self.target().values[at])
     }
 
-    /// Mean square error of predicted stretches (of all muscles of the target) over the unseen muscles.
+    /// Mean square error over the muscles that are predicted; `predicted` has the stretches of all muscles of the target.
     pub fn error(&self, predicted: &[f64]) -> f64 {
         let squares = self.unseen.iter().map(|&m| (predicted[m] - self.target().values[m]).powi(2));
         squares.sum::<f64>() / self.unseen.len() as f64
     }
 
-    /// One case for each muscle, which is the only unseen one.
+    /// A case for each muscle, in which it alone is predicted.
     pub fn each_left_out(&self) -> impl Iterator<Item = Self> {
         (0..self.target().muscles.len()).map(|m| Self { unseen: vec![m], ..self.clone() })
     }

@@ -33,7 +33,7 @@ impl Shrunk {
 const MIDDLE: Shrunk = Shrunk { about_no_change: true, ridge: false, by: 0.5 };
 const LEAST_VARIANCE: f64 = 1e-6;
 
-/// Mean of the unseen stretches of cases; 1 if there are none.
+/// Mean measured stretch of the muscles that cases predict; 1 if there are none.
 pub fn constant<'a>(training: impl IntoIterator<Item = &'a Case>) -> f64 {
     let all: Vec<f64> =
         training.into_iter().flat_map(|c| c.unseen.iter().map(|&m| c.target().values[m])).collect();
