@@ -8,7 +8,7 @@ use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
     AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
-    contradiction, fitted_stretches, predict_each_from_others, sample, short_run,
+    contradiction, fitted_stretches, predict_each_from_others, sample, short_run, short_run_interval,
 };
 
 use crate::cases;
@@ -272,9 +272,11 @@ fn coverage_with(
             let brief = brief.transpose().unwrap().unwrap_or_default();
             let of_short_run = |kind: &str| {
                 let own = unknowns.iter().filter(|number| number.kind == kind && !brief.is_empty());
-                let interval = |n: &Number| Quantiles::of(brief.iter().map(|d| (n.value)(&d.values)));
-                let held = own.clone().filter(|n| interval(n).holds((n.value)(&drawn))).count();
-                [held, own.count()]
+                let held = own.clone().filter(|number| {
+                    let [low, high] = short_run_interval(&brief, |d| (number.value)(&d.values));
+                    (low..=high).contains(&(number.value)(&drawn))
+                });
+                [held.count(), own.count()]
             };
             let left_out = has_verdict
                 .then(|| predict_each_from_others(&posterior.density, &posterior.map_estimate).unwrap());

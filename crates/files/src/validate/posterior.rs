@@ -154,7 +154,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     let spread = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let normal = |mean: f64, sd: f64, measured: f64| {
         let parts = vec![MixtureComponent { mean, weight: 1.0 }; 4000];
-        left_out(&parts, sd, measured, PredictionMethod::Together, seed)
+        left_out(&parts, sd, measured, (PredictionMethod::Together, parts.len() as f64), seed)
     };
     Vec::from_iter(case.each_left_out().enumerate().map(|(m, unseen)| {
         let measured = case.target().values[m];

@@ -54,10 +54,12 @@ pub fn conditional_normal(training: &[&Case], case: &Case, how: Shrunk) -> Optio
     } else {
         rows.iter().sum::<DVector<f64>>() / rows.len() as f64
     };
+    // A mean that is computed from the rows takes one degree of freedom.
+    let degrees = rows.len() - usize::from(!how.about_no_change);
     let mut covariance = DMatrix::zeros(muscles.len(), muscles.len());
     for row in &rows {
         let off = row - &mean;
-        covariance += &off * off.transpose() / (rows.len() - 1) as f64;
+        covariance += &off * off.transpose() / degrees as f64;
     }
     let ridge = covariance.trace() / muscles.len() as f64;
     let shrunk = DMatrix::from_fn(muscles.len(), muscles.len(), |i, j| {

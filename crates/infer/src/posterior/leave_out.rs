@@ -22,7 +22,7 @@ use super::evaluator::ResidualLikelihood;
 use super::hmc::Whitened;
 use super::map::MapEstimate;
 use super::parameters::Draw;
-use super::quantiles::{Quantiles, shares};
+use super::quantiles::{Quantiles, effective, shares};
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 
@@ -103,41 +103,30 @@ pub fn predict_each_from_others(
             shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
         })
         .collect();
-    let together: Vec<LeftOut> = positions
-        .iter()
-        .map(|&position| {
-            let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
-            predicted(
-                density,
-                position,
-                &mixture.0[position].1.density,
-                (&draws, &own),
-                PredictionMethod::Together,
-            )
-        })
-        .collect();
-    let each = together.into_iter().zip(mixture.0).map(|(found, (position, without))| {
-        if found.effective >= LEAST_EFFECTIVE {
-            return Ok(found);
+    let each = mixture.0.into_iter().map(|(position, without)| {
+        let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
+        let count = effective(&own);
+        if count >= LEAST_EFFECTIVE {
+            let how = (PredictionMethod::Together, count);
+            return Ok(predicted(density, position, &without.density, (&draws, &own), how));
         }
         let settings = Sampling { draws: OWN_DRAWS, seed: SEED };
         let own = sample_at(without.density, without.map_estimate, &settings)?;
-        let weights = vec![1.0; own.draws.len()];
-        let found =
-            predicted(density, position, &own.density, (&own.draws, &weights), PredictionMethod::Sampled);
-        let ess = own.diagnostics.ess;
-        Ok(LeftOut { effective: ess.bulk.min(ess.tail), ..found })
+        let (weights, ess) = (vec![1.0; own.draws.len()], own.diagnostics.ess);
+        let how = (PredictionMethod::Sampled, ess.bulk.min(ess.tail));
+        Ok(predicted(density, position, &own.density, (&own.draws, &weights), how))
     });
     each.collect()
 }
 
-/// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it.
+/// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it, and `how` has the effective number
+/// of draws.
 fn predicted(
     whole: &Density<'_>,
     position: usize,
     other: &Density<'_>,
     (draws, weights): (&[Draw], &[f64]),
-    how: PredictionMethod,
+    how: (PredictionMethod, f64),
 ) -> LeftOut {
     let (row, measured) = (whole.rows()[position], whole.measurements.stretches[position]);
     let (gain, sd) = conditional(whole, other, position);

@@ -61,7 +61,7 @@ pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample
 pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use summary::{Change, Report, StretchSummary, Summary, Tension, contradiction};
-pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom};
+pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom, short_run_interval};
 
 use tongue_core::system::SystemError;
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 use tongue_core::random::normal;
 
 use super::density::Density;
-use super::quantiles::{Quantiles, effective};
+use super::quantiles::Quantiles;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -35,12 +35,12 @@ pub struct MixtureComponent {
     pub weight: f64,
 }
 
-/// The prediction by a mixture of normal distributions of one standard deviation.
+/// The prediction by a mixture of normal distributions of one standard deviation, which tells as much as `effective` independent draws.
 pub fn left_out(
     parts: &[MixtureComponent],
     sd: f64,
     measured: f64,
-    how: PredictionMethod,
+    (how, effective): (PredictionMethod, f64),
     seed: u64,
 ) -> LeftOut {
     let mut random = fastrand::Rng::with_seed(seed);
@@ -52,13 +52,12 @@ pub fn left_out(
         p.weight * (-0.5 * z * z).exp() / (sd * std::f64::consts::TAU.sqrt())
     });
     let density = densities.sum::<f64>() / total;
-    let weights: Vec<f64> = parts.iter().map(|p| p.weight).collect();
     LeftOut {
         crps: crps(&draws, measured),
-        spread: Quantiles::weighted(draws),
+        spread: Quantiles::weighted(draws, effective),
         log_score: density.max(f64::MIN_POSITIVE).ln(),
         how,
-        effective: effective(&weights),
+        effective,
     }
 }
 
@@ -101,7 +100,7 @@ mod tests {
     #[test]
     fn scores_of_a_normal_distribution_are_the_exact_ones() {
         let parts = vec![MixtureComponent { mean: 1.0, weight: 1.0 }; 40_000];
-        let found = left_out(&parts, 0.2, 1.1, PredictionMethod::Together, 1);
+        let found = left_out(&parts, 0.2, 1.1, (PredictionMethod::Together, 40_000.0), 1);
         let z: f64 = 0.5;
         let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
         assert!((found.log_score - (density / 0.2).ln()).abs() < 1e-12);

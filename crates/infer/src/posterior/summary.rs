@@ -216,7 +216,7 @@ pub(super) fn moved_by_prior(
     let scale = posterior_model.priors.tension.scale_n_per_m;
     let more = 0.5 * (1.0 - OTHER_SCALE.powi(-2)) / (scale * scale);
     let weighed = tensions.iter().map(|&tension| (tension, (tension * tension * more).min(50.0).exp()));
-    Quantiles::weighted(weighed.collect()).interval_95[1] / upper - 1.0
+    Quantiles::weighted(weighed.collect(), f64::INFINITY).interval_95[1] / upper - 1.0
 }
 
 pub(super) fn is_of_prior(moved_by_prior: f64, sensitivity: &Sensitivity) -> bool {

@@ -10,6 +10,7 @@ use tongue_input::measured::Target;
 
 use super::PosteriorError;
 use super::density::Density;
+use super::diagnostics::mixing;
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
@@ -149,16 +150,14 @@ impl Verdict {
         let (posterior_model, scaled) = (density.posterior_model, Scaled::new(density, draws));
         let verdicts = posterior_model.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
-            let interval = Quantiles::of(tensions.iter().copied()).interval_95;
+            let interval = short_run_interval(draws, |d| d.tension(0, m));
             let moved = moved_by_prior(posterior_model, m, &tensions, interval[1]);
             let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
             let p_rises = part_above_zero(&changes);
             MuscleVerdict::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.evaluate(&tensions)))
         });
         let hyoid_mm = posterior_model.moves_hyoid().then(|| {
-            [0, 1].map(|axis| {
-                Quantiles::of(draws.iter().map(|d| 1e3 * d.values.postures[0].hyoid[axis])).interval_95
-            })
+            [0, 1].map(|axis| short_run_interval(draws, |d| 1e3 * d.values.postures[0].hyoid[axis]))
         });
         Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: verdicts.collect() })
     }
@@ -218,6 +217,14 @@ impl Verdict {
             format!("How hard: {}.", parts.join("; "))
         }
     }
+}
+
+/// 95 % interval of a number from the draws of a short run, which tell as much as some hundred independent ones.
+pub fn short_run_interval(draws: &[Draw], value: impl Fn(&Draw) -> f64) -> [f64; 2] {
+    let chains = draws.chunk_by(|a, b| a.chain == b.chain);
+    let chains: Vec<Vec<f64>> = chains.map(|chain| chain.iter().map(&value).collect()).collect();
+    let found = mixing(&chains);
+    Quantiles::of_few(draws.iter().map(value), found.bulk.min(found.tail)).interval_95
 }
 
 #[cfg(test)]
