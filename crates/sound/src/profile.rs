@@ -19,7 +19,6 @@ use tract::{cross, minus};
 pub use walls::Across;
 use walls::{Walls, are_apart};
 
-use crate::formants::Rate;
 use crate::{Section, TractError};
 
 /// Number of strips on each side of a cross-section.
@@ -118,8 +117,8 @@ impl Profile {
         self.sections.iter().map(|s| s.length_m).sum()
     }
 
-    /// Derivatives by the points of the tongue, from those by area and length of each section: calls `part` with the number of a point and
-    /// the derivative by its position.
+    /// Derivatives by the points of the tongue, from those by area and length of each section, such as the [`rates`](crate::formants::rates)
+    /// of a formant: calls `part` with the number of a point and the derivative by its position.
     pub fn rates_by_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
@@ -132,12 +131,6 @@ impl Profile {
                 part(*point, [rate * by[0], rate * by[1]]);
             }
         }
-    }
-
-    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::rates_by_tongue`].
-    pub fn frequency_rates_by_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
-        let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
-        self.rates_by_tongue(&each, part);
     }
 }
 

@@ -19,7 +19,7 @@
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
-use super::{Control, Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts, after, cut};
+use super::{Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StepCounts, after, cut};
 
 /// Tolerance of the corrections of Newton's method at a fixed step, m.
 const FIXED_STEP_TOLERANCE: f64 = 1e-12;
@@ -138,7 +138,7 @@ impl<const D: usize> TrBdf2<D> {
             }
             StageSolver::predict(motion, stage, &current.velocity);
             stage.time = if number == WEIGHTS.len() { end } else { state.time + NODES[number] * h };
-            if self.solver.solve(motion, known, stage, g, tolerance, counts).is_err() {
+            if self.solver.solve(motion, known, stage, g, tolerance, counts).is_none() {
                 return false;
             }
             for &i in nodes {
@@ -165,7 +165,7 @@ impl<const D: usize> TrBdf2<D> {
         let Self { solver, stage, derivatives: [.., last], .. } = self;
         stage.clone_from(state);
         stage.time = end;
-        if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_err() {
+        if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_none() {
             return false;
         }
         for &i in motion.system().pattern().nodes() {
@@ -207,7 +207,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
         state: &mut State<D>,
         until: f64,
         counts: &mut StepCounts,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), MotionStatus> {
         if !self.started {
             self.start(motion, state, counts);
             self.step = match self.control {
@@ -234,7 +234,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
                 }
                 (false, Control::Fixed(_)) => {
                     counts.rejected += 1;
-                    return Err(Failure::NotSolved);
+                    return Err(MotionStatus::NotSolved);
                 }
                 (false, Control::Adaptive(_)) => -CHANGE.0,
             };
@@ -252,7 +252,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             counts.rejected += 1;
             self.step = -change * h;
             if self.step < (SMALLEST_STEP * until.abs()).max(SHORTEST_STEP) {
-                return Err(Failure::StepTooSmall);
+                return Err(MotionStatus::StepTooSmall);
             }
         }
     }
