@@ -51,21 +51,12 @@ impl Profile {
     pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.lines_across()?;
-        let mut sections = Vec::with_capacity(across.len() + 1);
-        let mut slopes = Vec::with_capacity(across.len());
-        for (i, pair) in across.windows(2).enumerate() {
+        Self::with_areas(&walls, across, posture, |i, distance| {
             let [alpha, beta] = walls.coefficients(i);
             // alpha d^beta with d in cm gives cm^2.
-            let (section, slope) = between(&pair[0], &pair[1], |distance: f64| {
-                let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
-                [value, beta * value / distance]
-            })
-            .ok_or_else(|| TractError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
-            sections.push(section);
-            slopes.push(slope);
-        }
-        sections.extend(tract.lip_sections(posture)?);
-        Ok(Self { sections, across, slopes })
+            let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
+            [value, beta * value / distance]
+        })
     }
 
     /// The sections of a tract around a tongue in space; `tongue` has its surface points in the midsagittal plane from root to tip, m.
@@ -98,18 +89,33 @@ impl Profile {
             };
             widths.push(area / middle);
         }
-        let mut sections = Vec::with_capacity(across.len() + 1);
-        for (i, pair) in across.windows(2).enumerate() {
+        let profile = Self::with_areas(&walls, across, posture, |i, distance| {
             let width = 0.5 * (widths[i] + widths[i + 1]);
-            let crossed = || TractError::Crossed(walls.name(i).to_owned(), pair[0].middle());
-            let (section, _) = between(&pair[0], &pair[1], |d| [width * d, width]).ok_or_else(crossed)?;
-            if section.area_m2 <= 0.0 {
-                return Err(crossed());
-            }
+            [width * distance, width]
+        })?;
+        Ok(Self { slopes: Vec::new(), ..profile })
+    }
+
+    /// The sections between lines across; `area_of` gives the area of a cross-section, m^2, and its derivative by its width, m, from the
+    /// number of the section and this width.
+    fn with_areas(
+        walls: &Walls<'_>,
+        across: Vec<Across>,
+        posture: &Articulation,
+        area_of: impl Fn(usize, f64) -> [f64; 2],
+    ) -> Result<Self, TractError> {
+        let mut sections = Vec::with_capacity(across.len() + 1);
+        let mut slopes = Vec::with_capacity(across.len());
+        for (i, pair) in across.windows(2).enumerate() {
+            let between = between(&pair[0], &pair[1], |distance| area_of(i, distance));
+            let (section, slope) = between
+                .filter(|(section, _)| section.area_m2 > 0.0)
+                .ok_or_else(|| TractError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
             sections.push(section);
+            slopes.push(slope);
         }
-        sections.extend(tract.lip_sections(posture)?);
-        Ok(Self { sections, across, slopes: Vec::new() })
+        sections.extend(walls.tract.lip_sections(posture)?);
+        Ok(Self { sections, across, slopes })
     }
 
     /// Distance from the glottis to the lips along the midline, m.

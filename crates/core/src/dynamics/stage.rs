@@ -69,7 +69,7 @@ impl<const D: usize> StageSolver<D> {
     /// Moves the nodes by `way`, m, or by a part of it if a cell would be inverted.
     pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
         let at = Configuration { positions: &state.positions, tensions: &[] };
-        let part = motion.system().effects().iter().map(|e| e.step_limit(at, way)).fold(1.0, f64::min);
+        let part = motion.system().step_limit(at, way);
         for &i in motion.system().pattern().nodes() {
             state.positions[i] += way[i] * part;
         }

@@ -21,6 +21,21 @@ pub fn corners<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) ->
     out
 }
 
+/// The parallelogram or parallelepiped of `D` edges from one corner over the simplex of these edges: `D!`.
+pub const fn factorial<const D: usize>() -> f64 {
+    if D == 2 { 2.0 } else { 6.0 }
+}
+
+/// The simplex with a corner at the origin and the others at the columns of a matrix, whose determinant is `D!` times its measure.
+#[inline(always)]
+pub fn of_columns<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Corners<D> {
+    let mut corners = [SVector::zeros(); MAX_CORNERS];
+    for d in 0..D {
+        corners[d + 1] = matrix.column(d).into_owned();
+    }
+    corners
+}
+
 /// Signed area (2D, m²; positive if counter-clockwise) or volume (3D, m³) of a simplex.
 #[inline]
 pub fn measure<const D: usize>(x: &Corners<D>) -> f64 {

@@ -171,4 +171,10 @@ impl Pattern {
             Err(_) => bin,
         }
     }
+
+    /// The slots of all pairs of nodes in this order: those of the first node with itself and the others, of the second with itself and
+    /// later ones, and so on.
+    pub fn pair_slots<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = Slot> + 'a {
+        nodes.iter().enumerate().flat_map(move |(i, &a)| nodes[i..].iter().map(move |&b| self.slot(a, b)))
+    }
 }

@@ -67,8 +67,7 @@ impl<'a, const D: usize> SolveState<'a, D> {
 
     /// Largest part of the step that all effects allow.
     pub(super) fn step_limit(&self) -> f64 {
-        let at = self.w.configuration();
-        self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
+        self.system.step_limit(self.w.configuration(), &self.w.step)
     }
 
     /// Smallest residual force that double precision allows at these positions, N: the rounding error of the largest force, and that of

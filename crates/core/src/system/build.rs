@@ -52,8 +52,7 @@ impl<const D: usize> System<D> {
             let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
                 .chain(std::mem::take(&mut additions.effects))
                 .collect();
-            let tissue = TissueModel::Continuum;
-            return Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), contracting);
+            return Self::assemble(mesh, coefficients, effects, additions, Vec::new(), contracting);
         }
         if additions.incompressible && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
@@ -67,7 +66,7 @@ impl<const D: usize> System<D> {
             effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
         }
         effects.append(&mut additions.effects);
-        Self::assemble(mesh, TissueModel::MassSpring, coefficients, effects, additions, paths, contracting)
+        Self::assemble(mesh, coefficients, effects, additions, paths, contracting)
     }
 
     /// A system of any effects on the nodes of `mesh`, without straight paths, for bodies that [`System::new`] cannot describe: uneven
@@ -79,13 +78,11 @@ impl<const D: usize> System<D> {
         effects: Vec<Box<dyn Effect<D>>>,
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
-        let tissue = TissueModel::MassSpring;
-        Self::assemble(mesh, tissue, coefficients, effects, Additions::default(), Vec::new(), contracting)
+        Self::assemble(mesh, coefficients, effects, Additions::default(), Vec::new(), contracting)
     }
 
     pub(super) fn assemble(
         mesh: &Mesh<D>,
-        tissue: TissueModel,
         coefficients: Coefficients,
         mut effects: Vec<Box<dyn Effect<D>>>,
         additions: Additions<D>,
@@ -131,7 +128,7 @@ impl<const D: usize> System<D> {
         FACTOR_ENTRIES.check(layout.pattern.factor_entries::<D>() as f64)?;
         effects.iter_mut().for_each(|e| e.bind(&layout.pattern));
         Ok(Self {
-            tissue,
+            tissue: TissueModel::of(mesh),
             coefficients,
             rest,
             displaced,

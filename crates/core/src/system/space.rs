@@ -9,7 +9,7 @@ use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
 use crate::material::{Coefficients, Constants, MooneyRivlin};
 
-use super::{Additions, Model, System, SystemError, TissueModel, coefficients};
+use super::{Additions, Model, System, SystemError, coefficients};
 
 /// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -102,8 +102,7 @@ impl System<3> {
         effects.append(&mut additions.effects);
         let contracting: Vec<usize> = (0..body.muscles.len()).collect();
         let coefficients = spring_coefficients(body, law)?;
-        let tissue = TissueModel::Hexahedra;
-        Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), &contracting)
+        Self::assemble(mesh, coefficients, effects, additions, Vec::new(), &contracting)
     }
 }
 
