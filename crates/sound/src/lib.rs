@@ -15,7 +15,7 @@ pub mod formants;
 pub mod profile;
 pub mod voice;
 
-pub use acoustics::{Acoustics, Air, WallImpedance};
+pub use acoustics::Acoustics;
 pub use chain::Section;
 pub use formants::Formant;
 

@@ -40,7 +40,7 @@ impl IntegrationMethod {
         control: Control,
     ) -> Result<Box<dyn Integrator<D>>, SystemError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        Err(SystemError::Motion(match (self, control) {
+        Err(SystemError::Invalid(match (self, control) {
             (_, Control::Fixed(dt)) if !(positive(dt) && dt >= SHORTEST_STEP) => {
                 format!("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")
             }
@@ -73,7 +73,7 @@ impl IntegrationMethod {
             && dt > limit
         {
             let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
-            return Err(SystemError::Motion(format!(
+            return Err(SystemError::Invalid(format!(
                 "a step of {dt:.3e} s is beyond the stability limit of {self}, {limit:.3e} s \
                  ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s), so the motion would diverge. \
                  Take a step below the limit, or tr-bdf2, which has none"

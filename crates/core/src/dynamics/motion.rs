@@ -47,7 +47,7 @@ impl<'a, const D: usize> Motion<'a, D> {
     pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, SystemError> {
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
-            return Err(SystemError::Motion(format!(
+            return Err(SystemError::Invalid(format!(
                 "tensions are given for {given} muscles, but the mesh has {muscles}; give one for each"
             )));
         }
@@ -233,7 +233,7 @@ fn positive(name: &str, value: f64) -> Result<(), SystemError> {
     if value > 0.0 && value.is_finite() {
         Ok(())
     } else {
-        Err(SystemError::Motion(format!(
+        Err(SystemError::Invalid(format!(
             "the {name} is {value}; for a trajectory it must be positive and finite"
         )))
     }

@@ -59,6 +59,19 @@ struct Derivative<const D: usize> {
     internal: Vec<f64>,
 }
 
+impl<const D: usize> Derivative<D> {
+    /// Sets it to that of a stage that was solved from the known parts `from` over the step `g`, s.
+    fn set(&mut self, nodes: &[usize], stage: &State<D>, from: &State<D>, g: f64) {
+        for &i in nodes {
+            self.velocity[i] = stage.velocities[i];
+            self.acceleration[i] = (stage.velocities[i] - from.velocities[i]) / g;
+        }
+        for (k, (c, from)) in self.internal.iter_mut().zip(stage.internal.iter().zip(&from.internal)) {
+            *k = (c - from) / g;
+        }
+    }
+}
+
 #[derive(Debug)]
 pub struct TrBdf2<const D: usize> {
     control: Control,
@@ -141,14 +154,7 @@ impl<const D: usize> TrBdf2<D> {
             if self.solver.solve(motion, known, stage, g, tolerance, counts).is_none() {
                 return false;
             }
-            for &i in nodes {
-                current.velocity[i] = stage.velocities[i];
-                current.acceleration[i] = (stage.velocities[i] - known.velocities[i]) / g;
-            }
-            for (k, (c, from)) in current.internal.iter_mut().zip(stage.internal.iter().zip(&known.internal))
-            {
-                *k = (c - from) / g;
-            }
+            current.set(nodes, stage, known, g);
         }
         true
     }
@@ -168,13 +174,7 @@ impl<const D: usize> TrBdf2<D> {
         if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_none() {
             return false;
         }
-        for &i in motion.system().pattern().nodes() {
-            last.velocity[i] = stage.velocities[i];
-            last.acceleration[i] = (stage.velocities[i] - state.velocities[i]) / h;
-        }
-        for (k, (c, from)) in last.internal.iter_mut().zip(stage.internal.iter().zip(&state.internal)) {
-            *k = (c - from) / h;
-        }
+        last.set(motion.system().pattern().nodes(), stage, state, h);
         counts.damped += 1;
         true
     }

@@ -51,7 +51,8 @@ pub fn match_stiffness<const D: usize>(
     constants.check()?;
     let measure = simplex::measure(cell);
     if !(measure.is_finite() && measure > 0.0) {
-        return Err(SystemError::Degenerate(measure));
+        let message = format!("the cell to match has measure {measure}; it must be positive");
+        return Err(SystemError::Invalid(message));
     }
     let (lambda, mu) = constants.lame();
     let gradient = simplex::gradient(cell);

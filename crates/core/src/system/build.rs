@@ -42,7 +42,9 @@ impl<const D: usize> System<D> {
     ) -> Result<Self, SystemError> {
         mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
-            return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
+            let count = mesh.muscles.len();
+            let message = format!("muscle number {muscle} does not exist; the mesh has {count} muscles");
+            return Err(SystemError::Invalid(message));
         }
         mesh.check_size()?;
         let coefficients = coefficients(mesh, model)?;
@@ -55,8 +57,11 @@ impl<const D: usize> System<D> {
             return Self::assemble(mesh, coefficients, effects, additions, Vec::new(), contracting);
         }
         if additions.incompressible && coefficients.kappa < -rounding {
-            let poisson_ratio = model.constants.poisson_ratio;
-            return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
+            return Err(SystemError::Invalid(format!(
+                "Poisson's ratio {} needs a negative coefficient of incompressibility ({:e} J), with which the energy has no minimum; \
+                 springs alone already have 0.25, so give at least that, or take a continuum",
+                model.constants.poisson_ratio, coefficients.kappa
+            )));
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
         let paths = path::find(mesh, &stiffness);

@@ -30,34 +30,19 @@ use elements::{AtRest, Elements};
 pub enum SystemError {
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
-    /// A cell whose coefficients are to be matched has no area (m²) or volume (m³).
-    #[error("the cell to match has measure {0}; it must be positive")]
-    Degenerate(f64),
-    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
-    NoSuchMuscle { muscle: usize, count: usize },
     #[error(
         "node {node} (and all that is joined to it) is joined to no bone, so it could move freely: fix at least one of its nodes"
     )]
     Loose { node: usize },
     #[error("node {node} is to be displaced with a bone, but no bone holds it; fix it in the mesh")]
     NotOnBone { node: usize },
-    /// A negative coefficient of incompressibility, with which the energy has no minimum.
-    #[error(
-        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
-         energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
-    )]
-    NegativeKappa { kappa: f64, poisson_ratio: f64 },
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     #[error("the body is faulty: {0}")]
     Space(#[from] BodyError),
-    #[error(
-        "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa do not define a solid: C10 and K must be positive, C20 not negative"
-    )]
-    Law { c10: f64, c20: f64, bulk: f64 },
-    /// A motion that is impossible, with what to do.
+    /// A model or a motion that is impossible, with what to do.
     #[error("{0}")]
-    Motion(String),
+    Invalid(String),
 }
 
 /// The unknowns, the sets of nodes that are coupled, and the pattern that follows from both.

@@ -75,8 +75,12 @@ impl System<3> {
         let (law, mesh) = (model.law, &body.mesh);
         // Elements of a checked body are not inverted.
         let tissue = law.is_sound().then(|| Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes)).flatten();
-        let MooneyRivlin { c10, c20, bulk } = law;
-        let mut tissue = tissue.ok_or(SystemError::Law { c10, c20, bulk })?;
+        let mut tissue = tissue.ok_or_else(|| {
+            let MooneyRivlin { c10, c20, bulk } = law;
+            SystemError::Invalid(format!(
+                "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa do not define a solid: C10 and K must be positive, C20 not negative"
+            ))
+        })?;
         tissue.scale(&body.factors);
         if model.stiffening > 0.0 {
             let mut muscles = vec![Vec::new(); mesh.hexahedra.len()];
