@@ -212,8 +212,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let formants: Vec<Formant> = (record.sound.formants_hz.iter().zip(&record.sound.bandwidths_hz))
         .map(|(&frequency_hz, &bandwidth_hz)| Formant { frequency_hz, bandwidth_hz })
         .collect();
-    let spoken = Voice { pitch_hz: arguments.pitch, seconds: arguments.seconds, ..Voice::default() };
-    let wav = Wav { samples: voice::samples(&formants, &spoken), rate_hz: spoken.rate_hz };
+    let spoken = Voice { pitch_hz: arguments.pitch, seconds: arguments.seconds };
+    let wav = Wav { samples: voice::samples(&formants, &spoken), rate_hz: voice::RATE_HZ };
     let by = super::provenance().with_tissue(tissue);
     let stem = vowel.as_ref().map_or("sound", Vowel::label);
     let names = ["json", "wav", "svg", "csv"].map(|extension| format!("{stem}.{extension}"));

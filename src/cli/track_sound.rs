@@ -43,7 +43,7 @@ impl Arguments {
             ..Articulation::default()
         };
         let drawn = VocalTract::reference().into_diagnostic()?;
-        given.as_ref().unwrap_or(&drawn).check_lips(&lips).into_diagnostic()?;
+        given.as_ref().unwrap_or(&drawn).lip_sections(&lips).into_diagnostic()?;
         Ok(Some(ReadSound { given, lips }))
     }
 }

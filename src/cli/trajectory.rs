@@ -155,9 +155,8 @@ pub fn run(
         None => given.iter().map(|(m, _)| *m).collect(),
     };
     let system = System::new(&mesh, &body.model(), &active).into_diagnostic()?;
-    if let Some((Tensions::Table { times, .. }, file)) =
-        curves.as_ref().map(|c| &c.tensions).zip(arguments.tension_curves.as_ref())
-        && let Some(last) = times.last().filter(|last| **last > arguments.t_end)
+    if let Some((curves, file)) = curves.as_ref().zip(arguments.tension_curves.as_ref())
+        && let Some(last) = curves.tensions.times.last().filter(|last| **last > arguments.t_end)
     {
         output::note(&format!(
             "the motion ends at {} s (--t-end), before the last time of {}, {last} s; its times are in seconds",
@@ -170,7 +169,7 @@ pub fn run(
         None => {
             let mut to = vec![0.0; system.muscle_count()];
             given.iter().for_each(|(m, tension)| to[*m] = *tension);
-            Tensions::Ramp { to, duration: arguments.ramp }
+            Tensions::ramp(to, arguments.ramp)
         }
     };
     let motion = Motion::new(&system, tensions).into_diagnostic()?;

@@ -48,7 +48,7 @@ fn expect_order(
 #[test]
 fn a_mass_on_a_spring_oscillates() {
     let system = bar(0.0, false);
-    let motion = Motion::with_mass(&system, Tensions::Constant(vec![0.0]), MASS).unwrap();
+    let motion = Motion::with_mass(&system, Tensions::constant(vec![0.0]), MASS).unwrap();
     let omega = (system.coefficients().tissue_stiffness / motion.mass()).sqrt();
     let mut start = motion.at_rest();
     let amplitude = 1e-3;
@@ -65,7 +65,7 @@ fn a_mass_on_a_spring_oscillates() {
 fn a_kelvin_voigt_element_creeps() {
     // Motion after release from a stretch, `m x'' + b x' + k x = 0`, with two real rates.
     let system = bar(30.0, false);
-    let motion = Motion::with_mass(&system, Tensions::Constant(vec![0.0]), MASS).unwrap();
+    let motion = Motion::with_mass(&system, Tensions::constant(vec![0.0]), MASS).unwrap();
     let c = system.coefficients();
     let (m, b, k) = (motion.mass(), c.tissue_damping, c.tissue_stiffness);
     let root = (b * b - 4.0 * m * k).sqrt();
@@ -94,7 +94,7 @@ fn pulled(system: &System<2>, mass: f64, t: f64) -> f64 {
 #[test]
 fn the_three_element_muscle_answers_a_step() {
     let system = bar(30.0, true);
-    let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
+    let motion = Motion::with_mass(&system, Tensions::constant(vec![PULL]), MASS).unwrap();
     let start = motion.at_rest();
     let t_end = 0.06;
     let exact = pulled(&system, motion.mass(), t_end);
@@ -110,7 +110,7 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
     // k2 (e - c) - F, with the eigenvalues of a 2 x 2 matrix as rates.
     let model = Model::default();
     let system = System::new(&fixtures::two_bars(5e-3), &model, &[0]).unwrap();
-    let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
+    let motion = Motion::with_mass(&system, Tensions::constant(vec![PULL]), MASS).unwrap();
     let c = system.coefficients();
     let (k, k1, k2) = (c.tissue_stiffness, c.muscle_parallel_stiffness, c.muscle_series_stiffness);
     let (b, bcc) = (c.tissue_damping, c.contractile_damping);
@@ -134,7 +134,7 @@ fn without_mass_the_muscle_and_tissue_in_series_answer_with_two_exponentials() {
 #[test]
 fn an_adaptive_run_keeps_to_the_sum_of_the_errors_that_it_allows() {
     let system = System::new(&fixtures::two_bars(5e-3), &Model::default(), &[0]).unwrap();
-    let motion = Motion::with_mass(&system, Tensions::Constant(vec![PULL]), MASS).unwrap();
+    let motion = Motion::with_mass(&system, Tensions::constant(vec![PULL]), MASS).unwrap();
     let end = |tolerance| {
         let mut integrator =
             IntegrationMethod::TrBdf2.integrator(&motion, Control::Adaptive(tolerance)).unwrap();

@@ -75,11 +75,10 @@ fn refuses<const D: usize>(mesh: &Mesh<D>) {
     let mut factor = Factor::new(pattern);
     assert!(factor.factorise(pattern, &k).is_ok());
     k.shift(pattern, -1.0e4);
-    let failure = factor.factorise(pattern, &k).unwrap_err();
-    let failure = factor.find_failure(pattern, &k, failure);
+    assert!(factor.factorise(pattern, &k).is_err());
     // The reported direction proves the failure, because the matrix is not positive along it.
     let mut d = vec![SVector::zeros(); pattern.unknowns()];
-    factor.negative_curvature(pattern, &failure, &mut d);
+    factor.negative_curvature(pattern, &k, &mut d);
     let mut image = vec![SVector::zeros(); pattern.unknowns()];
     k.multiply(pattern, &d, &mut image);
     assert!(d.iter().zip(&image).map(|(d, k)| d.dot(k)).sum::<f64>() < 0.0);

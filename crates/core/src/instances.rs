@@ -31,7 +31,7 @@ fn of_dimension<const D: usize>() -> [*const (); 26] {
         Response::<D>::new as *const (),
         Factor::<D>::new as *const (),
         Factor::<D>::factorise as *const (),
-        Factor::<D>::find_failure as *const (),
+        Factor::<D>::negative_curvature as *const (),
         Factor::<D>::solve as *const (),
         Lanes::<D>::group as *const (),
         Lanes::<D>::reshaped as *const (),

@@ -11,7 +11,10 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::Acoustics;
+use crate::acoustics::{
+    ADIABATIC, Acoustics, CONDUCTION, DENSITY, SPECIFIC_HEAT, SPEED, VISCOSITY, WALL_MASS, WALL_RESISTANCE,
+    WALL_STIFFNESS,
+};
 
 /// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
 fn cosh_and_sinhc(q: Complex64) -> (Complex64, Complex64, Complex64) {
@@ -56,28 +59,27 @@ fn immittance(
     share: f64,
 ) -> (WithDerivatives, WithDerivatives) {
     let Section { length_m: l, area_m2: area } = *section;
-    let air = &acoustics.air;
     // Circumference, to which the losses in the boundary layer and the admittance of the wall are proportional.
     let perimeter = acoustics.shape_factor * 2.0 * (PI * area).sqrt();
-    let diffusivities = [air.viscosity / air.density, air.conduction / (air.specific_heat * air.density)];
+    let diffusivities = [VISCOSITY / DENSITY, CONDUCTION / (SPECIFIC_HEAT * DENSITY)];
     let [viscous, thermal] = diffusivities.map(|diffusivity| {
         let kept = if acoustics.friction { share * perimeter / area } else { 0.0 };
         (Complex64::new(diffusivity, 0.0) / s).sqrt() * kept
     });
-    let thermal = thermal * (air.adiabatic - 1.0);
-    let mass = l * air.density / area;
+    let thermal = thermal * (ADIABATIC - 1.0);
+    let mass = l * DENSITY / area;
     let a = WithDerivatives {
         value: s * mass * (viscous + 1.0),
         by_s: (viscous * 0.5 + 1.0) * mass,
         by_area: -s * mass / area * (viscous * 1.5 + 1.0),
-        by_length: s * (air.density / area) * (viscous + 1.0),
+        by_length: s * (DENSITY / area) * (viscous + 1.0),
     };
-    let spring = area / (air.density * air.speed * air.speed);
+    let spring = area / (DENSITY * SPEED * SPEED);
     let (mut give, mut give_by_s) = (Complex64::new(0.0, 0.0), Complex64::new(0.0, 0.0));
-    if let Some(wall) = acoustics.wall {
-        let impedance = s * s * wall.mass + s * wall.resistance + wall.stiffness;
+    if acoustics.wall {
+        let impedance = s * s * WALL_MASS + s * WALL_RESISTANCE + WALL_STIFFNESS;
         give = s / impedance * (share * perimeter);
-        give_by_s = (-s * s * wall.mass + wall.stiffness) / (impedance * impedance) * (share * perimeter);
+        give_by_s = (-s * s * WALL_MASS + WALL_STIFFNESS) / (impedance * impedance) * (share * perimeter);
     }
     let b = WithDerivatives {
         value: (s * spring * (thermal + 1.0) + give) * l,
@@ -99,16 +101,16 @@ fn radiation(
     if !acoustics.radiation {
         return (zero, zero, zero);
     }
-    let l = inertance(area, acoustics);
-    let r = 128.0 * acoustics.air.density * acoustics.air.speed / (9.0 * PI * PI * area);
+    let l = inertance(area);
+    let r = 128.0 * DENSITY * SPEED / (9.0 * PI * PI * area);
     let w = s * (share * l / r);
     let z = s * l / (w + 1.0);
     let by_s = (w + 1.0).powi(-2) * l;
     (z, by_s, -z / (2.0 * area) * (w / (w + 1.0) + 1.0))
 }
 
-fn inertance(area: f64, acoustics: &Acoustics) -> f64 {
-    8.0 * acoustics.air.density / (3.0 * PI * (PI * area).sqrt())
+fn inertance(area: f64) -> f64 {
+    8.0 * DENSITY / (3.0 * PI * (PI * area).sqrt())
 }
 
 /// `E(s)` and its derivative by `s`.
@@ -167,14 +169,13 @@ pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoust
 
 /// `E` without losses and walls as a real function of the squared angular frequency, with its derivative.
 pub(crate) fn without_losses(sections: &[Section], square: f64, acoustics: &Acoustics) -> (f64, f64) {
-    let air = &acoustics.air;
     let end = sections.last().filter(|_| acoustics.radiation);
     // Pressure is divided by `i omega`, so that all numbers are real.
-    let (mut p, mut p_x) = (end.map_or(0.0, |x| inertance(x.area_m2, acoustics)), 0.0);
+    let (mut p, mut p_x) = (end.map_or(0.0, |x| inertance(x.area_m2)), 0.0);
     let (mut u, mut u_x) = (1.0, 0.0);
     for section in sections.iter().rev() {
-        let a = section.length_m * air.density / section.area_m2;
-        let b = section.length_m * section.area_m2 / (air.density * air.speed * air.speed);
+        let a = section.length_m * DENSITY / section.area_m2;
+        let b = section.length_m * section.area_m2 / (DENSITY * SPEED * SPEED);
         let q_x = -a * b;
         let q = square * q_x;
         let (c, h, h_q) = if -q < 1e-2 {

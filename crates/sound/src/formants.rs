@@ -116,27 +116,11 @@ fn newton(sections: &[Section], acoustics: &Acoustics, from: Complex64, share: f
     ((value / slope).norm() <= 1e-9 * s.norm()).then_some(s)
 }
 
-/// Derivatives of a formant by the area, Hz/m^2, and by the length, Hz/m, of a section.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rate {
-    pub frequency_by_area: f64,
-    pub frequency_by_length: f64,
-    pub bandwidth_by_area: f64,
-    pub bandwidth_by_length: f64,
-}
-
-/// Exact derivatives of a formant by every section: the pole moves by `-(dE/dx) / (dE/ds)`.
-pub fn rates(sections: &[Section], acoustics: &Acoustics, formant: &Formant) -> Vec<Rate> {
+/// Exact derivatives of a formant's frequency by the area, Hz/m^2, and by the length, Hz/m, of every section: the pole moves by
+/// `-(dE/dx) / (dE/ds)`.
+pub fn rates(sections: &[Section], acoustics: &Acoustics, formant: &Formant) -> Vec<[f64; 2]> {
     let s = formant.pole();
     let (_, slope) = characteristic(sections, s, acoustics, 1.0);
-    let each = by_sections(sections, s, acoustics).into_iter().map(|[area, length]| {
-        let (area, length) = (Formant::from_pole(-area / slope), Formant::from_pole(-length / slope));
-        Rate {
-            frequency_by_area: area.frequency_hz,
-            frequency_by_length: length.frequency_hz,
-            bandwidth_by_area: area.bandwidth_hz,
-            bandwidth_by_length: length.bandwidth_hz,
-        }
-    });
-    each.collect()
+    let by_sections = by_sections(sections, s, acoustics).into_iter();
+    by_sections.map(|rates| rates.map(|rate| Formant::from_pole(-rate / slope).frequency_hz)).collect()
 }

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | walls to areas | [`profile`] | Heinz and Stevens 1965; Mermelstein 1973; Maeda 1979 |
 //! | areas to transfer function | [`chain`] | Flanagan 1972, chapter 3; Sondhi and Schroeter 1987 |
-//! | formants, bandwidths and their exact rates | [`formants`] | poles of the transfer function |
+//! | formants, bandwidths and exact rates of formants | [`formants`] | poles of the transfer function |
 //! | synthetic voice | [`voice`] | Klatt 1980; Klatt and Klatt 1990 |
 //!
 //! Everything is in SI units: m, m^2, Hz, s, Pa. The crate has no tongue, muscles or files.
@@ -15,7 +15,7 @@ pub mod formants;
 pub mod profile;
 pub mod voice;
 
-pub use acoustics::{Acoustics, Air, WallImpedance};
+pub use acoustics::Acoustics;
 pub use chain::Section;
 pub use formants::Formant;
 

@@ -19,7 +19,6 @@ use tract::{cross, minus};
 pub use walls::Across;
 use walls::{Walls, are_apart};
 
-use crate::formants::Rate;
 use crate::{Section, TractError};
 
 /// Number of strips on each side of a cross-section.
@@ -52,21 +51,12 @@ impl Profile {
     pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.lines_across()?;
-        let mut sections = Vec::with_capacity(across.len() + 1);
-        let mut slopes = Vec::with_capacity(across.len());
-        for (i, pair) in across.windows(2).enumerate() {
+        Self::with_areas(&walls, across, posture, |i, distance| {
             let [alpha, beta] = walls.coefficients(i);
             // alpha d^beta with d in cm gives cm^2.
-            let (section, slope) = between(&pair[0], &pair[1], |distance: f64| {
-                let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
-                [value, beta * value / distance]
-            })
-            .ok_or_else(|| TractError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
-            sections.push(section);
-            slopes.push(slope);
-        }
-        sections.extend(tract.lip_sections(posture)?);
-        Ok(Self { sections, across, slopes })
+            let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
+            [value, beta * value / distance]
+        })
     }
 
     /// The sections of a tract around a tongue in space; `tongue` has its surface points in the midsagittal plane from root to tip, m.
@@ -99,18 +89,33 @@ impl Profile {
             };
             widths.push(area / middle);
         }
-        let mut sections = Vec::with_capacity(across.len() + 1);
-        for (i, pair) in across.windows(2).enumerate() {
+        let profile = Self::with_areas(&walls, across, posture, |i, distance| {
             let width = 0.5 * (widths[i] + widths[i + 1]);
-            let crossed = || TractError::Crossed(walls.name(i).to_owned(), pair[0].middle());
-            let (section, _) = between(&pair[0], &pair[1], |d| [width * d, width]).ok_or_else(crossed)?;
-            if section.area_m2 <= 0.0 {
-                return Err(crossed());
-            }
+            [width * distance, width]
+        })?;
+        Ok(Self { slopes: Vec::new(), ..profile })
+    }
+
+    /// The sections between lines across; `area_of` gives the area of a cross-section, m^2, and its derivative by its width, m, from the
+    /// number of the section and this width.
+    fn with_areas(
+        walls: &Walls<'_>,
+        across: Vec<Across>,
+        posture: &Articulation,
+        area_of: impl Fn(usize, f64) -> [f64; 2],
+    ) -> Result<Self, TractError> {
+        let mut sections = Vec::with_capacity(across.len() + 1);
+        let mut slopes = Vec::with_capacity(across.len());
+        for (i, pair) in across.windows(2).enumerate() {
+            let between = between(&pair[0], &pair[1], |distance| area_of(i, distance));
+            let (section, slope) = between
+                .filter(|(section, _)| section.area_m2 > 0.0)
+                .ok_or_else(|| TractError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
             sections.push(section);
+            slopes.push(slope);
         }
-        sections.extend(tract.lip_sections(posture)?);
-        Ok(Self { sections, across, slopes: Vec::new() })
+        sections.extend(walls.tract.lip_sections(posture)?);
+        Ok(Self { sections, across, slopes })
     }
 
     /// Distance from the glottis to the lips along the midline, m.
@@ -118,8 +123,8 @@ impl Profile {
         self.sections.iter().map(|s| s.length_m).sum()
     }
 
-    /// Derivatives by the points of the tongue, from those by area and length of each section: calls `part` with the number of a point and
-    /// the derivative by its position.
+    /// Derivatives by the points of the tongue, from those by area and length of each section, such as the [`rates`](crate::formants::rates)
+    /// of a formant: calls `part` with the number of a point and the derivative by its position.
     pub fn rates_by_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
@@ -132,12 +137,6 @@ impl Profile {
                 part(*point, [rate * by[0], rate * by[1]]);
             }
         }
-    }
-
-    /// Derivatives of a formant's frequency by the points of the tongue, Hz/m, from those by the sections; see [`Self::rates_by_tongue`].
-    pub fn frequency_rates_by_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
-        let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
-        self.rates_by_tongue(&each, part);
     }
 }
 

@@ -4,23 +4,25 @@ use std::f64::consts::{PI, TAU};
 
 use crate::Formant;
 
+/// Samples of a second.
+pub const RATE_HZ: u32 = 22_050;
+/// Decrease of the pitch until the end over the pitch at the beginning.
+const FALL: f64 = 0.15;
+/// Part of a period in which the glottis is open (Klatt and Klatt 1990).
+const OPEN_QUOTIENT: f64 = 0.6;
+/// Largest sample over full scale.
+const LEVEL: f64 = 0.5;
+
 /// Settings of a spoken vowel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Voice {
-    pub rate_hz: u32,
     pub seconds: f64,
     pub pitch_hz: f64,
-    /// Decrease of the pitch until the end over the pitch at the beginning.
-    pub fall: f64,
-    /// Part of a period in which the glottis is open (Klatt and Klatt 1990).
-    pub open_quotient: f64,
-    /// Largest sample over full scale.
-    pub level: f64,
 }
 
 impl Default for Voice {
     fn default() -> Self {
-        Self { rate_hz: 22_050, seconds: 1.0, pitch_hz: 120.0, fall: 0.15, open_quotient: 0.6, level: 0.5 }
+        Self { seconds: 1.0, pitch_hz: 120.0 }
     }
 }
 
@@ -50,15 +52,15 @@ impl Resonator {
 
 /// Derivative of the flow of a glottal pulse (`t^2 - t^3` while the glottis is open; Klatt and Klatt 1990) at a phase from 0 to 1. Flow
 /// falls by 12 dB per octave; the derivative, which stands for radiation at the lips, raises it by 6.
-fn pulse(phase: f64, open: f64) -> f64 {
-    let t = phase / open;
+fn pulse(phase: f64) -> f64 {
+    let t = phase / OPEN_QUOTIENT;
     if t < 1.0 { 2.0 * t - 3.0 * t * t } else { 0.0 }
 }
 
 /// The samples of a vowel, between -1 and 1.
 pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     const OVERSAMPLED: usize = 8;
-    let rate = f64::from(voice.rate_hz);
+    let rate = f64::from(RATE_HZ);
     let count = (voice.seconds * rate).round() as usize;
     let mut cascade: Vec<Resonator> =
         formants.iter().filter(|f| f.frequency_hz < 0.45 * rate).map(|f| Resonator::new(f, rate)).collect();
@@ -66,12 +68,12 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     let mut out = Vec::with_capacity(count);
     for i in 0..count {
         let part = i as f64 / count as f64;
-        let pitch = voice.pitch_hz * (1.0 - voice.fall * part);
+        let pitch = voice.pitch_hz * (1.0 - FALL * part);
         // The pulse has a corner, whose aliasing the mean over finer steps reduces.
         let mut source = 0.0;
         for _ in 0..OVERSAMPLED {
             phase = (phase + pitch / (rate * OVERSAMPLED as f64)).fract();
-            source += pulse(phase, voice.open_quotient) / OVERSAMPLED as f64;
+            source += pulse(phase) / OVERSAMPLED as f64;
         }
         let rise = (i as f64 / fade).min((count - i) as f64 / fade).min(1.0);
         let envelope = 0.5 - 0.5 * (PI * rise).cos();
@@ -79,7 +81,7 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     }
     let highest = out.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if highest > 0.0 {
-        out.iter_mut().for_each(|x| *x *= voice.level / highest);
+        out.iter_mut().for_each(|x| *x *= LEVEL / highest);
     }
     out
 }

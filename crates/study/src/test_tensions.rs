@@ -71,7 +71,7 @@ impl TestTensions {
 
     /// The motion from rest with the tensions applied at once.
     pub fn motion(&self) -> Result<Motion<'_, 2>, SystemError> {
-        Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))
+        Motion::new(&self.system, Tensions::constant(self.tensions.clone()))
     }
 
     /// The equilibrium when only rounding stops Newton's method, and its residual force, N.

@@ -118,9 +118,8 @@ impl<const D: usize> Mesh<D> {
             }
             let x = simplex::corners(&self.nodes, corners);
             let sides = (0..=D).flat_map(|i| (0..i).map(move |j| (x[i] - x[j]).norm()));
-            // The measure of a cube is D! times that of the simplex at its corner.
-            let cube = if D == 2 { 2.0 } else { 6.0 };
-            let content = cube * simplex::measure(&x) / sides.fold(0.0, f64::max).powi(D as i32);
+            let content =
+                simplex::factorial::<D>() * simplex::measure(&x) / sides.fold(0.0, f64::max).powi(D as i32);
             if content.is_nan() || content.abs() < DEGENERATE {
                 return Err(MeshFault::Degenerate { cell });
             }
@@ -177,7 +176,8 @@ impl Quality {
             }
             area += 0.5 * plane::doubled_area(mesh.nodes[a], mesh.nodes[b], mesh.nodes[c]);
         }
-        let [shortest_connection_m, mean_connection_m, longest_connection_m] = connections(mesh);
+        let lengths = mesh.connections.iter().map(|c| mesh.distance(*c));
+        let mean = lengths.clone().sum::<f64>() / mesh.connections.len() as f64;
         Self {
             nodes: mesh.nodes.len(),
             nodes_outside_tissue: mesh.in_tissue().iter().filter(|t| !**t).count(),
@@ -187,18 +187,11 @@ impl Quality {
             connections: mesh.connections.len(),
             area_m2: area,
             smallest_angle_deg: or_zero(smallest),
-            shortest_connection_m,
-            mean_connection_m,
-            longest_connection_m,
+            shortest_connection_m: or_zero(lengths.clone().fold(f64::INFINITY, f64::min)),
+            mean_connection_m: or_zero(mean),
+            longest_connection_m: or_zero(lengths.fold(0.0, f64::max)),
         }
     }
-}
-
-/// The shortest, the mean and the longest connection, m; 0 without connections.
-fn connections<const D: usize>(mesh: &Mesh<D>) -> [f64; 3] {
-    let lengths = mesh.connections.iter().map(|c| mesh.distance(*c));
-    let mean = lengths.clone().sum::<f64>() / mesh.connections.len() as f64;
-    [lengths.clone().fold(f64::INFINITY, f64::min), mean, lengths.fold(0.0, f64::max)].map(or_zero)
 }
 
 /// 0 in place of an extreme of an empty list.

@@ -123,7 +123,7 @@ impl<const D: usize> Mesh<D> {
 
     /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.
     pub fn surface(&self) -> Vec<Vec<usize>> {
-        topology::surface(self.cells.iter())
+        topology::surface(self.cells.iter()).into_keys().collect()
     }
 
     /// The quadratic elements of a continuum (corners, then the middles of their edges), otherwise the cells.

@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::choice;
 use crate::system::SystemError;
 
+use super::step_limit::step_limit;
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
-use super::{Control, Integrator, Motion, SHORTEST_STEP, Spectrum, step_limit};
+use super::{Control, Integrator, Motion, SHORTEST_STEP, Spectrum, State};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -39,7 +40,7 @@ impl IntegrationMethod {
         control: Control,
     ) -> Result<Box<dyn Integrator<D>>, SystemError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        Err(SystemError::Motion(match (self, control) {
+        Err(SystemError::Invalid(match (self, control) {
             (_, Control::Fixed(dt)) if !(positive(dt) && dt >= SHORTEST_STEP) => {
                 format!("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")
             }
@@ -66,12 +67,13 @@ impl IntegrationMethod {
         control: Control,
     ) -> Result<Box<dyn Integrator<D>>, SystemError> {
         let integrator = self.integrator(motion, control)?;
-        if let (Control::Fixed(dt), Some((limit, spectrum, body))) =
-            (control, limit(integrator.as_ref(), motion))
+        if let Control::Fixed(dt) = control
+            && self.is_explicit()
+            && let (limit, spectrum, body) = limit(motion)
             && dt > limit
         {
             let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
-            return Err(SystemError::Motion(format!(
+            return Err(SystemError::Invalid(format!(
                 "a step of {dt:.3e} s is beyond the stability limit of {self}, {limit:.3e} s \
                  ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s), so the motion would diverge. \
                  Take a step below the limit, or tr-bdf2, which has none"
@@ -84,23 +86,19 @@ impl IntegrationMethod {
     /// step.
     #[inline(never)]
     pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
-        let integrator = self.integrator(motion, Control::Fixed(1.0)).ok()?;
-        limit(integrator.as_ref(), motion).map(|(limit, ..)| limit)
+        self.is_explicit().then(|| limit(motion).0)
     }
 }
 
-/// The longest stable step of an explicit method, s, with the spectrum that determines it and the state that has this spectrum.
-fn limit<const D: usize>(
-    integrator: &dyn Integrator<D>,
-    motion: &Motion<'_, D>,
-) -> Option<(f64, Spectrum, &'static str)> {
-    integrator.explicit_step()?;
-    let bodies = [(Some(motion.at_rest()), "at rest"), (motion.at_equilibrium(), "as its tensions load it")];
-    let limits = bodies.into_iter().filter_map(|(state, body)| {
-        let spectrum = Spectrum::of(motion, &state?);
-        Some((step_limit(integrator, &spectrum)?, spectrum, body))
-    });
-    limits.min_by(|a, b| a.0.total_cmp(&b.0))
+/// The longest stable step of Verlet, s, with the spectrum that determines it and the state that has this spectrum.
+fn limit<const D: usize>(motion: &Motion<'_, D>) -> (f64, Spectrum, &'static str) {
+    let of = |state: State<D>, body| {
+        let spectrum = Spectrum::of(motion, &state);
+        (step_limit(&spectrum), spectrum, body)
+    };
+    let at_rest = of(motion.at_rest(), "at rest");
+    let loaded = motion.at_equilibrium().map(|state| of(state, "as its tensions load it"));
+    loaded.filter(|loaded| loaded.0 < at_rest.0).unwrap_or(at_rest)
 }
 
 impl fmt::Display for IntegrationMethod {

@@ -30,13 +30,13 @@ pub mod velocity_verlet;
 
 use std::fmt::Debug;
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::SVector;
 use serde::Serialize;
 
 pub use method::IntegrationMethod;
 pub use motion::{Motion, StateRates};
 pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
-pub use step_limit::{Spectrum, cost_per_step, step_limit};
+pub use step_limit::{Spectrum, cost_per_step};
 pub use tensions::Tensions;
 
 #[cfg(doc)]
@@ -76,15 +76,6 @@ pub struct StepCounts {
     pub factorisations: u64,
 }
 
-/// Why a step could not be taken; the state is then the last valid one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Failure {
-    /// Even the shortest step had too large an error or could not be solved.
-    StepTooSmall,
-    /// Newton's method did not converge at the fixed step.
-    NotSolved,
-}
-
 /// A method of time integration.
 ///
 /// An integrator keeps forces and factors from step to step, so that each trajectory needs its own, as does a state that was changed by
@@ -93,24 +84,17 @@ pub trait Integrator<const D: usize>: Debug + Send {
     /// Takes one step, or the part of it that ends at `until` (s, later than the state's time), and counts its cost.
     ///
     /// # Errors
-    /// [`Failure`]; the state is then as before.
+    /// [`MotionStatus::StepTooSmall`] or [`MotionStatus::NotSolved`]; the state is then as before.
     fn step(
         &mut self,
         motion: &Motion<'_, D>,
         state: &mut State<D>,
         until: f64,
         counts: &mut StepCounts,
-    ) -> Result<(), Failure>;
+    ) -> Result<(), MotionStatus>;
 
     /// The fixed step of an explicit method, s; `None` for methods that are stable with every step.
     fn explicit_step(&self) -> Option<f64> {
-        None
-    }
-
-    /// The matrix by which one step multiplies the state of `x'' = -k x - c x'`, from which the largest stable step follows; `None` for
-    /// methods without such a limit. `stiffness` is `k dt²` and `damping` is `c dt`. The state is position, velocity times `dt` and so on,
-    /// so that all entries are of one size.
-    fn amplification(&self, _stiffness: f64, _damping: f64) -> Option<DMatrix<f64>> {
         None
     }
 }

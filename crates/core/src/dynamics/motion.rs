@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::SVector;
 
 use crate::body::largest_distance;
-use crate::effect::{Configuration, Tangent};
+use crate::effect::{Configuration, Internal, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, SolveSettings, SolveStatus, Workspace};
 use crate::system::{System, SystemError};
@@ -24,7 +24,8 @@ pub struct Motion<'a, const D: usize> {
     tensions: Tensions,
     slack: Vec<f64>,
     mass: f64,
-    internal: Vec<Range<usize>>,
+    /// The range of the internal states of each effect in [`State::internal`].
+    ranges: Vec<Range<usize>>,
 }
 
 #[derive(Debug, Clone)]
@@ -46,7 +47,7 @@ impl<'a, const D: usize> Motion<'a, D> {
     pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, SystemError> {
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
-            return Err(SystemError::Motion(format!(
+            return Err(SystemError::Invalid(format!(
                 "tensions are given for {given} muscles, but the mesh has {muscles}; give one for each"
             )));
         }
@@ -57,7 +58,7 @@ impl<'a, const D: usize> Motion<'a, D> {
             positive("contractile damping b_cc of a muscle (N s/m)", c.contractile_damping)?;
         }
         let mut end = 0;
-        let internal = system
+        let ranges = system
             .effects()
             .iter()
             .map(|e| {
@@ -66,7 +67,7 @@ impl<'a, const D: usize> Motion<'a, D> {
                 start..end
             })
             .collect();
-        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, internal })
+        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, ranges })
     }
 
     pub fn system(&self) -> &'a System<D> {
@@ -88,7 +89,7 @@ impl<'a, const D: usize> Motion<'a, D> {
             time: 0.0,
             positions: self.system.rest().to_vec(),
             velocities: vec![SVector::zeros(); self.system.rest().len()],
-            internal: vec![0.0; self.internal.last().map_or(0, |r| r.end)],
+            internal: vec![0.0; self.ranges.last().map_or(0, |r| r.end)],
         }
     }
 
@@ -128,7 +129,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         let zeros = vec![SVector::zeros(); self.system.rest().len()];
         StateRates {
             acceleration: zeros.clone(),
-            internal: vec![0.0; self.internal.last().map_or(0, |r| r.end)],
+            internal: vec![0.0; self.ranges.last().map_or(0, |r| r.end)],
             tensions: self.slack.clone(),
             force: zeros,
         }
@@ -144,18 +145,22 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
         self.tensions.write_at(state.time, tensions);
         let at = Configuration { positions: &state.positions, tensions };
-        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
-            if let Some(i) = effect.internal() {
-                i.rates(at, &state.internal[range.clone()], &mut internal[range.clone()]);
-            }
+        for (i, range) in self.internal() {
+            i.rates(at, &state.internal[range.clone()], &mut internal[range]);
         }
+    }
+
+    /// The effects with internal states, each with the range of its states in [`State::internal`].
+    fn internal(&self) -> impl Iterator<Item = (&dyn Internal<D>, Range<usize>)> {
+        let effects = self.system.effects().iter().zip(&self.ranges);
+        effects.filter_map(|(effect, range)| Some((effect.internal()?, range.clone())))
     }
 
     /// The force on every node, N, with those of dampers and contractile branches.
     pub(super) fn force(&self, state: &State<D>, force: &mut [SVector<f64, D>]) {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         force.fill(SVector::zeros());
-        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
+        for (effect, range) in self.system.effects().iter().zip(&self.ranges) {
             effect.add_force(slack, force);
             effect.add_viscous_force(slack, &state.velocities, force);
             if let Some(i) = effect.internal() {
@@ -172,10 +177,8 @@ impl<'a, const D: usize> Motion<'a, D> {
 
     fn update_internal_state_under(&self, tensions: &[f64], step: f64, state: &mut State<D>) {
         let at = Configuration { positions: &state.positions, tensions };
-        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
-            if let Some(i) = effect.internal() {
-                i.update_internal_state(at, step, &mut state.internal[range.clone()]);
-            }
+        for (i, range) in self.internal() {
+            i.update_internal_state(at, step, &mut state.internal[range]);
         }
     }
 
@@ -202,7 +205,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         matrix: &mut BlockMatrix<D>,
     ) {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
-        for (effect, range) in self.system.effects().iter().zip(&self.internal) {
+        for (effect, range) in self.system.effects().iter().zip(&self.ranges) {
             effect.add_stiffness(slack, tangent, matrix);
             if let Some(i) = effect.internal() {
                 i.add_stiffness(slack, step, &state.internal[range.clone()], tangent, matrix);
@@ -220,11 +223,8 @@ impl<'a, const D: usize> Motion<'a, D> {
     pub fn energy(&self, state: &State<D>) -> f64 {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         let kinetic: f64 = state.velocities.iter().map(|v| 0.5 * self.mass * v.norm_squared()).sum();
-        let effects = self.system.effects().iter().zip(&self.internal);
-        let stored: f64 = effects
-            .filter_map(|(e, range)| Some((e.internal()?, range)))
-            .map(|(i, range)| i.energy(&state.positions, &state.internal[range.clone()]))
-            .sum();
+        let stored: f64 =
+            self.internal().map(|(i, range)| i.energy(&state.positions, &state.internal[range])).sum();
         kinetic + self.system.energy(slack) + stored
     }
 }
@@ -233,7 +233,7 @@ fn positive(name: &str, value: f64) -> Result<(), SystemError> {
     if value > 0.0 && value.is_finite() {
         Ok(())
     } else {
-        Err(SystemError::Motion(format!(
+        Err(SystemError::Invalid(format!(
             "the {name} is {value}; for a trajectory it must be positive and finite"
         )))
     }

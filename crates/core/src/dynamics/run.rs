@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use super::step_limit::Growth;
-use super::{Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts};
+use super::{Integrator, Motion, SHORTEST_STEP, State, StepCounts};
 
 /// A motion has diverged when a node's distance from the origin is this many times that of the farthest node at rest.
 const DIVERGED: f64 = 100.0;
@@ -92,10 +92,7 @@ pub fn run<const D: usize>(
             continue;
         }
         if let Err(failure) = integrator.step(motion, state, until, &mut counts) {
-            status = match failure {
-                Failure::StepTooSmall => MotionStatus::StepTooSmall,
-                Failure::NotSolved => MotionStatus::NotSolved,
-            };
+            status = failure;
             break;
         }
         let is_finite = is_finite(state);
@@ -111,7 +108,7 @@ pub fn run<const D: usize>(
             }
             observer.progress(state.time);
         }
-        if growth.is_detected(motion, integrator, (&before, state), counts.steps, state.time >= t_end) {
+        if growth.is_detected(motion, (&before, state), counts.steps, state.time >= t_end) {
             status = MotionStatus::Unstable;
             break;
         }

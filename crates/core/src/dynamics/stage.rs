@@ -31,10 +31,6 @@ const MOST_ITERATIONS: usize = 25;
 /// A solve fails if its corrections grow more often than this, each time with a new factor.
 const MOST_GROWTHS: usize = 3;
 
-/// Newton's method did not converge, or found a number that is not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct NotSolved;
-
 /// Solves stages. It keeps its factor as long as Newton's method converges fast.
 #[derive(Debug)]
 pub(super) struct StageSolver<const D: usize> {
@@ -73,14 +69,14 @@ impl<const D: usize> StageSolver<D> {
     /// Moves the nodes by `way`, m, or by a part of it if a cell would be inverted.
     pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
         let at = Configuration { positions: &state.positions, tensions: &[] };
-        let part = motion.system().effects().iter().map(|e| e.step_limit(at, way)).fold(1.0, f64::min);
+        let part = motion.system().step_limit(at, way);
         for &i in motion.system().pattern().nodes() {
             state.positions[i] += way[i] * part;
         }
     }
 
     /// Solves for `stage` at its time, starting from its positions, until the estimated error is below `tolerance`, m; `known` holds x0,
-    /// v0, c0.
+    /// v0, c0. `None` if Newton's method does not converge, or finds a number that is not finite.
     pub(super) fn solve(
         &mut self,
         motion: &Motion<'_, D>,
@@ -89,7 +85,7 @@ impl<const D: usize> StageSolver<D> {
         g: f64,
         tolerance: f64,
         counts: &mut StepCounts,
-    ) -> Result<(), NotSolved> {
+    ) -> Option<()> {
         // The ratio of an earlier solve becomes less reliable with time (Hairer and Wanner 1996, IV.8).
         self.contraction = self.contraction.powf(CONTRACTION_EXPONENT);
         let mut last = f64::INFINITY;
@@ -115,7 +111,7 @@ impl<const D: usize> StageSolver<D> {
                 && correction <= self.rounding * (STALLED_ROUNDING / ROUNDING);
             if left <= tolerance || correction <= self.rounding || stalled {
                 self.update_velocities(motion, known, stage, g);
-                return Ok(());
+                return Some(());
             }
             if last.is_finite() && self.contraction > REFACTOR_RATIO {
                 self.factor_step = 0.0;
@@ -128,7 +124,7 @@ impl<const D: usize> StageSolver<D> {
         }
         self.factor_step = 0.0;
         self.contraction = 1.0;
-        Err(NotSolved)
+        None
     }
 
     /// Computes velocities and internal states from the positions.
@@ -146,7 +142,7 @@ impl<const D: usize> StageSolver<D> {
         stage: &State<D>,
         g: f64,
         counts: &mut StepCounts,
-    ) -> Result<(), NotSolved> {
+    ) -> Option<()> {
         // With a long step the exact matrix can be indefinite near buckling; the convex one cannot.
         for tangent in [Tangent::Exact, Tangent::Convex] {
             self.matrix.clear();
@@ -154,21 +150,21 @@ impl<const D: usize> StageSolver<D> {
             counts.factorisations += 1;
             if self.factor.factorise(motion.system().pattern(), &self.matrix).is_ok() {
                 self.factor_step = g;
-                return Ok(());
+                return Some(());
             }
         }
         self.factor_step = 0.0;
-        Err(NotSolved)
+        None
     }
 
-    /// Moves the positions by one correction. Returns its largest length, m.
+    /// Moves the positions by one correction. Returns its largest length, m; `None` if that is not finite.
     fn correct(
         &mut self,
         motion: &Motion<'_, D>,
         known: &State<D>,
         stage: &mut State<D>,
         g: f64,
-    ) -> Result<f64, NotSolved> {
+    ) -> Option<f64> {
         let pattern = motion.system().pattern();
         let inertia = motion.mass() / g;
         for (u, &i) in self.unknowns.iter_mut().zip(pattern.nodes()) {
@@ -180,12 +176,12 @@ impl<const D: usize> StageSolver<D> {
             let size = u.norm_squared();
             if !size.is_finite() {
                 self.factor_step = 0.0;
-                return Err(NotSolved);
+                return None;
             }
             largest = largest.max(size);
             self.step[i] = *u;
         }
         Self::predict(motion, stage, &self.step);
-        Ok(largest.sqrt())
+        Some(largest.sqrt())
     }
 }

@@ -1,10 +1,10 @@
-//! Explicit methods: the longest stable step by the largest eigenvalues of the motion, detection of growing steps, and the duration of a
-//! run.
+//! Velocity Verlet's longest stable step, by the largest eigenvalues of the motion; detection of growing steps; and the duration of a run.
 
 use std::time::{Duration, Instant};
 
 use nalgebra::SVector;
 
+use super::velocity_verlet::amplification;
 use super::{Integrator, Motion, State, StepCounts};
 use crate::effect::Tangent;
 use crate::geometry;
@@ -26,21 +26,19 @@ const SPEED_ROUNDING: f64 = 1e-9;
 const LIMIT_ACCURACY: f64 = 1e-3;
 const MEASUREMENT: Duration = Duration::from_millis(10);
 
-/// The longest step, s, of an explicit method that is stable for modes up to the largest stiffness and damping of `spectrum`; `None` for
-/// methods that are stable with every step.
-pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spectrum) -> Option<f64> {
-    integrator.amplification(0.0, 0.0)?;
+/// The longest step, s, with which Verlet is stable for modes up to the largest stiffness and damping of `spectrum`.
+pub(super) fn step_limit(spectrum: &Spectrum) -> f64 {
     let (k, c) = (spectrum.stiffness, spectrum.damping);
     let stable = |dt: f64| {
         PARTS.into_iter().flat_map(|p| [(k, p * c), (p * k, c)]).all(|(k, c)| {
-            let matrix = integrator.amplification(k * dt * dt, c * dt);
-            matrix.is_none_or(|m| m.complex_eigenvalues().iter().all(|e| e.norm() <= 1.0 + ROUNDING))
+            let eigenvalues = amplification(k * dt * dt, c * dt).complex_eigenvalues();
+            eigenvalues.iter().all(|e| e.norm() <= 1.0 + ROUNDING)
         })
     };
-    // Every explicit method of this crate is unstable at four times the time scale of the fastest mode.
+    // Verlet is unstable at four times the time scale of the fastest mode.
     let mut high = f64::min(4.0 / k.sqrt(), 4.0 / c);
     if !high.is_finite() {
-        return Some(f64::INFINITY);
+        return f64::INFINITY;
     }
     let mut low = 0.0;
     for _ in 0..50 {
@@ -51,7 +49,7 @@ pub fn step_limit<const D: usize>(integrator: &dyn Integrator<D>, spectrum: &Spe
             high = middle;
         }
     }
-    Some(low)
+    low
 }
 
 /// Detects growing steps in an explicit run. A body under tension becomes stiffer than at rest, and a mode beyond the limit may oscillate
@@ -81,7 +79,6 @@ impl<const D: usize> Growth<D> {
     pub(super) fn is_detected(
         &mut self,
         motion: &Motion<'_, D>,
-        integrator: &dyn Integrator<D>,
         (before, state): (&State<D>, &State<D>),
         steps: u64,
         at_end: bool,
@@ -103,8 +100,7 @@ impl<const D: usize> Growth<D> {
             return false;
         }
         self.wait = BETWEEN_SPECTRA;
-        let limit = step_limit(integrator, &Spectrum::of(motion, state));
-        limit.is_some_and(|limit| dt > (1.0 - LIMIT_ACCURACY) * limit)
+        dt > (1.0 - LIMIT_ACCURACY) * step_limit(&Spectrum::of(motion, state))
     }
 }
 

@@ -19,7 +19,7 @@
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
-use super::{Control, Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts, after, cut};
+use super::{Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StepCounts, after, cut};
 
 /// Tolerance of the corrections of Newton's method at a fixed step, m.
 const FIXED_STEP_TOLERANCE: f64 = 1e-12;
@@ -57,6 +57,19 @@ struct Derivative<const D: usize> {
     velocity: Vec<SVector<f64, D>>,
     acceleration: Vec<SVector<f64, D>>,
     internal: Vec<f64>,
+}
+
+impl<const D: usize> Derivative<D> {
+    /// Sets it to that of a stage that was solved from the known parts `from` over the step `g`, s.
+    fn set(&mut self, nodes: &[usize], stage: &State<D>, from: &State<D>, g: f64) {
+        for &i in nodes {
+            self.velocity[i] = stage.velocities[i];
+            self.acceleration[i] = (stage.velocities[i] - from.velocities[i]) / g;
+        }
+        for (k, (c, from)) in self.internal.iter_mut().zip(stage.internal.iter().zip(&from.internal)) {
+            *k = (c - from) / g;
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -138,17 +151,10 @@ impl<const D: usize> TrBdf2<D> {
             }
             StageSolver::predict(motion, stage, &current.velocity);
             stage.time = if number == WEIGHTS.len() { end } else { state.time + NODES[number] * h };
-            if self.solver.solve(motion, known, stage, g, tolerance, counts).is_err() {
+            if self.solver.solve(motion, known, stage, g, tolerance, counts).is_none() {
                 return false;
             }
-            for &i in nodes {
-                current.velocity[i] = stage.velocities[i];
-                current.acceleration[i] = (stage.velocities[i] - known.velocities[i]) / g;
-            }
-            for (k, (c, from)) in current.internal.iter_mut().zip(stage.internal.iter().zip(&known.internal))
-            {
-                *k = (c - from) / g;
-            }
+            current.set(nodes, stage, known, g);
         }
         true
     }
@@ -165,16 +171,10 @@ impl<const D: usize> TrBdf2<D> {
         let Self { solver, stage, derivatives: [.., last], .. } = self;
         stage.clone_from(state);
         stage.time = end;
-        if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_err() {
+        if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_none() {
             return false;
         }
-        for &i in motion.system().pattern().nodes() {
-            last.velocity[i] = stage.velocities[i];
-            last.acceleration[i] = (stage.velocities[i] - state.velocities[i]) / h;
-        }
-        for (k, (c, from)) in last.internal.iter_mut().zip(stage.internal.iter().zip(&state.internal)) {
-            *k = (c - from) / h;
-        }
+        last.set(motion.system().pattern().nodes(), stage, state, h);
         counts.damped += 1;
         true
     }
@@ -207,7 +207,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
         state: &mut State<D>,
         until: f64,
         counts: &mut StepCounts,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), MotionStatus> {
         if !self.started {
             self.start(motion, state, counts);
             self.step = match self.control {
@@ -234,7 +234,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
                 }
                 (false, Control::Fixed(_)) => {
                     counts.rejected += 1;
-                    return Err(Failure::NotSolved);
+                    return Err(MotionStatus::NotSolved);
                 }
                 (false, Control::Adaptive(_)) => -CHANGE.0,
             };
@@ -252,7 +252,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             counts.rejected += 1;
             self.step = -change * h;
             if self.step < (SMALLEST_STEP * until.abs()).max(SHORTEST_STEP) {
-                return Err(Failure::StepTooSmall);
+                return Err(MotionStatus::StepTooSmall);
             }
         }
     }

@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{Failure, Integrator, Motion, State, StateRates, StepCounts, after, cut};
+use super::{Integrator, Motion, MotionStatus, State, StateRates, StepCounts, after, cut};
 
 #[derive(Debug)]
 pub struct VelocityVerlet<const D: usize> {
@@ -36,7 +36,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
         state: &mut State<D>,
         until: f64,
         counts: &mut StepCounts,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), MotionStatus> {
         if !self.known {
             motion.evaluate(state, &mut self.now, counts);
             self.known = true;
@@ -67,14 +67,15 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
     fn explicit_step(&self) -> Option<f64> {
         Some(self.dt)
     }
+}
 
-    /// The state is (x, v dt, a dt²), with the acceleration of the step before.
-    fn amplification(&self, stiffness: f64, damping: f64) -> Option<DMatrix<f64>> {
-        let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];
-        Some(dmatrix![
-            1.0, 1.0, 0.5;
-            0.5 * acceleration[0], 1.0 + 0.5 * acceleration[1], 0.5 * (1.0 + acceleration[2]);
-            acceleration[0], acceleration[1], acceleration[2]
-        ])
-    }
+/// The matrix by which one step multiplies the state (x, v dt, a dt²) of `x'' = -k x - c x'`, with the acceleration of the step before.
+/// `stiffness` is `k dt²` and `damping` is `c dt`.
+pub(super) fn amplification(stiffness: f64, damping: f64) -> DMatrix<f64> {
+    let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];
+    dmatrix![
+        1.0, 1.0, 0.5;
+        0.5 * acceleration[0], 1.0 + 0.5 * acceleration[1], 0.5 * (1.0 + acceleration[2]);
+        acceleration[0], acceleration[1], acceleration[2]
+    ]
 }

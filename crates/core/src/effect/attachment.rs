@@ -54,8 +54,7 @@ impl<const D: usize> Effect<D> for Attachment<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for (tie, slots) in &mut self.ties {
-            let nodes = &tie.nodes;
-            *slots = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| pattern.slot(a, b))).collect();
+            *slots = pattern.pair_slots(&tie.nodes).collect();
         }
     }
 
@@ -69,12 +68,9 @@ impl<const D: usize> Effect<D> for Attachment<D> {
 
     fn add_stiffness(&self, _at: Configuration<'_, D>, _tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for (tie, slots) in &self.ties {
-            let count = tie.nodes.len();
-            for (pair, (slot, c)) in slots.iter().zip(&tie.form).enumerate() {
-                // Each pair of nodes is added once, because the form is symmetric.
-                if pair / count <= pair % count {
-                    stiffness.add_symmetric(*slot, &(SMatrix::identity() * (c * self.stiffness)));
-                }
+            let rows = tie.form.chunks_exact(tie.nodes.len()).enumerate();
+            for (slot, c) in slots.iter().zip(rows.flat_map(|(i, row)| &row[i..])) {
+                stiffness.add_symmetric(*slot, &(SMatrix::identity() * (c * self.stiffness)));
             }
         }
     }

@@ -9,6 +9,7 @@
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
+use crate::geometry::plane::nearest_fraction;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
@@ -79,15 +80,15 @@ impl Contact {
         let mut previous: Option<Vector2<f64>> = None;
         for segment in self.segments() {
             let [a, b] = segment;
-            let (way, place) = nearest(p, segment);
-            let at_start = i32::from(place == NearestPlace::Start);
+            let (way, part) = nearest(p, segment);
+            let at_start = i32::from(part == 0.0);
             // The first end of the outline belongs to one segment only.
             let weight = if previous.is_some() { ended_before + at_start - 1 } else { at_start };
             self.add_barrier(&mut sum, p - a, weight, false);
-            if place == NearestPlace::Inside {
+            if 0.0 < part && part < 1.0 {
                 self.add_barrier(&mut sum, way, 1, true);
             }
-            ended_before = i32::from(place == NearestPlace::End);
+            ended_before = i32::from(part == 1.0);
             previous = Some(b);
         }
         if let Some(end) = previous {
@@ -123,29 +124,14 @@ impl Contact {
     }
 }
 
-/// The part of a segment with the nearest point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum NearestPlace {
-    Start,
-    Inside,
-    End,
-}
-
 fn flat<const D: usize>(p: &SVector<f64, D>) -> Vector2<f64> {
     Vector2::new(p[0], p[1])
 }
 
-/// The vector from the nearest point of a segment to `p`, m, and where that point is.
-fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, NearestPlace) {
-    let (along, from_a) = (b - a, p - a);
-    let t = from_a.dot(&along) / along.norm_squared();
-    if t <= 0.0 {
-        (from_a, NearestPlace::Start)
-    } else if t >= 1.0 {
-        (p - b, NearestPlace::End)
-    } else {
-        (from_a - along * t, NearestPlace::Inside)
-    }
+/// The vector from the nearest point of a segment to `p`, m, and where that point is, as a fraction of the segment.
+fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, f64) {
+    let t = nearest_fraction(p, a, b);
+    (if t < 1.0 { p - a - (b - a) * t } else { p - b }, t)
 }
 
 /// The smallest `t >= 0` at which `p + t step` meets a segment.

@@ -254,9 +254,7 @@ impl<const D: usize> Effect<D> for Fibres<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for g in &mut self.groups {
-            let nodes = &g.nodes;
-            let pairs = nodes.iter().enumerate().flat_map(|(i, &a)| nodes[i..].iter().map(move |&b| (a, b)));
-            g.slots = pairs.map(|(a, b)| pattern.slot(a, b)).collect();
+            g.slots = pattern.pair_slots(&g.nodes).collect();
         }
     }
 

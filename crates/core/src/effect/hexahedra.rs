@@ -96,9 +96,7 @@ impl Hexahedra {
 
     #[inline(always)]
     fn law_of(&self, number: usize, activations: &[f64]) -> MooneyRivlin {
-        let factor = self.factor(number, activations);
-        let MooneyRivlin { c10, c20, bulk } = self.law;
-        MooneyRivlin { c10: c10 * factor, c20: c20 * factor, bulk: bulk * factor }
+        self.law.scaled(self.factor(number, activations))
     }
 
     fn energy_of(&self, e: &HexahedronElement, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
@@ -287,9 +285,7 @@ impl Effect<3> for Hexahedra {
             order.sort_by_key(|&a| std::cmp::Reverse(pattern.unknown(e.nodes[a])));
             e.nodes = order.map(|a| e.nodes[a]);
             e.shapes = e.shapes.map(|shape| order.map(|a| shape[a]));
-            let pairs = (0..CORNERS).flat_map(|a| (a..CORNERS).map(move |b| (a, b)));
-            let nodes = e.nodes;
-            e.slots.iter_mut().zip(pairs).for_each(|(slot, (a, b))| *slot = pattern.slot(nodes[a], nodes[b]));
+            e.slots.iter_mut().zip(pattern.pair_slots(&e.nodes)).for_each(|(place, slot)| *place = slot);
         }
     }
 
@@ -322,10 +318,7 @@ impl Effect<3> for Hexahedra {
             if !muscles.contains(&muscle) || !(0.0..1.0).contains(&sum) {
                 continue;
             }
-            let rate = s.gain * e.factor;
-            let MooneyRivlin { c10, c20, bulk } = self.law;
-            let law = MooneyRivlin { c10: c10 * rate, c20: c20 * rate, bulk: bulk * rate };
-            let own = self.force_of(e, &law, at.positions);
+            let own = self.force_of(e, &self.law.scaled(s.gain * e.factor), at.positions);
             e.nodes.iter().zip(own).for_each(|(&node, f)| derivative[node] += f);
         }
     }
@@ -350,12 +343,13 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The columns of the gradient of a field with the values `of` at the corners, as a tetrahedron with a corner at the origin.
+/// The gradient, times `scale`, of a field from its values at the corners of an element: its columns are the corners of a tetrahedron, the
+/// first one of which is at the origin.
 #[inline(always)]
-fn as_simplex(shape: &HexahedronCorners, of: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
+fn as_simplex(shape: &HexahedronCorners, values: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];
-    for (of, shape) in of.iter().zip(shape) {
-        (0..3).for_each(|d| corners[d + 1] += of * (shape[d] * scale));
+    for (value, shape) in values.iter().zip(shape) {
+        (0..3).for_each(|d| corners[d + 1] += value * (shape[d] * scale));
     }
     corners
 }

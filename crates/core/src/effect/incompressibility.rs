@@ -9,6 +9,9 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 use super::barrier::{self, barrier};
 use super::{Configuration, Effect, PrimitiveElement, Tangent};
 
+/// Largest number of pairs of corners, with those of a corner with itself.
+const MAX_PAIRS: usize = MAX_CORNERS * (MAX_CORNERS + 1) / 2;
+
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell with the *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16) `S`.
 ///
 /// The force is `-kappa (S - S0)/S0² dS/dx`, eqs. 3.30 and 3.18 with the sign of a conservative force and a signed gradient. Below a tenth
@@ -25,9 +28,8 @@ struct Cell<const D: usize> {
     nodes: [usize; MAX_CORNERS],
     /// Area, m², or volume, m³, at rest.
     rest: f64,
-    /// Places in the stiffness matrix of the blocks of each corner with itself; `pairs` has those of the corners (0,1), (0,2) and so on.
-    diagonal: [Slot; MAX_CORNERS],
-    pairs: [Slot; 6],
+    /// A slot for each pair of corners, with those of a corner with itself.
+    slots: [Slot; MAX_PAIRS],
 }
 
 impl<const D: usize> Cell<D> {
@@ -50,7 +52,7 @@ impl<const D: usize> Incompressibility<D> {
             let mut nodes = [0; MAX_CORNERS];
             nodes[..=D].copy_from_slice(given);
             let rest = simplex::measure(&simplex::corners(rest_positions, given));
-            Cell { nodes, rest, diagonal: [Slot::UNBOUND; MAX_CORNERS], pairs: [Slot::UNBOUND; 6] }
+            Cell { nodes, rest, slots: [Slot::UNBOUND; MAX_PAIRS] }
         });
         Self { kappa, cells: cells.collect() }
     }
@@ -74,14 +76,8 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for c in &mut self.cells {
-            let nodes = c.nodes;
-            let mut slots = c.pairs.iter_mut();
-            for a in 0..=D {
-                c.diagonal[a] = pattern.slot(nodes[a], nodes[a]);
-                for (b, slot) in (a + 1..=D).zip(&mut slots) {
-                    *slot = pattern.slot(nodes[a], nodes[b]);
-                }
-            }
+            let slots = pattern.pair_slots(&c.nodes[..=D]);
+            c.slots.iter_mut().zip(slots).for_each(|(place, slot)| *place = slot);
         }
     }
 
@@ -136,11 +132,14 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
             let gradient = simplex::gradient(&x);
             let outer =
                 |a: usize, b: usize| -> SMatrix<f64, D, D> { gradient[a] * scale * gradient[b].transpose() };
-            let mut slots = c.pairs.iter();
+            let mut slots = c.slots.iter();
             for a in 0..=D {
-                stiffness.add_symmetric(c.diagonal[a], &outer(a, a));
-                for (b, &slot) in (a + 1..=D).zip(&mut slots) {
-                    stiffness.add(slot, &(outer(a, b) + simplex::hessian(&x, a, b) * bend));
+                for (b, &slot) in (a..=D).zip(&mut slots) {
+                    if a == b {
+                        stiffness.add_symmetric(slot, &outer(a, a));
+                    } else {
+                        stiffness.add(slot, &(outer(a, b) + simplex::hessian(&x, a, b) * bend));
+                    }
                 }
             }
         }

@@ -97,9 +97,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
 
     fn bind(&mut self, pattern: &Pattern) {
         for e in &mut self.elements {
-            let nodes = &e.nodes[..Self::NODES];
-            let pairs = nodes.iter().enumerate().flat_map(|(i, &a)| nodes[i..].iter().map(move |&b| (a, b)));
-            e.slots = pairs.map(|(a, b)| pattern.slot(a, b)).collect();
+            e.slots = pattern.pair_slots(&e.nodes[..Self::NODES]).collect();
         }
     }
 

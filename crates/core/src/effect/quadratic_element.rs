@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use pulp::{Arch, NullaryFnOnce};
 
 use crate::geometry::quadratic::{self, MAX_NODES};
-use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::law::{Deformed, contract};
 use crate::material::{NeoHookean, Stress};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
@@ -75,6 +75,28 @@ impl<const D: usize> QuadraticElements<D> {
         });
         Self { law, viscosity, rest: rest_positions.to_vec(), elements: elements.collect() }
     }
+
+    #[inline(always)]
+    fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
+        e.gather(|node| positions[node] - self.rest[node])
+    }
+
+    /// Adds the convex stiffness of an element by the eigenvalues of the moduli at each point.
+    fn add_convex(&self, e: &Element<D>, displaced: &Shapes<D>, stiffness: &mut BlockMatrix<D>) {
+        let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
+        e.at_points(self.law, displaced, |shape, deformed, law| {
+            let convex = law.nearest_convex_moduli();
+            for (block, (a, b)) in blocks.iter_mut().zip(pairs::<D>()) {
+                *block += match &convex {
+                    Some(moduli) => contract(moduli, &shape[a], &shape[b]),
+                    None => law.tangent([&shape[a], &shape[b]], [&deformed[a], &deformed[b]]),
+                };
+            }
+        });
+        for ((slot, block), _) in e.slots.iter().zip(&blocks).zip(pairs::<D>()) {
+            stiffness.add(*slot, &(block * e.share));
+        }
+    }
 }
 
 impl<const D: usize> Element<D> {
@@ -131,33 +153,15 @@ fn gradient<const D: usize>(shape: &Shapes<D>, of_nodes: &Shapes<D>) -> SMatrix<
     gradient
 }
 
-/// The columns of a matrix as a simplex with a corner at the origin, whose measure is the determinant over `D!`.
-#[inline(always)]
-fn as_simplex<const D: usize>(f: &SMatrix<f64, D, D>) -> Corners<D> {
-    let mut corners = [SVector::zeros(); MAX_CORNERS];
-    for d in 0..D {
-        corners[d + 1] = f.column(d).into_owned();
-    }
-    corners
-}
-
 /// `det F F⁻ᵀ`.
 #[inline(always)]
 fn cofactors<const D: usize>(f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-    let slopes = simplex::gradient(&as_simplex(f));
-    let factorial = if D == 2 { 2.0 } else { 6.0 };
+    let slopes = simplex::gradient(&simplex::of_columns(f));
     let mut out = SMatrix::<f64, D, D>::zeros();
     for d in 0..D {
-        out.set_column(d, &(slopes[d + 1] * factorial));
+        out.set_column(d, &(slopes[d + 1] * simplex::factorial::<D>()));
     }
     out
-}
-
-impl<const D: usize> QuadraticElements<D> {
-    #[inline(always)]
-    fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
-        e.gather(|node| positions[node] - self.rest[node])
-    }
 }
 
 struct QuadraticStiffness<'a, const D: usize> {
@@ -217,24 +221,6 @@ impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
                     pair += 1;
                 }
             }
-        }
-    }
-}
-
-impl<const D: usize> QuadraticElements<D> {
-    fn add_convex(&self, e: &Element<D>, displaced: &Shapes<D>, stiffness: &mut BlockMatrix<D>) {
-        let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
-        e.at_points(self.law, displaced, |shape, deformed, law| {
-            let convex = law.nearest_convex_moduli();
-            for (block, (a, b)) in blocks.iter_mut().zip(pairs::<D>()) {
-                *block += match &convex {
-                    Some(moduli) => contract(moduli, &shape[a], &shape[b]),
-                    None => law.tangent([&shape[a], &shape[b]], [&deformed[a], &deformed[b]]),
-                };
-            }
-        });
-        for ((slot, block), _) in e.slots.iter().zip(&blocks).zip(pairs::<D>()) {
-            stiffness.add(*slot, &(block * e.share));
         }
     }
 }
@@ -368,8 +354,8 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         for e in &self.elements {
             let (x, p) = (e.gather(|node| at.positions[node]), e.gather(|node| step[node]));
             for shape in e.shapes() {
-                let x = as_simplex(&gradient(shape, &x));
-                let p = as_simplex(&(gradient(shape, &p) * limit));
+                let x = simplex::of_columns(&gradient(shape, &x));
+                let p = simplex::of_columns(&(gradient(shape, &p) * limit));
                 limit *= simplex::safe_part(&x, &p);
             }
         }

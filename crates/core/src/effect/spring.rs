@@ -148,6 +148,6 @@ impl Spring {
         let [aa, bb, ab] = self.slots;
         stiffness.add_symmetric(aa, &block);
         stiffness.add_symmetric(bb, &block);
-        stiffness.sub_symmetric(ab, &block);
+        stiffness.add_symmetric(ab, &-block);
     }
 }

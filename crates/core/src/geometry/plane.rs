@@ -104,8 +104,7 @@ impl Similarity {
         if from.iter().zip(to).all(|(a, b)| (a - b).norm() <= 1e-9) {
             return Some(Self::IDENTITY);
         }
-        let (centre, target) =
-            (from.iter().sum::<Point>() / from.len() as f64, to.iter().sum::<Point>() / to.len() as f64);
+        let (centre, target) = (mean(from), mean(to));
         let (mut along, mut across, mut size) = (0.0, 0.0, 0.0);
         for (a, b) in from.iter().zip(to) {
             let (a, b) = (a - centre, b - target);

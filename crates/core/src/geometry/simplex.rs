@@ -21,6 +21,21 @@ pub fn corners<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) ->
     out
 }
 
+/// The parallelogram or parallelepiped of `D` edges from one corner over the simplex of these edges: `D!`.
+pub const fn factorial<const D: usize>() -> f64 {
+    if D == 2 { 2.0 } else { 6.0 }
+}
+
+/// The simplex with a corner at the origin and the others at the columns of a matrix, whose determinant is `D!` times its measure.
+#[inline(always)]
+pub fn of_columns<const D: usize>(matrix: &SMatrix<f64, D, D>) -> Corners<D> {
+    let mut corners = [SVector::zeros(); MAX_CORNERS];
+    for d in 0..D {
+        corners[d + 1] = matrix.column(d).into_owned();
+    }
+    corners
+}
+
 /// Signed area (2D, m²; positive if counter-clockwise) or volume (3D, m³) of a simplex.
 #[inline]
 pub fn measure<const D: usize>(x: &Corners<D>) -> f64 {
@@ -63,11 +78,9 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
         h[(1, 0)] = -sign;
         return h;
     }
-    // The block is the cross-product matrix of the edge from c to d, the other two corners, times minus the sign of the permutation (a, b,
-    // c, d).
-    let [c, d] = others(a, b);
-    let sign = if permutation_is_even([a, b, c, d]) { -1.0 } else { 1.0 };
-    let e = (x[d] - x[c]) * (sign / 6.0);
+    // The block is minus a sixth of the cross-product matrix of the edge from c to d, the other two corners.
+    let [c, d] = OTHERS[a][b];
+    let e = (x[d] - x[c]) * (-1.0 / 6.0);
     h[(0, 1)] = -e[2];
     h[(0, 2)] = e[1];
     h[(1, 0)] = e[2];
@@ -171,23 +184,13 @@ fn cross<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> SVector<f6
     c
 }
 
-fn others(a: usize, b: usize) -> [usize; 2] {
-    let mut rest = [0; 2];
-    let mut n = 0;
-    for i in 0..MAX_CORNERS {
-        if i != a && i != b && n < 2 {
-            rest[n] = i;
-            n += 1;
-        }
-    }
-    rest
-}
-
-fn permutation_is_even(p: [usize; MAX_CORNERS]) -> bool {
-    let inversions =
-        (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).filter(|&(i, j)| p[i] > p[j]).count();
-    inversions % 2 == 0
-}
+/// For each pair of corners of a tetrahedron the other two, in the order that makes the permutation even.
+const OTHERS: [[[usize; 2]; MAX_CORNERS]; MAX_CORNERS] = [
+    [[0, 0], [2, 3], [3, 1], [1, 2]],
+    [[3, 2], [0, 0], [0, 3], [2, 0]],
+    [[1, 3], [3, 0], [0, 0], [0, 1]],
+    [[2, 1], [0, 2], [1, 0], [0, 0]],
+];
 
 #[cfg(test)]
 mod tests {

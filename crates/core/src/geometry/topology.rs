@@ -20,17 +20,19 @@ pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2
     edges
 }
 
-/// The faces of simplices (edges of triangles) that belong to one cell only; faces, and the nodes of each, are in ascending order.
-pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> Vec<Vec<usize>> {
-    let mut faces: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
-    for cell in cells {
-        for left_out in cell {
-            let mut face: Vec<usize> = cell.iter().copied().filter(|n| n != left_out).collect();
+/// The faces of simplices (edges of triangles) that belong to one cell only, by their nodes in ascending order: the number of the cell, and
+/// the place in it of the corner that is not on the face.
+pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<Vec<usize>, [usize; 2]> {
+    let mut faces: BTreeMap<Vec<usize>, Option<[usize; 2]>> = BTreeMap::new();
+    for (number, cell) in cells.enumerate() {
+        for opposite in 0..cell.len() {
+            let mut face = cell.to_vec();
+            face.remove(opposite);
             face.sort_unstable();
-            *faces.entry(face).or_default() += 1;
+            faces.entry(face).and_modify(|only| *only = None).or_insert(Some([number, opposite]));
         }
     }
-    faces.into_iter().filter(|(_, cells)| *cells == 1).map(|(face, _)| face).collect()
+    faces.into_iter().filter_map(|(face, only)| Some((face, only?))).collect()
 }
 
 /// The outlines of counter-clockwise triangles as closed loops of nodes, with the tissue to the left: outer ones run counter-clockwise,
@@ -80,7 +82,7 @@ mod tests {
         assert_eq!(loops, [vec![0, 1, 2, 3, 4, 5, 6, 7], vec![8, 15, 14, 13, 12, 11, 10, 9]]);
         let on_outline: Vec<[usize; 2]> =
             edges(slices(&ring)).into_iter().filter(|(_, cells)| *cells == 1).map(|(edge, _)| edge).collect();
-        let surface: Vec<Vec<usize>> = surface(slices(&ring));
+        let surface: Vec<Vec<usize>> = surface(slices(&ring)).into_keys().collect();
         assert_eq!(surface, on_outline.iter().map(|e| e.to_vec()).collect::<Vec<_>>());
         assert_eq!(on_outline.len(), 16);
     }

@@ -312,17 +312,17 @@ impl MooneyRivlin {
         (3.0 * self.bulk - 2.0 * shear) / (2.0 * (3.0 * self.bulk + shear))
     }
 
+    /// The law with all constants multiplied by a factor.
+    #[inline(always)]
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        Self { c10: self.c10 * factor, c20: self.c20 * factor, bulk: self.bulk * factor }
+    }
+
     /// Whether the shear and bulk moduli are positive and finite and `C20` is not negative.
     pub(crate) fn is_sound(&self) -> bool {
         [self.c10, self.bulk].iter().all(|x| x.is_finite() && *x > 0.0)
             && self.c20.is_finite()
             && self.c20 >= 0.0
-    }
-}
-
-impl Default for MooneyRivlin {
-    fn default() -> Self {
-        Self::TONGUE
     }
 }
 

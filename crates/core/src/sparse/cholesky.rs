@@ -7,37 +7,20 @@ use pulp::{Arch, NullaryFnOnce};
 use super::supernodal::Supernodal;
 use super::{BlockMatrix, Pattern};
 
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("not positive definite{}", self.place())]
-pub struct NotPositiveDefinite {
-    /// Unknown node (in elimination order) at which the factorisation stopped; `usize::MAX` where that is not known (see
-    /// [`Factor::find_failure`]).
-    pub unknown: usize,
-    pub pivot: f64,
-}
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("not positive definite")]
+pub struct NotPositiveDefinite;
 
-impl NotPositiveDefinite {
-    /// A failure whose place is not known.
-    const UNLOCATED: Self = Self { unknown: usize::MAX, pivot: 0.0 };
-
-    fn place(&self) -> String {
-        match self.unknown {
-            usize::MAX => String::new(),
-            unknown => format!(" at unknown {unknown} (pivot {:e})", self.pivot),
-        }
-    }
-}
-
-/// A factor and its scratch space. After its creation it allocates only in [`Factor::find_failure`].
+/// A factor and its scratch space. After its creation it allocates only in [`Factor::negative_curvature`].
 #[derive(Debug)]
 pub struct Factor<const D: usize> {
     /// faer's factor, where supernodes are faster.
     supernodal: Option<Supernodal>,
-    /// Whether the last factorisation is in `supernodal`.
-    is_supernodal: bool,
     /// Blocks of `L` below the diagonal; on the diagonal the inverses of the diagonal blocks of `L`, which are lower triangular.
     lower: Vec<SMatrix<f64, D, D>>,
     place_of_row: Vec<u32>,
+    /// The unknown at which the last factorisation by blocks failed.
+    failed_at: usize,
 }
 
 /// A matrix with a pivot below this part of its largest diagonal entry counts as singular.
@@ -49,9 +32,7 @@ impl<const D: usize> Factor<D> {
     pub fn new(pattern: &Pattern) -> Self {
         match pattern.is_for_supernodes::<D>().then(|| Supernodal::new::<D>(pattern)).flatten() {
             None => Self::block_by_block(pattern),
-            supernodal => {
-                Self { supernodal, is_supernodal: false, lower: Vec::new(), place_of_row: Vec::new() }
-            }
+            supernodal => Self { supernodal, lower: Vec::new(), place_of_row: Vec::new(), failed_at: 0 },
         }
     }
 
@@ -59,9 +40,9 @@ impl<const D: usize> Factor<D> {
     pub fn block_by_block(pattern: &Pattern) -> Self {
         Self {
             supernodal: None,
-            is_supernodal: false,
             lower: vec![SMatrix::zeros(); pattern.blocks() + 1],
             place_of_row: vec![0; pattern.unknowns()],
+            failed_at: 0,
         }
     }
 
@@ -73,60 +54,47 @@ impl<const D: usize> Factor<D> {
         pattern: &Pattern,
         matrix: &BlockMatrix<D>,
     ) -> Result<(), NotPositiveDefinite> {
-        let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
-        if let Some(faer) = self.supernodal.as_mut() {
-            self.is_supernodal = faer.factorise(pattern, matrix, floor);
-            return if self.is_supernodal { Ok(()) } else { Err(NotPositiveDefinite::UNLOCATED) };
-        }
-        self.factorise_blocks(pattern, matrix, floor)
+        let is_done = match &mut self.supernodal {
+            Some(faer) => faer.factorise(pattern, matrix, floor(pattern, matrix)),
+            None => self.factorise_blocks(pattern, matrix),
+        };
+        if is_done { Ok(()) } else { Err(NotPositiveDefinite) }
     }
 
-    /// The unknown at which a matrix that [`Factor::factorise`] refused fails. After a failure of faer it factorises again by blocks,
-    /// which takes many times as long in large bodies. If that succeeds, as it may for a matrix that is singular up to rounding, the last
-    /// unknown is returned with a pivot of 0.
-    #[inline(never)]
-    pub fn find_failure(
-        &mut self,
-        pattern: &Pattern,
-        matrix: &BlockMatrix<D>,
-        failure: NotPositiveDefinite,
-    ) -> NotPositiveDefinite {
-        if failure != NotPositiveDefinite::UNLOCATED {
-            return failure;
-        }
-        if self.lower.is_empty() {
-            self.lower = vec![SMatrix::zeros(); pattern.blocks() + 1];
-            self.place_of_row = vec![0; pattern.unknowns()];
-        }
-        let floor = SMALLEST_PIVOT * matrix.largest_diagonal(pattern);
-        let last = NotPositiveDefinite { unknown: pattern.unknowns().saturating_sub(1), pivot: 0.0 };
-        self.factorise_blocks(pattern, matrix, floor).err().unwrap_or(last)
-    }
-
+    /// Factorises by blocks. Returns false, and stores the unknown at which it failed, if a pivot is too small.
     // Not inlined, because the loops are a few per cent slower when they are compiled among other code.
     #[inline(never)]
-    fn factorise_blocks(
+    fn factorise_blocks(&mut self, pattern: &Pattern, matrix: &BlockMatrix<D>) -> bool {
+        let floor = floor(pattern, matrix);
+        let (lower, place_of_row) = (&mut self.lower[..], &mut self.place_of_row[..]);
+        let failure =
+            Arch::new().dispatch(Blocks { pattern, matrix: &matrix.blocks, lower, place_of_row, floor });
+        self.failed_at = failure.unwrap_or(self.failed_at);
+        failure.is_none()
+    }
+
+    /// A direction `d` of negative or no curvature of the matrix that [`Factor::factorise`] refused, one vector for each unknown:
+    /// `dᵀ K d <= 0` up to the floor of the pivots.
+    ///
+    /// `d` is zero after the unknown that failed, at it the eigenvector `v` of the pivot block's smallest eigenvalue, and before it
+    /// `-A⁻¹ b v` with the factorised part `A` and the column `b` beside it. After a failure of faer, which does not tell the unknown, the
+    /// matrix is factorised again by blocks, which takes many times as long in large bodies. If that succeeds, as it may for a matrix that
+    /// is singular up to rounding, the last unknown counts as the one that failed.
+    #[inline(never)]
+    pub fn negative_curvature(
         &mut self,
         pattern: &Pattern,
         matrix: &BlockMatrix<D>,
-        floor: f64,
-    ) -> Result<(), NotPositiveDefinite> {
-        let (lower, place_of_row) = (&mut self.lower[..], &mut self.place_of_row[..]);
-        Arch::new().dispatch(Blocks { pattern, matrix: &matrix.blocks, lower, place_of_row, floor })
-    }
-
-    /// A direction `d` of negative or no curvature after a factorisation by blocks that failed, one vector for each unknown: `dᵀ K d <= 0`
-    /// up to the floor of the pivots.
-    ///
-    /// `d` is zero after the unknown that failed, at it the eigenvector `v` of the pivot block's smallest eigenvalue, and before it
-    /// `-A⁻¹ b v` with the factorised part `A` and the column `b` beside it.
-    pub fn negative_curvature(
-        &self,
-        pattern: &Pattern,
-        failure: &NotPositiveDefinite,
         d: &mut [SVector<f64, D>],
     ) {
-        let at = failure.unknown;
+        if self.supernodal.is_some() {
+            self.lower.resize(pattern.blocks() + 1, SMatrix::zeros());
+            self.place_of_row.resize(pattern.unknowns(), 0);
+            if self.factorise_blocks(pattern, matrix) {
+                self.failed_at = pattern.unknowns().saturating_sub(1);
+            }
+        }
+        let at = self.failed_at;
         d.fill(SVector::zeros());
         d[at] = lowest_mode(&self.lower[pattern.column(at).start]);
         for &(k, place) in pattern.left_of(at) {
@@ -149,7 +117,7 @@ impl<const D: usize> Factor<D> {
     /// Solves `K x = b` in place; `b` has one vector for each unknown in the pattern's order.
     #[inline(never)]
     pub fn solve(&mut self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
-        if let Some(faer) = self.supernodal.as_mut().filter(|_| self.is_supernodal) {
+        if let Some(faer) = &mut self.supernodal {
             return faer.solve(b);
         }
         for j in 0..pattern.unknowns() {
@@ -184,7 +152,8 @@ struct Blocks<'a, const D: usize> {
 }
 
 impl<const D: usize> NullaryFnOnce for Blocks<'_, D> {
-    type Output = Result<(), NotPositiveDefinite>;
+    /// The unknown whose pivot is too small, if there is one.
+    type Output = Option<usize>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
@@ -204,16 +173,20 @@ impl<const D: usize> NullaryFnOnce for Blocks<'_, D> {
                     current[target] -= product(block, &head);
                 }
             }
-            let inverse = invert_lower_cholesky(&current[0], floor)
-                .map_err(|pivot| NotPositiveDefinite { unknown: j, pivot })?;
+            let Some(inverse) = invert_lower_cholesky(&current[0], floor) else { return Some(j) };
             current[0] = inverse;
             let turned = inverse.transpose();
             for block in &mut current[1..column.len()] {
                 *block = product(block, &turned);
             }
         }
-        Ok(())
+        None
     }
+}
+
+/// Pivots up to this size count as zero.
+fn floor<const D: usize>(pattern: &Pattern, matrix: &BlockMatrix<D>) -> f64 {
+    SMALLEST_PIVOT * matrix.largest_diagonal(pattern)
 }
 
 /// `a b`, written out so that it unrolls for each dimension.
@@ -231,12 +204,9 @@ fn product<const D: usize>(a: &SMatrix<f64, D, D>, b: &SMatrix<f64, D, D>) -> SM
     out
 }
 
-/// The inverse of the Cholesky factor of a small matrix, whose lower triangle alone is read, or the pivot that is at most `floor`.
+/// The inverse of the Cholesky factor of a small matrix, whose lower triangle alone is read; `None` if a pivot is at most `floor`.
 #[inline(always)]
-fn invert_lower_cholesky<const D: usize>(
-    a: &SMatrix<f64, D, D>,
-    floor: f64,
-) -> Result<SMatrix<f64, D, D>, f64> {
+fn invert_lower_cholesky<const D: usize>(a: &SMatrix<f64, D, D>, floor: f64) -> Option<SMatrix<f64, D, D>> {
     let mut l = SMatrix::<f64, D, D>::zeros();
     let mut inverse = SMatrix::<f64, D, D>::zeros();
     for j in 0..D {
@@ -246,7 +216,7 @@ fn invert_lower_cholesky<const D: usize>(
         }
         // A pivot that is NaN fails this comparison too.
         if !(pivot > floor && pivot.is_finite()) {
-            return Err(pivot);
+            return None;
         }
         l[(j, j)] = pivot.sqrt();
         let reciprocal = 1.0 / l[(j, j)];
@@ -266,7 +236,7 @@ fn invert_lower_cholesky<const D: usize>(
             inverse[(j, c)] = -s * reciprocal;
         }
     }
-    Ok(inverse)
+    Some(inverse)
 }
 
 /// The eigenvector of the smallest eigenvalue of a small symmetric matrix, whose lower triangle alone is read. The power method on

@@ -52,7 +52,7 @@ impl Graph<'_> {
     fn leaf(&self, part: &[usize]) -> Vec<usize> {
         let number = |v: u32| part.binary_search(&(v as usize)).ok().map(|n| n as u32);
         let own = part.iter().map(|&v| self.neighbours[v].iter().filter_map(|&w| number(w)).collect());
-        minimum_degree(own.collect()).0.into_iter().map(|i| part[i]).collect()
+        minimum_degree(own.collect()).into_iter().map(|i| part[i]).collect()
     }
 
     /// The unknowns of the part in the order of their distance from `from`, and the distance of each unknown, in couplings.

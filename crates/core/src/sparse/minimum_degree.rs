@@ -3,16 +3,14 @@
 use std::collections::BTreeSet;
 
 /// Eliminates the unknown with the fewest remaining neighbours in each step; of several it takes the lowest number, so that the result is
-/// the same on every machine. Returns the unknowns in this order, and for each the neighbours that remain when it is eliminated: the rows
-/// below the diagonal of its column of the factor.
+/// the same on every machine. Returns the unknowns in this order.
 ///
 /// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`. The cost is about that of one factorisation.
-pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
+pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Vec<usize> {
     let n = neighbours.len();
     let mut queue: BTreeSet<(usize, usize)> =
         neighbours.iter().enumerate().map(|(i, a)| (a.len(), i)).collect();
     let mut order = Vec::with_capacity(n);
-    let mut fronts = Vec::with_capacity(n);
     let mut merged = Vec::new();
     while let Some((_, i)) = queue.pop_first() {
         let front = std::mem::take(&mut neighbours[i]);
@@ -24,9 +22,8 @@ pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32
             queue.insert((neighbours[j].len(), j));
         }
         order.push(i);
-        fronts.push(front);
     }
-    (order, fronts)
+    order
 }
 
 /// Writes the union of two sorted lists without the two numbers of `without` to `out`.
@@ -51,31 +48,32 @@ fn union_without(a: &[u32], b: &[u32], without: [u32; 2], out: &mut Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sparse::ordering::rows_below;
 
     #[test]
     fn a_star_is_eliminated_from_its_tips_without_fill() {
         // Node 0 is joined to nodes 1 to 5. If the tips are eliminated first, each column has one row, that of node 0.
         let mut neighbours = vec![vec![1, 2, 3, 4, 5]];
         neighbours.extend((1..=5).map(|_| vec![0]));
-        let (order, fronts) = minimum_degree(neighbours);
+        let order = minimum_degree(neighbours.clone());
         assert_eq!(order[..4], [1, 2, 3, 4]);
-        assert_eq!(fronts.iter().map(Vec::len).sum::<usize>(), 5);
+        assert_eq!(rows_below(&neighbours, &order).concat().len(), 5);
     }
 
     #[test]
     fn a_ring_fills_in_n_minus_3_places() {
         let n = 9u32;
-        let ring = (0..n)
+        let ring: Vec<Vec<u32>> = (0..n)
             .map(|i| {
                 let mut a = vec![(i + 1) % n, (i + n - 1) % n];
                 a.sort_unstable();
                 a
             })
             .collect();
-        let (order, fronts) = minimum_degree(ring);
+        let order = minimum_degree(ring.clone());
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert_eq!(sorted, (0..n as usize).collect::<Vec<_>>());
-        assert_eq!(fronts.iter().map(Vec::len).sum::<usize>(), (n + n - 3) as usize);
+        assert_eq!(rows_below(&ring, &order).concat().len(), (n + n - 3) as usize);
     }
 }

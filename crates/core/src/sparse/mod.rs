@@ -52,11 +52,6 @@ impl<const D: usize> BlockMatrix<D> {
         self.blocks[slot.position()] += block;
     }
 
-    #[inline]
-    pub fn sub_symmetric(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
-        self.blocks[slot.position()] -= block;
-    }
-
     pub fn shift(&mut self, pattern: &Pattern, shift: f64) {
         for j in 0..pattern.unknowns() {
             let place = &mut self.blocks[pattern.column(j).start];

@@ -13,25 +13,24 @@ const MANY_NEIGHBOURS: usize = 20;
 /// Number of unknowns above which the order is always approximate.
 const VERY_MANY: usize = 20_000;
 
-/// The order and the rows below the diagonal, as from `minimum_degree`: by exact degrees for bodies in the plane and small ones; for large
-/// bodies in space by faer's approximate minimum degree (Amestoy, Davis and Duff 1996) or nested dissection, whichever leaves less work.
-pub fn order(neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
+/// The order of elimination; `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`. It is by exact degrees for bodies in
+/// the plane and small ones; for large bodies in space by faer's approximate minimum degree (Amestoy, Davis and Duff 1996) or nested
+/// dissection, whichever leaves less work.
+pub fn order(neighbours: &[Vec<u32>]) -> Vec<usize> {
     let n = neighbours.len();
     let couplings: usize = neighbours.iter().map(Vec::len).sum();
     let is_large = n > VERY_MANY || (n > MANY && couplings > MANY_NEIGHBOURS * n);
     if !is_large {
-        return minimum_degree(neighbours);
+        return minimum_degree(neighbours.to_vec());
     }
-    let with_fronts = |order: Vec<usize>| {
-        let fronts = fronts(&neighbours, &order);
-        (order, fronts)
-    };
-    // The work of a factorisation grows with the squares of the fronts.
-    let work =
-        |(_, fronts): &(Vec<usize>, Vec<Vec<u32>>)| -> usize { fronts.iter().map(|f| f.len().pow(2)).sum() };
-    let dissected = with_fronts(nested_dissection(&neighbours));
-    let by_degree = approximate_minimum_degree(&neighbours).map(with_fronts);
-    by_degree.filter(|other| work(other) <= work(&dissected)).unwrap_or(dissected)
+    let dissected = nested_dissection(neighbours);
+    let by_degree = approximate_minimum_degree(neighbours);
+    by_degree.filter(|other| work(neighbours, other) <= work(neighbours, &dissected)).unwrap_or(dissected)
+}
+
+/// The work of a factorisation in an order, in proportion: the squares of the numbers of rows below the diagonal.
+fn work(neighbours: &[Vec<u32>], order: &[usize]) -> usize {
+    rows_below(neighbours, order).iter().map(|rows| rows.len().pow(2)).sum()
 }
 
 /// faer's approximate minimum degree; `None` if its memory cannot be allocated.
@@ -51,31 +50,25 @@ fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// The remaining neighbours of each unknown when it is eliminated in the given order: its own, and those of earlier columns in which it is
-/// the first row.
-fn fronts(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
-    let n = order.len();
-    let mut place = vec![0; n];
-    order.iter().enumerate().for_each(|(k, &u)| place[u] = k);
-    let mut fronts: Vec<Vec<u32>> = Vec::with_capacity(n);
-    let mut children: Vec<Vec<u32>> = vec![Vec::new(); n];
-    let mut seen = vec![usize::MAX; n];
+/// The rows below the diagonal in each column of the factor, ascending, where rows and columns are places in the order: the later
+/// neighbours of the unknown, and the rows of earlier columns in which it is the first row.
+pub fn rows_below(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
+    let mut place = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(k, &u)| place[u] = k as u32);
+    let mut columns: Vec<Vec<u32>> = Vec::with_capacity(order.len());
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); order.len()];
     for (k, &u) in order.iter().enumerate() {
-        let mut front = Vec::new();
-        let from_children = children[k].iter().flat_map(|&child| fronts[child as usize].iter());
-        for &v in neighbours[u].iter().chain(from_children) {
-            let at = v as usize;
-            if place[at] > k && seen[at] != k {
-                seen[at] = k;
-                front.push(v);
-            }
+        let own = neighbours[u].iter().map(|&v| place[v as usize]);
+        let of_children = children[k].iter().flat_map(|&child| columns[child].iter().copied());
+        let mut rows: Vec<u32> = own.chain(of_children).filter(|&row| row as usize > k).collect();
+        rows.sort_unstable();
+        rows.dedup();
+        if let Some(&parent) = rows.first() {
+            children[parent as usize].push(k);
         }
-        if let Some(parent) = front.iter().map(|&v| place[v as usize]).min() {
-            children[parent].push(k as u32);
-        }
-        fronts.push(front);
+        columns.push(rows);
     }
-    fronts
+    columns
 }
 
 #[cfg(test)]
@@ -83,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rows_of_a_given_order_are_those_that_elimination_finds() {
+    fn other_orders_fill_in_little_more_than_exact_minimum_degree() {
         // A grid of 7 by 9 nodes, each joined to its eight neighbours.
         let (rows, columns) = (7i32, 9i32);
         let grid: Vec<Vec<u32>> = Vec::from_iter((0..rows * columns).map(|i| {
@@ -94,11 +87,8 @@ mod tests {
             };
             near.filter(inside).map(move |(a, b)| (a * columns + b) as u32).collect::<Vec<_>>()
         }));
-        let (order, exact) = minimum_degree(grid.clone());
-        let mut found = fronts(&grid, &order);
-        found.iter_mut().for_each(|f| f.sort_unstable());
-        assert_eq!(found, exact);
-        let fill = |order: &[usize]| fronts(&grid, order).iter().map(Vec::len).sum::<usize>();
+        let order = minimum_degree(grid.clone());
+        let fill = |order: &[usize]| rows_below(&grid, order).iter().map(Vec::len).sum::<usize>();
         for mut other in [approximate_minimum_degree(&grid).unwrap(), nested_dissection(&grid)] {
             assert!(fill(&other) < fill(&order) * 5 / 4);
             other.sort_unstable();
@@ -124,11 +114,11 @@ mod tests {
             near.sort_unstable();
             near
         }));
-        let work = |order: &[usize]| fronts(&grid, order).iter().map(|f| f.len().pow(2)).sum::<usize>();
         let mut dissected = nested_dissection(&grid);
-        let (by_degree, by_halves) = (work(&approximate_minimum_degree(&grid).unwrap()), work(&dissected));
+        let by_degree = approximate_minimum_degree(&grid).unwrap();
+        let [by_halves, by_degree] = [&dissected, &by_degree].map(|order| work(&grid, order));
         assert!(by_halves < by_degree, "{by_halves} {by_degree}");
-        assert_eq!(work(&order(grid.clone()).0), by_halves);
+        assert_eq!(order(&grid), dissected);
         dissected.sort_unstable();
         assert!(dissected.into_iter().eq(0..grid.len()));
     }

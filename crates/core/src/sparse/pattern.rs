@@ -71,11 +71,7 @@ impl Pattern {
         }
         let couplings = neighbours.iter().map(Vec::len).sum::<usize>() / 2;
 
-        let (order, fronts) = ordering::order(neighbours);
-        let mut place = vec![0u32; order.len()];
-        for (k, &u) in order.iter().enumerate() {
-            place[u] = k as u32;
-        }
+        let order = ordering::order(&neighbours);
         let node: Vec<usize> = order.iter().map(|&u| free[u]).collect();
         let mut unknown = vec![NONE; nodes];
         for (k, &i) in node.iter().enumerate() {
@@ -84,10 +80,8 @@ impl Pattern {
         let mut start = vec![0];
         let mut row = Vec::new();
         let mut rows = vec![Vec::new(); order.len()];
-        for (j, front) in fronts.iter().enumerate() {
+        for (j, below) in ordering::rows_below(&neighbours, &order).into_iter().enumerate() {
             row.push(j as u32);
-            let mut below: Vec<u32> = front.iter().map(|&u| place[u as usize]).collect();
-            below.sort_unstable();
             for i in below {
                 rows[i as usize].push((j as u32, row.len() as u32));
                 row.push(i);
@@ -166,14 +160,9 @@ impl Pattern {
         &self.row_blocks[self.row_start[i]..self.row_start[i + 1]]
     }
 
-    /// The place for blocks of fixed nodes.
-    pub fn bin(&self) -> Slot {
-        Slot::new(self.blocks(), false)
-    }
-
     /// Where the block of nodes `a` (rows) and `b` (columns) is stored: the bin if a node is fixed or the two are not coupled.
     pub fn slot(&self, a: usize, b: usize) -> Slot {
-        let bin = self.bin();
+        let bin = Slot::new(self.blocks(), false);
         let (Some(i), Some(j)) = (self.unknown(a), self.unknown(b)) else { return bin };
         let (low, high) = (i.min(j), i.max(j));
         let column = self.column(low);
@@ -181,5 +170,11 @@ impl Pattern {
             Ok(p) => Slot::new(column.start + p, i < j),
             Err(_) => bin,
         }
+    }
+
+    /// The slots of all pairs of nodes in this order: those of the first node with itself and the others, of the second with itself and
+    /// later ones, and so on.
+    pub fn pair_slots<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = Slot> + 'a {
+        nodes.iter().enumerate().flat_map(move |(i, &a)| nodes[i..].iter().map(move |&b| self.slot(a, b)))
     }
 }

@@ -96,16 +96,15 @@ impl<const D: usize> SolveState<'_, D> {
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
-        let exact = self.try_factor();
-        self.w.factor_is_exact = exact.is_ok();
-        let Err(failure) = exact else {
+        self.w.factor_is_exact = self.try_factor();
+        if self.w.factor_is_exact {
             self.safeguarded_in_a_row = 0;
             return true;
-        };
+        }
         self.done.safeguarded += 1;
         self.safeguarded_in_a_row += 1;
         if self.safeguarded_in_a_row > MOST_INDEFINITE {
-            self.find_curvature(&failure);
+            self.find_curvature();
         }
         self.assemble(Tangent::Convex);
         let pattern = self.system.pattern();
@@ -117,7 +116,7 @@ impl<const D: usize> SolveState<'_, D> {
         }
         self.w.stiffness.shift(pattern, shift);
         for _ in 0..8 {
-            if self.try_factor().is_ok() {
+            if self.try_factor() {
                 return true;
             }
             self.w.stiffness.shift(pattern, 9.0 * shift);

@@ -86,11 +86,13 @@ pub(super) fn escape_unstable<const D: usize>(
     for escapes in 0..=MOST_ESCAPES {
         let mut state = SolveState::new(system, workspace);
         state.done = all;
-        let (stability, failure) = state.classify();
+        let stability = state.classify();
         all = state.done;
         all.stability = stability;
-        let Some(failure) = failure.filter(|_| stability == Stability::Unstable) else { break };
-        if escapes == MOST_ESCAPES || !state.escape(&failure) {
+        if stability != Stability::Unstable {
+            break;
+        }
+        if escapes == MOST_ESCAPES || !state.escape() {
             all.status = SolveStatus::Unstable;
             break;
         }

@@ -11,7 +11,6 @@ use super::safeguards::{escape_unstable, step_load};
 use super::solution::{BONE_STEP_TOLERANCE, MOST_BONE_STEPS, SHORTEST_BONE_STEP};
 use super::state::SolveState;
 use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
-use crate::effect::Configuration;
 use crate::system::System;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles that cannot contract have no
@@ -118,8 +117,7 @@ pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D
     for &(node, to) in &w.displaced {
         w.step[node] = to - w.positions[node];
     }
-    let at = Configuration { positions: &w.positions, tensions: &w.tensions };
-    let limit = system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min);
+    let limit = system.step_limit(w.configuration(), &w.step);
     if limit < SHORTEST_BONE_STEP {
         w.step.fill(SVector::zeros());
         return BoneProgress::Blocked;
@@ -147,8 +145,8 @@ fn solve_single<const D: usize>(
 ) -> Result<Solution, Solution> {
     let Some(single) = &mut w.single else { return Err(Solution::NONE) };
     let (elements, work) = (&*single.elements, &mut single.work);
-    if single.system != Some(system.number()) {
-        single.system = work.set_body(elements, 0, system).then(|| system.number());
+    if single.system != Some(system.number) {
+        single.system = work.set_body(elements, 0, system).then_some(system.number);
     }
     let is_sound = tensions.len() == w.tensions.len() && tensions.iter().all(|t| t.is_finite());
     if !is_sound || single.system.is_none() {

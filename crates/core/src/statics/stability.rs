@@ -6,7 +6,6 @@ use super::state::SolveState;
 use super::{Stability, Workspace};
 use crate::effect::Tangent;
 use crate::geometry;
-use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
 /// Eigenvalues whose magnitude is below this part of the largest diagonal entry count as zero, since rounding changes those of a slack
@@ -24,7 +23,7 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
     let largest = state.w.stiffness.largest_diagonal(pattern);
     let mut shift = 0.0;
     let mut next = 1e-12 * largest;
-    while state.try_factor().is_err() {
+    while !state.try_factor() {
         if !(next.is_finite() && next < 1e6 * largest) {
             return None;
         }
@@ -58,19 +57,18 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
 }
 
 impl<const D: usize> SolveState<'_, D> {
-    /// Stability by the exact stiffness at the present positions, with the failed pivot if it is unstable.
-    pub(super) fn classify(&mut self) -> (Stability, Option<NotPositiveDefinite>) {
+    /// Stability by the exact stiffness at the present positions. If it is unstable, the last factorisation is the one that failed.
+    pub(super) fn classify(&mut self) -> Stability {
         self.assemble(Tangent::Exact);
-        let Err(_) = self.try_factor() else { return (Stability::Stable, None) };
+        if self.try_factor() {
+            return Stability::Stable;
+        }
         let pattern = self.system.pattern();
         let shift = ZERO_EIGENVALUE * self.w.stiffness.largest_diagonal(pattern);
         self.w.stiffness.shift(pattern, shift);
-        let shifted = self.try_factor();
+        let is_neutral = self.try_factor();
         self.w.factor_ready = false;
-        match shifted {
-            Ok(()) => (Stability::Neutral, None),
-            Err(failure) => (Stability::Unstable, Some(failure)),
-        }
+        if is_neutral { Stability::Neutral } else { Stability::Unstable }
     }
 }
 
@@ -79,17 +77,15 @@ const FIRST_CURVATURE_STEP: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
 impl<const D: usize> SolveState<'_, D> {
-    /// Stores the direction of negative curvature that a failed factorisation gives.
-    pub(super) fn find_curvature(&mut self, failure: &NotPositiveDefinite) {
+    /// Stores the direction of negative curvature of the stiffness whose factorisation failed.
+    pub(super) fn find_curvature(&mut self) {
         let w = &mut *self.w;
-        let pattern = self.system.pattern();
-        let failure = w.factor.find_failure(pattern, &w.stiffness, *failure);
-        w.factor.negative_curvature(pattern, &failure, &mut w.curvature);
+        w.factor.negative_curvature(self.system.pattern(), &w.stiffness, &mut w.curvature);
     }
 
-    /// Descends along the direction of negative curvature that `failure` gives. Returns false if the energy does not fall.
-    pub(super) fn escape(&mut self, failure: &NotPositiveDefinite) -> bool {
-        self.find_curvature(failure);
+    /// Descends along the negative curvature of the stiffness whose factorisation failed. Returns false if the energy does not fall.
+    pub(super) fn escape(&mut self) -> bool {
+        self.find_curvature();
         self.done.energy = self.energy();
         self.follow_curvature()
     }

@@ -2,7 +2,6 @@
 
 use crate::effect::{Configuration, Tangent};
 use crate::geometry;
-use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
 use super::{Solution, Workspace};
@@ -59,17 +58,16 @@ impl<'a, const D: usize> SolveState<'a, D> {
         self.system.effects().iter().for_each(|e| e.add_stiffness(at, tangent, &mut w.stiffness));
     }
 
-    pub(super) fn try_factor(&mut self) -> Result<(), NotPositiveDefinite> {
+    /// Factorises the stiffness. Returns whether it is positive definite.
+    pub(super) fn try_factor(&mut self) -> bool {
         self.done.factorisations += 1;
-        let result = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness);
-        self.w.factor_ready = result.is_ok();
-        result
+        self.w.factor_ready = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness).is_ok();
+        self.w.factor_ready
     }
 
     /// Largest part of the step that all effects allow.
     pub(super) fn step_limit(&self) -> f64 {
-        let at = self.w.configuration();
-        self.system.effects().iter().map(|e| e.step_limit(at, &self.w.step)).fold(1.0, f64::min)
+        self.system.step_limit(self.w.configuration(), &self.w.step)
     }
 
     /// Smallest residual force that double precision allows at these positions, N: the rounding error of the largest force, and that of

@@ -62,8 +62,9 @@ pub struct Trace {
     /// Number of factorisations of a stiffness, in [`super::solve_and_trace`] with those of the direct solve.
     #[serde(skip)]
     pub factorisations: usize,
-    /// Part of the tensions up to which the branch was followed before [`SolveSettings::most_solves`] were used up, so that the solution
-    /// may lie on another branch; `None` if the branch was followed to its end or to the whole load.
+    /// Part of the tensions up to which the branch was followed before [`SolveSettings::most_solves`] were used up, or 0 if no equilibrium
+    /// without tensions was found, so that the solution may lie on another branch; `None` if the branch was followed to its end or to the
+    /// whole load.
     pub stopped: Option<f64>,
 }
 
@@ -158,7 +159,7 @@ pub(super) enum PathEnd {
     Whole,
     /// The branch cannot be continued from the part `reached` of the load to the part `load`.
     Critical { reached: f64, load: f64 },
-    /// The solves were used up at this part of the load.
+    /// The solves were used up at this part of the load, or there is no equilibrium at which the branch begins.
     Stopped { reached: f64 },
 }
 
@@ -172,23 +173,20 @@ impl<'a, const D: usize> Path<'a, D> {
         Self { system, w, tensions, settings, solves: 0, cost: Solution::NONE }
     }
 
-    /// The shape at which the branch begins: rest, or with displaced bones, or under a load such as weight, the equilibrium without
-    /// tensions.
-    fn initial_shape(&mut self) -> Vec<SVector<f64, D>> {
-        let rest = self.system.rest().to_vec();
-        if self.w.displaced.is_empty() && !is_loaded(self.system, self.settings.tolerance) {
-            return rest;
-        }
-        self.solve_at(&rest, 0.0);
-        self.w.positions.clone()
-    }
-
-    /// Follows the branch from rest. Returns its last shape, its end, and the result of [`Path::follow_and_return`].
+    /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
+    /// tensions. Returns its last shape, its end, and the result of [`Path::follow_and_return`].
     pub fn follow_from_rest(
         &mut self,
         shortest: f64,
     ) -> (Vec<SVector<f64, D>>, PathEnd, Option<(Solution, bool)>) {
-        let mut shape = self.initial_shape();
+        let mut shape = self.system.rest().to_vec();
+        if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
+            let beginning = self.solve_at(&shape, 0.0);
+            shape.clone_from(&self.w.positions);
+            if beginning.status != SolveStatus::Converged {
+                return (shape, PathEnd::Stopped { reached: 0.0 }, None);
+            }
+        }
         let found = self.follow_and_return(&shape);
         if found.is_some() {
             return (self.w.positions.clone(), PathEnd::Whole, found);
@@ -226,18 +224,14 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Solves at a part of the load from these positions, m.
     pub fn solve_at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
-        self.solve(from, load, self.settings)
-    }
-
-    /// [`Path::solve_at`] with few iterations and no load steps, because shorter steps along the branch are cheaper.
-    fn attempt(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
-        let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
-        self.solve(from, load, &SolveSettings { max_iterations, load_steps: 0, ..*self.settings })
-    }
-
-    fn solve(&mut self, from: &[SVector<f64, D>], load: f64, settings: &SolveSettings) -> Solution {
         self.w.discard_factor();
-        self.solve_with_factor(from, load, settings)
+        self.solve_with_factor(from, load, self.settings)
+    }
+
+    /// Settings with few iterations and no load steps, because shorter steps along the branch are cheaper.
+    fn step_settings(&self) -> SolveSettings {
+        let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
+        SolveSettings { max_iterations, load_steps: 0, ..*self.settings }
     }
 
     /// Solves with the factor in the workspace, which must be one of the stiffness at `from`: the first step is then the linear response
@@ -267,8 +261,7 @@ impl<'a, const D: usize> Path<'a, D> {
             return None;
         }
         let steps = self.steps();
-        let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
-        let up = SolveSettings { max_iterations, load_steps: 0, ..*self.settings };
+        let up = self.step_settings();
         // Shapes can be compared before their last digits are known.
         let back = SolveSettings { certify: false, tolerance: up.tolerance.max(RETURN_TOLERANCE), ..up };
         let load = |step: usize| step as f64 / steps as f64;
@@ -308,7 +301,9 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// The shape at `load` if it continues the branch on which `from` lies at `start`.
     fn continued(&mut self, from: &[SVector<f64, D>], start: f64, load: f64) -> Option<Vec<SVector<f64, D>>> {
-        let up = self.attempt(from, load);
+        let settings = self.step_settings();
+        self.w.discard_factor();
+        let up = self.solve_with_factor(from, load, &settings);
         if up.status != SolveStatus::Converged
             || up.escapes + up.ridges > 0
             || up.stability == Stability::Unstable
@@ -316,7 +311,8 @@ impl<'a, const D: usize> Path<'a, D> {
             return None;
         }
         let there = self.w.positions.clone();
-        let back = self.attempt(&there, start);
+        self.w.discard_factor();
+        let back = self.solve_with_factor(&there, start, &settings);
         (back.status == SolveStatus::Converged && self.is_same(from)).then_some(there)
     }
 

@@ -64,14 +64,10 @@ impl<const D: usize> Workspace<D> {
     /// Places bone nodes in the next solve at their positions in the system plus `shift`, m.
     pub fn displace_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
         for &node in nodes {
-            let held = system
-                .displaced()
-                .iter()
-                .find(|(n, _)| *n == node)
-                .map_or(system.rest()[node], |(_, at)| *at);
+            let place = system.bone_position(node) + shift;
             match self.displaced.iter_mut().find(|(n, _)| *n == node) {
-                Some((_, to)) => *to = held + shift,
-                None => self.displaced.push((node, held + shift)),
+                Some((_, to)) => *to = place,
+                None => self.displaced.push((node, place)),
             }
         }
     }

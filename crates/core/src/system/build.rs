@@ -42,7 +42,9 @@ impl<const D: usize> System<D> {
     ) -> Result<Self, SystemError> {
         mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
-            return Err(SystemError::NoSuchMuscle { muscle, count: mesh.muscles.len() });
+            let count = mesh.muscles.len();
+            let message = format!("muscle number {muscle} does not exist; the mesh has {count} muscles");
+            return Err(SystemError::Invalid(message));
         }
         mesh.check_size()?;
         let coefficients = coefficients(mesh, model)?;
@@ -52,12 +54,14 @@ impl<const D: usize> System<D> {
             let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
                 .chain(std::mem::take(&mut additions.effects))
                 .collect();
-            let tissue = TissueModel::Continuum;
-            return Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), contracting);
+            return Self::assemble(mesh, coefficients, effects, additions, Vec::new(), contracting);
         }
         if additions.incompressible && coefficients.kappa < -rounding {
-            let poisson_ratio = model.constants.poisson_ratio;
-            return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
+            return Err(SystemError::Invalid(format!(
+                "Poisson's ratio {} needs a negative coefficient of incompressibility ({:e} J), with which the energy has no minimum; \
+                 springs alone already have 0.25, so give at least that, or take a continuum",
+                model.constants.poisson_ratio, coefficients.kappa
+            )));
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
         let paths = path::find(mesh, &stiffness);
@@ -67,7 +71,7 @@ impl<const D: usize> System<D> {
             effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
         }
         effects.append(&mut additions.effects);
-        Self::assemble(mesh, TissueModel::MassSpring, coefficients, effects, additions, paths, contracting)
+        Self::assemble(mesh, coefficients, effects, additions, paths, contracting)
     }
 
     /// A system of any effects on the nodes of `mesh`, without straight paths, for bodies that [`System::new`] cannot describe: uneven
@@ -79,13 +83,11 @@ impl<const D: usize> System<D> {
         effects: Vec<Box<dyn Effect<D>>>,
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
-        let tissue = TissueModel::MassSpring;
-        Self::assemble(mesh, tissue, coefficients, effects, Additions::default(), Vec::new(), contracting)
+        Self::assemble(mesh, coefficients, effects, Additions::default(), Vec::new(), contracting)
     }
 
     pub(super) fn assemble(
         mesh: &Mesh<D>,
-        tissue: TissueModel,
         coefficients: Coefficients,
         mut effects: Vec<Box<dyn Effect<D>>>,
         additions: Additions<D>,
@@ -131,7 +133,7 @@ impl<const D: usize> System<D> {
         FACTOR_ENTRIES.check(layout.pattern.factor_entries::<D>() as f64)?;
         effects.iter_mut().for_each(|e| e.bind(&layout.pattern));
         Ok(Self {
-            tissue,
+            tissue: TissueModel::of(mesh),
             coefficients,
             rest,
             displaced,

@@ -10,7 +10,7 @@ mod space;
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::body::{BodyError, Continuum, MeshFault};
 use crate::effect::{Configuration, Effect};
@@ -30,34 +30,19 @@ use elements::{AtRest, Elements};
 pub enum SystemError {
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
-    /// A cell whose coefficients are to be matched has no area (m²) or volume (m³).
-    #[error("the cell to match has measure {0}; it must be positive")]
-    Degenerate(f64),
-    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
-    NoSuchMuscle { muscle: usize, count: usize },
     #[error(
         "node {node} (and all that is joined to it) is joined to no bone, so it could move freely: fix at least one of its nodes"
     )]
     Loose { node: usize },
     #[error("node {node} is to be displaced with a bone, but no bone holds it; fix it in the mesh")]
     NotOnBone { node: usize },
-    /// A negative coefficient of incompressibility, with which the energy has no minimum.
-    #[error(
-        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
-         energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
-    )]
-    NegativeKappa { kappa: f64, poisson_ratio: f64 },
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     #[error("the body is faulty: {0}")]
     Space(#[from] BodyError),
-    #[error(
-        "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa do not define a solid: C10 and K must be positive, C20 not negative"
-    )]
-    Law { c10: f64, c20: f64, bulk: f64 },
-    /// A motion that is impossible, with what to do.
+    /// A model or a motion that is impossible, with what to do.
     #[error("{0}")]
-    Motion(String),
+    Invalid(String),
 }
 
 /// The unknowns, the sets of nodes that are coupled, and the pattern that follows from both.
@@ -86,9 +71,10 @@ pub struct System<const D: usize> {
     /// Cells with their measure at rest, m² or m³.
     cells: Vec<(Vec<usize>, f64)>,
     /// A number that no other system of the program has.
-    number: u64,
+    pub(crate) number: u64,
     elements: OnceLock<Option<Arc<Elements>>>,
-    at_rest: OnceLock<Option<AtRest>>,
+    /// The linear response of the body at rest to its muscles, made when it is first needed.
+    pub(crate) at_rest: OnceLock<Option<AtRest>>,
 }
 
 impl<const D: usize> System<D> {
@@ -110,6 +96,11 @@ impl<const D: usize> System<D> {
         &self.displaced
     }
 
+    /// The position of a node of a bone, m, which may be displaced.
+    pub(crate) fn bone_position(&self, node: usize) -> SVector<f64, D> {
+        self.displaced.iter().find(|(n, _)| *n == node).map_or(self.rest[node], |(_, at)| *at)
+    }
+
     pub fn held(&self) -> Vec<usize> {
         let inner = self.paths.iter().flat_map(StraightPath::inner_nodes);
         let followers = self.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
@@ -128,11 +119,6 @@ impl<const D: usize> System<D> {
         &self.effects
     }
 
-    /// A number that no other system of the program has.
-    pub(crate) fn number(&self) -> u64 {
-        self.number
-    }
-
     /// The effects as flat lists, if this is a mass-spring body in the plane; made at the first call.
     pub(crate) fn elements(&self) -> Option<&Arc<Elements>> {
         let make = || {
@@ -140,11 +126,6 @@ impl<const D: usize> System<D> {
             is_small.then(|| Elements::new(self)).flatten().map(Arc::new)
         };
         self.elements.get_or_init(make).as_ref()
-    }
-
-    /// The linear response of the body at rest to its muscles, which `make` computes at the first call.
-    pub(crate) fn at_rest(&self, make: impl FnOnce() -> Option<AtRest>) -> Option<&AtRest> {
-        self.at_rest.get_or_init(make).as_ref()
     }
 
     pub fn pattern(&self) -> &Pattern {
@@ -178,6 +159,11 @@ impl<const D: usize> System<D> {
         self.effects.iter().for_each(|e| e.add_force(at, force));
     }
 
+    /// Largest part (0 to 1) of `step` that all effects allow.
+    pub(crate) fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
+        self.effects.iter().map(|e| e.step_limit(at, step)).fold(1.0, f64::min)
+    }
+
     /// The straight distance between the ends of muscle `muscle`, m.
     pub fn length(&self, positions: &[SVector<f64, D>], muscle: usize) -> f64 {
         let [a, b] = self.muscle_ends[muscle];
@@ -200,15 +186,10 @@ impl<const D: usize> System<D> {
         if self.tissue() != TissueModel::Continuum {
             return self.cell_ratios(positions);
         }
-        // The ratio is the root of the determinant of FᵀF = I + 2E, which is the measure of the simplex of its columns times `unit`.
-        let unit = if D == 2 { 2.0 } else { 6.0 };
+        // The ratio is the root of the determinant of FᵀF = I + 2E.
         extremes(self.stresses(positions).into_iter().map(|s| {
-            let mut corners = [SVector::zeros(); simplex::MAX_CORNERS];
-            for axis in 0..D {
-                corners[axis + 1] = s.strain.column(axis) * 2.0;
-                corners[axis + 1][axis] += 1.0;
-            }
-            (unit * simplex::measure(&corners)).max(0.0).sqrt()
+            let corners = simplex::of_columns(&(s.strain * 2.0 + SMatrix::identity()));
+            (simplex::factorial::<D>() * simplex::measure(&corners)).max(0.0).sqrt()
         }))
     }
 

@@ -9,7 +9,7 @@ use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
 use crate::material::{Coefficients, Constants, MooneyRivlin};
 
-use super::{Additions, Model, System, SystemError, TissueModel, coefficients};
+use super::{Additions, Model, System, SystemError, coefficients};
 
 /// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -75,8 +75,12 @@ impl System<3> {
         let (law, mesh) = (model.law, &body.mesh);
         // Elements of a checked body are not inverted.
         let tissue = law.is_sound().then(|| Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes)).flatten();
-        let MooneyRivlin { c10, c20, bulk } = law;
-        let mut tissue = tissue.ok_or(SystemError::Law { c10, c20, bulk })?;
+        let mut tissue = tissue.ok_or_else(|| {
+            let MooneyRivlin { c10, c20, bulk } = law;
+            SystemError::Invalid(format!(
+                "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa do not define a solid: C10 and K must be positive, C20 not negative"
+            ))
+        })?;
         tissue.scale(&body.factors);
         if model.stiffening > 0.0 {
             let mut muscles = vec![Vec::new(); mesh.hexahedra.len()];
@@ -102,8 +106,7 @@ impl System<3> {
         effects.append(&mut additions.effects);
         let contracting: Vec<usize> = (0..body.muscles.len()).collect();
         let coefficients = spring_coefficients(body, law)?;
-        let tissue = TissueModel::Hexahedra;
-        Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), &contracting)
+        Self::assemble(mesh, coefficients, effects, additions, Vec::new(), &contracting)
     }
 }
 

@@ -139,7 +139,7 @@ fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
     let duration = scene.trajectory.as_ref().map_or(0.0, |t| t.ramp_s);
-    Tensions::Ramp { to: prepared.tensions.clone(), duration }
+    Tensions::ramp(prepared.tensions.clone(), duration)
 }
 
 /// Follows the motion from rest. Displaced bones are moved before it begins, and the body follows them to an equilibrium without weight.

@@ -143,7 +143,7 @@ impl<const D: usize> Assembly<D> {
         check_number("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         check_number("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         check_number("the time of the ramp", ramp_s, ramp_s <= t_end_s, "at most the time to the end")?;
-        let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
+        let tensions = Tensions::ramp(self.tensions(tensions)?, ramp_s);
         let motion = Motion::new(self.system(), tensions)?;
         let mut integrator =
             IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;

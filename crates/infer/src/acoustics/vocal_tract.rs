@@ -136,7 +136,7 @@ impl VocalTract {
         let rates = sound.formants.iter().map(|formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
             let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
-            sound.profile.frequency_rates_by_tongue(&by_section, |point, rate| {
+            sound.profile.rates_by_tongue(&by_section, |point, rate| {
                 for &(node, weight) in self.wall.get(point).into_iter().flatten() {
                     *by_node.entry(node).or_default() += SVector::from(rate) * weight;
                 }

@@ -93,7 +93,7 @@ impl Curves {
             Err(cells.end().error("no row below the header", "give at least one time"))
         } else {
             let muscles = columns.into_iter().flatten().collect();
-            Ok(Self { muscles, tensions: Tensions::Table { times, values } })
+            Ok(Self { muscles, tensions: Tensions { times, values } })
         }
     }
 }

@@ -264,12 +264,8 @@ impl Tract {
         self
     }
 
-    /// Checks that the lips are open in a posture.
-    pub fn check_lips(&self, posture: &Articulation) -> Result<(), TractError> {
-        self.lip_sections(posture).map(|_| ())
-    }
-
-    pub(super) fn lip_sections(&self, posture: &Articulation) -> Result<[Section; 2], TractError> {
+    /// The sections of the lips in a posture, if they are open.
+    pub fn lip_sections(&self, posture: &Articulation) -> Result<[Section; 2], TractError> {
         let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
         let length = self.lips.length_mm + protrusion;

@@ -46,8 +46,9 @@ pub(super) fn are_apart(first: &Across, second: &Across) -> bool {
 }
 
 /// The place of the outer wall at which a line begins.
-struct WallStart {
-    wall: usize,
+struct WallStart<'a> {
+    /// Name of the wall.
+    wall: &'a str,
     at: ProfilePoint,
     toward: ProfilePoint,
     /// alpha, beta, half width, m, and arch, m; the last two are NaN where the tract does not give them.
@@ -56,8 +57,8 @@ struct WallStart {
 
 /// Both walls in a posture.
 pub(super) struct Walls<'a> {
-    tract: &'a Tract,
-    starts: Vec<WallStart>,
+    pub(super) tract: &'a Tract,
+    starts: Vec<WallStart<'a>>,
     /// Points of the inner wall in order, m, each with its number among the points of the tongue, if it is one of them.
     inner: Vec<(ProfilePoint, Option<usize>)>,
 }
@@ -119,7 +120,7 @@ impl<'a> Walls<'a> {
 
     /// The name of the wall at which line number `i` begins.
     pub(super) fn name(&self, i: usize) -> &str {
-        self.tract.wall.get(self.starts[i].wall).map_or("wall", |w| &w.name)
+        self.starts[i].wall
     }
 
     /// Mean of alpha and of beta between the lines `i` and `i + 1`.
@@ -150,13 +151,12 @@ impl<'a> Walls<'a> {
     }
 
     /// The line from a place to its first crossing with the inner wall.
-    fn line(&self, start: &WallStart, way: ProfilePoint) -> Result<Across, TractError> {
-        let name = self.tract.wall.get(start.wall).map_or("wall", |w| &w.name);
+    fn line(&self, start: &WallStart<'_>, way: ProfilePoint) -> Result<Across, TractError> {
+        let name = start.wall;
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
             return Err(TractError::Bad(format!(
-                "a point of wall `{}` has no direction: the point towards which its line runs is the same",
-                name
+                "a point of wall `{name}` has no direction: the point towards which its line runs is the same"
             )));
         }
         let u = [way[0] / norm, way[1] / norm];
@@ -200,14 +200,14 @@ impl<'a> Walls<'a> {
     }
 }
 
-/// A row of a wall at rest, its shift, the number of its wall, and its coefficients.
-type WallRow = ([f64; 4], ProfilePoint, usize, [f64; 4]);
+/// A row of a wall at rest, its shift, the name of its wall, and its coefficients.
+type WallRow<'a> = ([f64; 4], ProfilePoint, &'a str, [f64; 4]);
 
 /// Places along the outer wall, at distances of at most the grid's step. Their number does not depend on the posture, so that areas are
 /// continuous in the displacement of the larynx.
-fn starts(tract: &Tract, larynx: ProfilePoint) -> Vec<WallStart> {
-    let mut rows: Vec<WallRow> = Vec::new();
-    for (number, wall) in tract.wall.iter().enumerate() {
+fn starts<'a>(tract: &'a Tract, larynx: ProfilePoint) -> Vec<WallStart<'a>> {
+    let mut rows: Vec<WallRow<'a>> = Vec::new();
+    for wall in &tract.wall {
         let shift = if wall.moves_with == Some(Carrier::Larynx) { larynx } else { [0.0; 2] };
         let last = (wall.points_mm.len() - 1).max(1) as f64;
         for (i, row) in wall.points_mm.iter().enumerate() {
@@ -215,11 +215,11 @@ fn starts(tract: &Tract, larynx: ProfilePoint) -> Vec<WallStart> {
             let section = [wall.half_width_mm, wall.arch_mm]
                 .map(|given| given.map_or(f64::NAN, |pair| 1e-3 * mix(pair)));
             let coefficients = [mix(wall.alpha), mix(wall.beta), section[0], section[1]];
-            rows.push((row.map(|x| x * 1e-3), shift, number, coefficients));
+            rows.push((row.map(|x| x * 1e-3), shift, &wall.name, coefficients));
         }
     }
-    let mut out: Vec<WallStart> = Vec::new();
-    let mut place = |a: &WallRow, b: &WallRow, part: f64| {
+    let mut out: Vec<WallStart<'a>> = Vec::new();
+    let mut place = |a: &WallRow<'a>, b: &WallRow<'a>, part: f64| {
         // `mix` returns `x` unchanged at `part` 0, because NaN in `y`, the next wall's coefficient, would make the sum NaN.
         let mix = |x: f64, y: f64| if part == 0.0 { x } else { x + (y - x) * part };
         let at = |i: usize| mix(a.0[i] + a.1[i % 2], b.0[i] + b.1[i % 2]);

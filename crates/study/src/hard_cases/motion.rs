@@ -38,7 +38,7 @@ pub(super) fn printed_table() -> Result<Vec<HardCase>, Error> {
     ];
     for (kappa, body) in bodies {
         for (mass_name, mass) in MASSES {
-            let motion = Motion::with_mass(&body.system, Tensions::Constant(body.tensions.clone()), mass)?;
+            let motion = Motion::with_mass(&body.system, Tensions::constant(body.tensions.clone()), mass)?;
             rows.push(explicit(&format!("{mass_name}, {kappa}, dt 5e-6 s"), &motion)?);
             let adaptive = format!("{mass_name}, {kappa}, adaptive to {PRINTED_END} s");
             let (method, control) = (IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE));

@@ -7,8 +7,9 @@ use nalgebra::SVector;
 use super::{ContinuumSettings, Tie};
 use crate::body::Mesh;
 use crate::geometry::quadratic::{self, gauss_legendre};
-use crate::geometry::simplex;
-use crate::geometry::simplex::MAX_CORNERS;
+use crate::geometry::simplex::{self, MAX_CORNERS};
+use crate::geometry::topology;
+use crate::statistics::least_by;
 
 /// Number of pieces of a surface edge, and of Gauss points on each piece. Pieces are needed because a patch may end within a surface edge.
 const PIECES: usize = 8;
@@ -21,13 +22,6 @@ pub(super) struct Attachments {
     pub ties: Vec<Tie>,
 }
 
-/// A face on the surface: its element and the element's corner that is not on it.
-struct Face {
-    element: usize,
-    opposite: usize,
-    corners: Vec<usize>,
-}
-
 /// Adds the bones of `base` to the nodes of `mesh`, which has these elements; `number` has the new numbers of the nodes of `base`.
 pub(super) fn bones<const D: usize>(
     base: &Mesh<D>,
@@ -36,14 +30,16 @@ pub(super) fn bones<const D: usize>(
     number: &[Option<usize>],
     settings: &ContinuumSettings,
 ) -> Attachments {
-    let faces = surface::<D>(elements);
+    let faces = topology::surface(elements.iter().map(|element| &element[..=D]));
     let fixed: BTreeSet<usize> = base.fixed.iter().filter_map(|&n| number[n]).collect();
     let mut held: BTreeSet<usize> = BTreeSet::new();
-    for face in faces.iter().filter(|face| face.corners.iter().all(|n| fixed.contains(n))) {
-        held.extend(on_face::<D>(face.opposite).map(|i| elements[face.element][i]));
+    for (_, &[element, opposite]) in
+        faces.iter().filter(|(corners, _)| corners.iter().all(|n| fixed.contains(n)))
+    {
+        held.extend(on_face::<D>(opposite).map(|i| elements[element][i]));
     }
     // Bones within the tissue, and all bones if patches have no extent, hold their node.
-    let surface_nodes: BTreeSet<usize> = faces.iter().flat_map(|f| f.corners.iter().copied()).collect();
+    let surface_nodes: BTreeSet<usize> = faces.keys().flatten().copied().collect();
     let is_centre =
         |n: &usize| !held.contains(n) && surface_nodes.contains(n) && settings.patch_radius_m > 0.0;
     let centres: Vec<usize> = fixed.iter().copied().filter(is_centre).collect();
@@ -53,8 +49,8 @@ pub(super) fn bones<const D: usize>(
     for &centre in &centres {
         patches.copy(centre, centre);
     }
-    for face in &faces {
-        patches.tie(face, &elements[face.element], &centres, settings.patch_radius_m);
+    for &[element, opposite] in faces.values() {
+        patches.tie(&elements[element], opposite, &centres, settings.patch_radius_m);
     }
     let Patches { copies, ties, .. } = patches;
     mesh.fixed = held.iter().copied().chain(copies.values().copied()).collect();
@@ -79,28 +75,12 @@ pub(super) fn bones<const D: usize>(
     Attachments { replacements, ties }
 }
 
-/// The places in an element's list of the nodes on the face opposite to a corner.
+/// The places in an element's list of the nodes on the face opposite to a corner, its `D` corners first.
 fn on_face<const D: usize>(opposite: usize) -> impl Iterator<Item = usize> {
     let corners = (0..=D).filter(move |&i| i != opposite);
     let middles = quadratic::edges::<D>().iter().enumerate();
     let middles = middles.filter(move |(_, edge)| !edge.contains(&opposite)).map(|(n, _)| D + 1 + n);
     corners.chain(middles)
-}
-
-/// The faces that belong to one element only.
-fn surface<const D: usize>(elements: &[Vec<usize>]) -> Vec<Face> {
-    let mut faces: BTreeMap<Vec<usize>, Vec<[usize; 2]>> = BTreeMap::new();
-    for (element, nodes) in elements.iter().enumerate() {
-        for opposite in 0..=D {
-            let mut corners: Vec<usize> = (0..=D).filter(|&i| i != opposite).map(|i| nodes[i]).collect();
-            corners.sort_unstable();
-            faces.entry(corners).or_default().push([element, opposite]);
-        }
-    }
-    Vec::from_iter(faces.into_iter().filter_map(|(corners, at)| match at[..] {
-        [[element, opposite]] => Some(Face { element, opposite, corners }),
-        _ => None,
-    }))
 }
 
 struct Patches<'a, const D: usize> {
@@ -118,24 +98,25 @@ impl<const D: usize> Patches<'_, D> {
         })
     }
 
-    /// Ties a face to the centres within the radius, each place to the nearest centre.
-    fn tie(&mut self, face: &Face, element: &[usize], centres: &[usize], radius: f64) {
+    /// Ties the face of an element that is opposite to one of its corners to the centres within the radius, each place to the nearest
+    /// centre.
+    fn tie(&mut self, element: &[usize], opposite: usize, centres: &[usize], radius: f64) {
         let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
-        let on_face: Vec<usize> = on_face::<D>(face.opposite).collect();
+        let on_face: Vec<usize> = on_face::<D>(opposite).collect();
+        let nodes: Vec<usize> = on_face.iter().map(|&i| element[i]).collect();
         let mut forms: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        let corners_of_face: Vec<_> = (0..=D).filter(|&i| i != face.opposite).map(|i| corners[i]).collect();
-        let measure = size(&corners_of_face);
-        let size = on_face.len() + D;
-        for (at, share) in face_points::<D>(face.opposite) {
+        let measure = face_size(&nodes, &self.mesh.nodes);
+        let size = nodes.len() + D;
+        for (at, share) in face_points::<D>(opposite) {
             let place: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * l).sum();
             let away = |c: &usize| (self.mesh.nodes[*c] - place).norm();
-            let nearest = centres.iter().copied().min_by(|a, b| away(a).total_cmp(&away(b)));
+            let nearest = least_by(centres.iter().copied(), away);
             let Some(centre) = nearest.filter(|c| away(c) < radius) else { continue };
             let profile = (1.0 - (away(&centre) / radius).powi(2)).powi(2);
             // The displacement of the tissue minus that of the bone at the place.
             let shapes = quadratic::values::<D>(&at);
             let tissue = on_face.iter().map(|&i| shapes[i]);
-            let bone = (0..=D).filter(|&i| i != face.opposite).map(|i| -at[i]);
+            let bone = on_face[..D].iter().map(|&i| -at[i]);
             let gap: Vec<f64> = tissue.chain(bone).collect();
             let form = forms.entry(centre).or_insert_with(|| vec![0.0; size * size]);
             for (row, a) in form.chunks_exact_mut(size).zip(&gap) {
@@ -143,10 +124,8 @@ impl<const D: usize> Patches<'_, D> {
             }
         }
         for (centre, form) in forms {
-            let mut nodes: Vec<usize> = on_face.iter().map(|&i| element[i]).collect();
-            for i in (0..=D).filter(|&i| i != face.opposite) {
-                nodes.push(self.copy(centre, element[i]));
-            }
+            let on_bone = nodes[..D].iter().map(|&node| self.copy(centre, node));
+            let nodes = nodes.iter().copied().chain(on_bone).collect();
             self.ties.push(Tie { nodes, form });
         }
     }
@@ -154,16 +133,11 @@ impl<const D: usize> Patches<'_, D> {
 
 /// Length of an edge, m, or area of a triangle, m²: the face of a [`Tie`] with nodes at these positions, m.
 pub(super) fn face_size<const D: usize>(tie: &[usize], positions: &[SVector<f64, D>]) -> f64 {
-    let corners: Vec<SVector<f64, D>> = tie[..D].iter().map(|&n| positions[n]).collect();
-    size(&corners)
-}
-
-fn size<const D: usize>(corners: &[SVector<f64, D>]) -> f64 {
-    let a = corners[1] - corners[0];
+    let a = positions[tie[1]] - positions[tie[0]];
     if D == 2 {
         return a.norm();
     }
-    let b = corners[2] - corners[0];
+    let b = positions[tie[2]] - positions[tie[0]];
     0.5 * (a.norm_squared() * b.norm_squared() - a.dot(&b).powi(2)).max(0.0).sqrt()
 }
 

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Directions, Side};
 use crate::body::Body;
+use crate::statistics::least_by;
 
 /// Nodes are mirror images to this part of the body's size. Meshes that were made by hand are not exactly symmetric (ArtiSynth's to 4 µm,
 /// its styloid processes to 90 µm).
@@ -214,7 +215,7 @@ fn images(nodes: &[Vector3<f64>], near: f64) -> Option<Vec<usize>> {
         let first = by_x.partition_point(|&m| nodes[m].x < wanted.x - near);
         let candidates = by_x[first..].iter().take_while(|&&m| nodes[m].x <= wanted.x + near);
         let away = |m: &usize| (nodes[*m] - wanted).norm();
-        candidates.copied().min_by(|a, b| away(a).total_cmp(&away(b))).filter(|m| away(m) <= near)
+        least_by(candidates.copied(), away).filter(|m| away(m) <= near)
     });
     images.collect()
 }

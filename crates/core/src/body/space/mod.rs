@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, SVector, SymmetricEigen, Vector2, Vector3};
 use super::{Body, BodyError, Bone, MANDIBLE, Mesh};
 use crate::choice;
 use crate::geometry::hexahedron::{self, in_space};
-use crate::statistics::distinct;
+use crate::statistics::{distinct, least_by};
 
 pub use half::Half;
 pub use surgery::{Filling, Operated, Region};
@@ -92,13 +92,9 @@ impl<const D: usize> Body<D> {
 
     /// The node at the tip: [`Body::tip_node`], or else the foremost of the midsagittal plane.
     pub fn tip(&self) -> Option<usize> {
-        self.tip_node.or_else(|| self.foremost())
-    }
-
-    fn foremost(&self) -> Option<usize> {
         let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
         let in_plane = (0..nodes.len()).filter(|&n| nodes[n][1].abs() <= near);
-        in_plane.min_by(|&a, &b| nodes[a][0].total_cmp(&nodes[b][0]))
+        self.tip_node.or_else(|| least_by(in_plane, |&n| nodes[n][0]))
     }
 
     /// The names of the muscles without their sides, each once, in the order of the body.
@@ -118,19 +114,20 @@ impl<const D: usize> Body<D> {
 
     /// The numbers of the muscles with a name, that of one side or of both, without regard to case.
     pub fn both_sides(&self, name: &str) -> Result<Vec<usize>, BodyError> {
-        let with = |is: &dyn Fn(&Muscle) -> bool| -> Vec<usize> {
-            self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
+        let numbered = |is_named: fn(&Muscle, &str) -> bool| -> Vec<usize> {
+            (0..self.muscles.len()).filter(|&m| is_named(&self.muscles[m], name)).collect()
         };
-        let mut found = with(&|m| m.name.eq_ignore_ascii_case(name));
-        if found.is_empty() {
-            found = with(&|m| m.group.eq_ignore_ascii_case(name));
+        let one_side = numbered(|m, name| m.name.eq_ignore_ascii_case(name));
+        if !one_side.is_empty() {
+            return Ok(one_side);
         }
-        if found.is_empty() {
-            let known = self.groups();
-            let hint = choice::hint(name, known.iter().map(String::as_str));
-            return Err(BodyError(format!("there is no muscle \"{name}\" in this body; {hint}")));
+        let both_sides = numbered(|m, name| m.group.eq_ignore_ascii_case(name));
+        if !both_sides.is_empty() {
+            return Ok(both_sides);
         }
-        Ok(found)
+        let known = self.groups();
+        let hint = choice::hint(name, known.iter().map(String::as_str));
+        Err(BodyError(format!("there is no muscle \"{name}\" in this body; {hint}")))
     }
 
     /// Activations of all muscles from those given by name; all others are 0.

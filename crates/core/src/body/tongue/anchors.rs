@@ -2,6 +2,7 @@
 
 use super::anatomy::{Anatomy, MuscleLine, ON_OUTLINE_M, SAME_POINT_M};
 use crate::geometry::plane::{self, Point};
+use crate::statistics::least_by;
 
 /// Crossings that are nearer than this to another anchor of either line become that anchor, in mesh spacings.
 const MERGE_DISTANCE: f64 = 0.4;
@@ -10,6 +11,7 @@ const MERGE_DISTANCE: f64 = 0.4;
 const LEAST_DISTANCE: f64 = 0.5;
 
 /// Points that must be nodes.
+#[derive(Default)]
 pub(crate) struct Anchors {
     /// Positions, m.
     pub points: Vec<Point>,
@@ -24,12 +26,7 @@ impl Anchors {
     /// The anchors for a mesh spacing `h`, m.
     pub fn find(anatomy: &Anatomy, h: f64) -> Self {
         let lines = anatomy.muscles();
-        let mut anchors = Self {
-            points: Vec::new(),
-            on_outline: Vec::new(),
-            stations: Vec::with_capacity(lines.len()),
-            fixed: Vec::new(),
-        };
+        let mut anchors = Self::default();
         for line in lines {
             let ends = line.ends.map(|end| anchors.at(end, SAME_POINT_M));
             anchors.stations.push(ends.to_vec());
@@ -60,10 +57,12 @@ impl Anchors {
     /// The anchor within `reach` of `point`, m; a new one if there is none.
     fn at(&mut self, point: Point, reach: f64) -> usize {
         let near = self.points.iter().position(|p| (p - point).norm() < reach);
-        near.unwrap_or_else(|| {
-            self.points.push(point);
-            self.points.len() - 1
-        })
+        near.unwrap_or_else(|| self.add(point))
+    }
+
+    fn add(&mut self, point: Point) -> usize {
+        self.points.push(point);
+        self.points.len() - 1
     }
 
     fn put_on_outline(&mut self, anatomy: &Anatomy, anchor: usize) {
@@ -76,20 +75,14 @@ impl Anchors {
     /// Adds the anchor at which a muscle from outside enters the tissue: one on the outline if it is near.
     fn enter(&mut self, anatomy: &Anatomy, line: &MuscleLine, muscle: usize, h: f64) {
         let Some(outside) = line.outside else { return };
-        let away = |(_, anchor): &(f64, usize)| (self.points[*anchor] - outside.entry).norm();
-        let nearest = self.on_outline.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-        match nearest {
-            Some(found) if away(found) < LEAST_DISTANCE * h => {
-                let anchor = found.1;
-                self.station(line, muscle, anchor);
-            }
-            _ => {
-                self.points.push(outside.entry);
-                let anchor = self.points.len() - 1;
-                self.put_on_outline(anatomy, anchor);
-                self.station(line, muscle, anchor);
-            }
-        }
+        let away = |anchor: &usize| (self.points[*anchor] - outside.entry).norm();
+        let nearest = least_by(self.on_outline.iter().map(|(_, anchor)| *anchor), away);
+        let anchor = nearest.filter(|near| away(near) < LEAST_DISTANCE * h).unwrap_or_else(|| {
+            let anchor = self.add(outside.entry);
+            self.put_on_outline(anatomy, anchor);
+            anchor
+        });
+        self.station(line, muscle, anchor);
     }
 
     /// Adds the common anchor of two lines that cross or touch.
@@ -105,18 +98,14 @@ impl Anchors {
         let place = first.ends[0] + (first.ends[1] - first.ends[0]) * fractions[0];
         let away = |anchor: &usize| (self.points[*anchor] - place).norm();
         let stations = [a, b].map(|m| &self.stations[m]).into_iter().flatten();
-        let nearest = stations.min_by(|x, y| away(x).total_cmp(&away(y))).copied();
+        let nearest = least_by(stations.copied(), away);
         let anchor = match nearest.map(|near| (near, away(&near))) {
             Some((near, distance)) if distance < MERGE_DISTANCE * h => near,
             Some((near, distance)) if distance < LEAST_DISTANCE * h => {
                 let from = self.points[near];
-                self.points.push(from + (place - from) * (LEAST_DISTANCE * h / distance));
-                self.points.len() - 1
+                self.add(from + (place - from) * (LEAST_DISTANCE * h / distance))
             }
-            _ => {
-                self.points.push(place);
-                self.points.len() - 1
-            }
+            _ => self.add(place),
         };
         self.station(first, a, anchor);
         self.station(second, b, anchor);

@@ -27,6 +27,7 @@ pub(crate) struct DraftNode {
 }
 
 /// Outline and muscles as nodes and the connections that the triangles must keep.
+#[derive(Default)]
 pub(crate) struct OutlineFrame {
     /// Nodes of the tissue, those of the outline first, in order.
     pub nodes: Vec<DraftNode>,
@@ -51,14 +52,7 @@ impl OutlineFrame {
     /// The lines of an anatomy at a mesh spacing `h`, m.
     pub fn new(anatomy: &Anatomy, h: f64) -> Self {
         let anchors = Anchors::find(anatomy, h);
-        let mut frame = Self {
-            nodes: Vec::new(),
-            boundary: 0,
-            segments: Vec::new(),
-            chains: vec![Vec::new(); anatomy.muscles().len()],
-            outside: Vec::new(),
-            fixed: Vec::new(),
-        };
+        let mut frame = Self::default();
         let mut sites: BTreeMap<usize, Site> = BTreeMap::new();
         frame.add_outline(anatomy.outline(), &anchors, h, &mut sites);
         let mut pieces = BTreeMap::new();
@@ -147,7 +141,7 @@ impl OutlineFrame {
             }
             chain.extend_from_slice(&piece[usize::from(i > 0)..]);
         }
-        self.chains[muscle] = chain;
+        self.chains.push(chain);
     }
 
     fn add(&mut self, at: Point, freedom: Freedom, outside: bool) -> Site {

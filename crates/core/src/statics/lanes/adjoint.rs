@@ -4,7 +4,7 @@
 use nalgebra::SVector;
 
 use super::scalar_fallback::adjoint_scalar;
-use super::{Adjoint, LANES, LaneEquilibrium, LaneGroup, Lanes};
+use super::{Adjoint, LANES, LaneGroup, Lanes};
 use crate::parallel;
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::mass_spring::Neighbour;
@@ -35,37 +35,36 @@ impl<const D: usize> LaneGroup<'_, D> {
     #[inline(never)]
     pub fn adjoint(&mut self, gradients: &[Vec<SVector<f64, D>>]) -> Vec<Option<Adjoint<D>>> {
         let stable = self.factorise();
-        let wide = self.work.as_ref().filter(|_| stable.contains(&true)).map(|(elements, work)| {
-            let mut wide = vec![[Simd::<LANES>::ZERO; 2]; elements.node.len()];
+        let (system, tensions) = (self.system, &self.tensions);
+        let Some((elements, work)) = &self.work else {
+            return parallel::map_mut(&mut self.fallbacks[..tensions.len()], |lane, fallback| {
+                tensions[lane].as_ref().and_then(|_| fallback.adjoint(system, &gradients[lane]))
+            });
+        };
+        let mut wide = vec![[Simd::<LANES>::ZERO; 2]; elements.node.len()];
+        let mut pulls = Vec::new();
+        if stable.contains(&true) {
             for (lane, gradient) in gradients.iter().enumerate().take(LANES) {
                 for (g, &node) in wide.iter_mut().zip(&elements.node) {
                     (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
                 }
             }
-            let pulls = work.adjoint(elements, &mut wide);
-            (elements, wide, pulls)
-        });
-        let of_lane = |lane: usize| {
-            let (elements, wide, pulls) = wide.as_ref().filter(|_| stable[lane])?;
-            let mut by_node = vec![SVector::zeros(); self.system.rest().len()];
+            pulls = work.adjoint(elements, &mut wide);
+        }
+        let answers = self.answers.iter().zip(tensions).enumerate();
+        let adjoints = answers.map(|(lane, (shape, tensions))| {
+            if !stable[lane] {
+                return adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane]);
+            }
+            let mut by_node = vec![SVector::zeros(); system.rest().len()];
             for (g, &node) in wide.iter().zip(&elements.node) {
                 (0..2).for_each(|axis| by_node[node][axis] = g[axis].0[lane]);
             }
-            let mut by_tension = vec![0.0; self.system.muscle_count()];
-            elements.pulls.iter().zip(pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
+            let mut by_tension = vec![0.0; system.muscle_count()];
+            elements.pulls.iter().zip(&pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
             Some(Adjoint { by_node, by_tension })
-        };
-        let answers = self.answers.iter().zip(&self.tensions).enumerate();
-        let (system, tensions) = (self.system, &self.tensions);
-        let alone = |lane: usize, shape: &LaneEquilibrium<D>, tensions: &Option<Vec<f64>>| {
-            adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane])
-        };
-        if self.work.is_none() {
-            return parallel::map_mut(&mut self.fallbacks[..tensions.len()], |lane, fallback| {
-                tensions[lane].as_ref().and_then(|_| fallback.adjoint(system, &gradients[lane]))
-            });
-        }
-        answers.map(|(lane, (shape, t))| of_lane(lane).or_else(|| alone(lane, shape, t))).collect()
+        });
+        adjoints.collect()
     }
 
     /// The derivatives of the lengths of all muscles in each of the last equilibria: one [`Adjoint`] for each muscle of the mesh, in

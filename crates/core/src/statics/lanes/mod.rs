@@ -115,10 +115,8 @@ impl<'a, const D: usize> Load<'a, D> {
 
     /// Target position of a bone's node, m.
     fn place(&self, system: &System<D>, node: usize) -> SVector<f64, D> {
-        let displaced = system.displaced().iter().find(|(n, _)| *n == node);
-        let held = displaced.map_or(system.rest()[node], |(_, at)| *at);
         let shift = self.bones.iter().rfind(|(nodes, _)| nodes.contains(&node));
-        held + shift.map_or(SVector::zeros(), |(_, shift)| *shift)
+        system.bone_position(node) + shift.map_or(SVector::zeros(), |(_, shift)| *shift)
     }
 }
 

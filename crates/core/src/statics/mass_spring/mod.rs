@@ -43,6 +43,22 @@ struct Lane {
     energy_at_rest: Option<f64>,
 }
 
+impl Lane {
+    /// A lane without a load.
+    const EMPTY: Self = Self {
+        phase: Phase::GivenUp,
+        is_set: false,
+        done: Solution::NONE,
+        residual: f64::INFINITY,
+        tolerance: 0.0,
+        pull: 0.0,
+        extent: 0.0,
+        safeguarded_in_a_row: 0,
+        exact: false,
+        energy_at_rest: None,
+    };
+}
+
 #[derive(Debug)]
 pub(crate) struct SimdNewton<const L: usize> {
     arch: pulp::Arch,
@@ -66,18 +82,6 @@ pub(crate) struct SimdNewton<const L: usize> {
 impl<const L: usize> SimdNewton<L> {
     pub fn new(elements: &Elements) -> Self {
         let nodes = elements.node.len();
-        let lane = Lane {
-            phase: Phase::GivenUp,
-            is_set: false,
-            done: Solution::NONE,
-            residual: f64::INFINITY,
-            tolerance: 0.0,
-            pull: 0.0,
-            extent: 0.0,
-            safeguarded_in_a_row: 0,
-            exact: false,
-            energy_at_rest: None,
-        };
         Self {
             arch: pulp::Arch::new(),
             numbers: elements.numbers(),
@@ -92,7 +96,7 @@ impl<const L: usize> SimdNewton<L> {
             factor: elements.factor.factor(),
             factor_ready: false,
             targets: vec![[Simd::ZERO; 2]; nodes - elements.unknowns],
-            lanes: [lane; L],
+            lanes: [Lane::EMPTY; L],
         }
     }
 
@@ -121,18 +125,8 @@ impl<const L: usize> SimdNewton<L> {
             self.tension[edge as usize].0[lane] += tensions[muscle as usize];
         }
         let pull = tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
-        let before = self.lanes[lane];
-        self.lanes[lane] = Lane {
-            phase: Phase::Running,
-            is_set: true,
-            done: Solution::NONE,
-            residual: f64::INFINITY,
-            pull,
-            extent,
-            safeguarded_in_a_row: 0,
-            energy_at_rest: None,
-            ..before
-        };
+        let exact = self.lanes[lane].exact;
+        self.lanes[lane] = Lane { phase: Phase::Running, is_set: true, pull, extent, exact, ..Lane::EMPTY };
     }
 
     /// Whether a lane holds a load of the last solve, even one that was given up.

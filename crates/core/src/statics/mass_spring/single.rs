@@ -39,7 +39,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
     system: &'a System<D>,
     elements: &Elements,
 ) -> Option<&'a AtRest> {
-    system.at_rest(|| {
+    let at_rest = system.at_rest.get_or_init(|| {
         let mut work = SimdNewton::<1>::new(elements);
         if !work.set_body(elements, 0, system) || !system.displaced().is_empty() {
             return None;
@@ -52,7 +52,8 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
             (muscle, motion.iter().map(|u| [u[0].0[0], u[1].0[0]]).collect())
         });
         is_stable.then(|| AtRest { energy, responses: responses.collect() })
-    })
+    });
+    at_rest.as_ref()
 }
 
 impl<const L: usize> SimdNewton<L> {
