@@ -90,7 +90,7 @@ impl<'a> Density<'a> {
                     .to_owned(),
             ));
         }
-        let size = measurements.labels.len() * posterior_model.muscles.len() + measurements.auxiliary_len();
+        let size = measurements.labels.len() * posterior_model.muscles.len() + measurements.auxiliary.len();
         Self::made(posterior_model, measurements, (fixed, parameters), DMatrix::zeros(size, size))
     }
 
@@ -133,6 +133,11 @@ impl<'a> Density<'a> {
         self.measurements.labels.len()
     }
 
+    /// Number of computed numbers: the stretches of all muscles in all postures, and the auxiliary data.
+    pub(super) fn numbers(&self) -> usize {
+        self.postures() * self.posterior_model.muscles.len() + self.measurements.auxiliary.len()
+    }
+
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
@@ -169,7 +174,7 @@ impl<'a> Density<'a> {
     }
 
     pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
-        self.placed(self.measurements.len(), &self.measurements.auxiliary_errors())
+        self.placed(self.measurements.len(), &self.measurements.auxiliary.errors)
     }
 
     /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.
@@ -241,8 +246,8 @@ impl<'a> Density<'a> {
         let baseline = &lengths[lengths.len() - self.posterior_model.muscles.len()..];
         let stretches = measurements.stretches.iter().enumerate();
         let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[measurements.muscles[i]]);
-        let measured = measurements.auxiliary.iter().flat_map(|b| &b.measured);
-        let all = stretches.chain(measured.zip(auxiliary).map(|(measured, value)| measured - value));
+        let others = measurements.auxiliary.measured.iter().zip(auxiliary);
+        let all = stretches.chain(others.map(|(measured, value)| measured - value));
         DVector::from_iterator(self.rows.len(), all)
     }
 }

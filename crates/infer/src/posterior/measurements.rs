@@ -18,7 +18,7 @@ pub struct Measurements {
     pub labels: Vec<String>,
     /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
     pub is_baseline_active: bool,
-    pub auxiliary: Vec<AuxiliaryData>,
+    pub auxiliary: AuxiliaryData,
 }
 
 impl Measurements {
@@ -32,7 +32,7 @@ impl Measurements {
             rounding: DMatrix::zeros(0, 0),
             labels: vec![String::new()],
             is_baseline_active: false,
-            auxiliary: Vec::new(),
+            auxiliary: AuxiliaryData::default(),
         }
     }
 
@@ -91,39 +91,7 @@ impl Measurements {
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
         let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
         let from = self.labels.len() * muscles;
-        stretches.chain(from..from + self.auxiliary_len()).collect()
-    }
-
-    pub(crate) fn auxiliary_len(&self) -> usize {
-        self.auxiliary.iter().map(AuxiliaryData::len).sum()
-    }
-
-    /// Every auxiliary number, as its data and its index in these.
-    pub fn auxiliary_numbers(&self) -> impl Iterator<Item = (&AuxiliaryData, usize)> {
-        self.auxiliary.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
-    }
-
-    /// Splits weights of all auxiliary numbers by their data.
-    pub(crate) fn split_weights<'a>(
-        &'a self,
-        weights: &'a [f64],
-    ) -> impl Iterator<Item = (&'a AuxiliaryData, &'a [f64])> {
-        self.auxiliary.iter().scan(weights, |left, auxiliary| {
-            let (own, rest) = left.split_at(auxiliary.len());
-            *left = rest;
-            Some((auxiliary, own))
-        })
-    }
-
-    pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
-        let n = self.auxiliary_len();
-        let mut errors = DMatrix::zeros(n, n);
-        let mut from = 0;
-        for b in &self.auxiliary {
-            errors.view_mut((from, from), (b.len(), b.len())).copy_from(&b.errors);
-            from += b.len();
-        }
-        errors
+        stretches.chain(from..from + self.auxiliary.len()).collect()
     }
 
     pub fn of_posture(&self, posture: usize) -> Vec<usize> {
