@@ -20,12 +20,11 @@ use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Density<'a> {
     pub posterior_model: &'a PosteriorModel,
     pub measurements: Measurements,
     pub parameters: Vec<Parameter>,
-    lanes: Lanes<'a, 2>,
     fixed: ParameterValues,
     /// Covariance due to geometry and constants of the stretches of all muscles in all postures and of the auxiliary data; zero at first.
     pub geometry: DMatrix<f64>,
@@ -77,50 +76,31 @@ impl<'a> Density<'a> {
         measurements: Measurements,
     ) -> Result<Self, PosteriorError> {
         let (fixed, parameters) = parameters(posterior_model, measurements.labels.len());
-        let is_of_muscles =
-            |p: &Parameter| matches!(p, Parameter::Tension(..) | Parameter::Tone(_) | Parameter::Hyoid(..));
-        if !parameters.iter().any(is_of_muscles) {
+        if parameters.iter().all(|p| *p == Parameter::Tilt) {
             let why =
                 "these priors fix every tension, every tone and the hyoid: leave at least one of them free";
-            return Err(PosteriorError::Priors(why.to_owned()));
+            return Err(PosteriorError::Refused(why.to_owned()));
         }
         if !posterior_model.priors.hyoid.off && posterior_model.hyoid.is_empty() {
-            return Err(PosteriorError::Body(
+            return Err(PosteriorError::Refused(
                 "this body names no bone \"hyoid\"; name it, or switch it off in the priors ([hyoid] off = true)"
                     .to_owned(),
             ));
         }
-        let size = measurements.labels.len() * posterior_model.muscles.len() + measurements.auxiliary.len();
-        Self::made(posterior_model, measurements, (fixed, parameters), DMatrix::zeros(size, size))
-    }
-
-    fn made(
-        posterior_model: &'a PosteriorModel,
-        measurements: Measurements,
-        (fixed, parameters): (ParameterValues, Vec<Parameter>),
-        geometry: DMatrix<f64>,
-    ) -> Result<Self, PosteriorError> {
-        let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
-        let lanes = Lanes::new(&posterior_model.system);
         let rows = measurements.rows(posterior_model.muscles.len());
-        let mut density = Self {
-            posterior_model,
-            measurements,
-            parameters,
-            lanes,
-            fixed,
-            geometry: DMatrix::zeros(0, 0),
-            factor,
-            rows,
-        };
-        density.set_geometry(geometry)?;
+        let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
+        let geometry = DMatrix::zeros(0, 0);
+        let mut density = Self { posterior_model, measurements, parameters, fixed, geometry, factor, rows };
+        density.set_geometry(DMatrix::zeros(density.numbers(), density.numbers()))?;
         Ok(density)
     }
 
     /// The density with other measurements of the same postures.
     pub fn with_measurements(&self, measurements: Measurements) -> Result<Self, PosteriorError> {
-        let sampled = (self.fixed.clone(), self.parameters.clone());
-        Self::made(self.posterior_model, measurements, sampled, self.geometry.clone())
+        let rows = measurements.rows(self.posterior_model.muscles.len());
+        let mut density = Self { rows, measurements, ..self.clone() };
+        density.set_geometry(self.geometry.clone())?;
+        Ok(density)
     }
 
     pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
@@ -231,8 +211,8 @@ impl<'a> Density<'a> {
         SolvedPoint { shapes, lengths, auxiliary: Vec::new() }
     }
 
-    pub fn lanes(&self) -> &Lanes<'a, 2> {
-        &self.lanes
+    pub fn lanes(&self) -> Lanes<'a, 2> {
+        Lanes::new(&self.posterior_model.system)
     }
 
     pub fn settings(&self) -> &'static SolveSettings {

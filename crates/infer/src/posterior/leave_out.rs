@@ -52,15 +52,15 @@ impl<'a> Without<'a> {
     }
 }
 
-/// Each posterior with the position of the stretch that it leaves out.
-struct Mixture<'a>(Vec<(usize, Without<'a>)>);
+/// The posteriors that each leave out one stretch, in the order of the stretches.
+struct Mixture<'a>(Vec<Without<'a>>);
 
 impl Mixture<'_> {
     /// Logarithms of the terms at these residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
-        Vec::from_iter(self.0.iter().map(|(position, without)| {
-            let (log, pulls) = without.density.log(&residuals.clone().remove_row(*position));
-            (log + without.weight, pulls.insert_row(*position, 0.0))
+        Vec::from_iter(self.0.iter().enumerate().map(|(position, without)| {
+            let (log, pulls) = without.density.log(&residuals.clone().remove_row(position));
+            (log + without.weight, pulls.insert_row(position, 0.0))
         }))
     }
 }
@@ -83,11 +83,10 @@ pub fn predict_each_from_others(
     if positions.is_empty() {
         return Ok(Vec::new());
     }
-    let all =
-        parallel::map(&positions, |&position| Ok((position, Without::new(density, map_estimate, position)?)));
+    let all = parallel::map(&positions, |&position| Without::new(density, map_estimate, position));
     let mixture = Mixture(all.into_iter().collect::<Result<_, PosteriorError>>()?);
     let count = positions.len() as f64;
-    let modes = mixture.0.iter().map(|(_, without)| &without.map_estimate);
+    let modes = mixture.0.iter().map(|without| &without.map_estimate);
     let centre = modes.clone().map(|m| &m.scores).sum::<DVector<f64>>() / count;
     let n = centre.len();
     let precision = modes.fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
@@ -110,13 +109,13 @@ pub fn predict_each_from_others(
             predicted(
                 density,
                 position,
-                &mixture.0[position].1.density,
+                &mixture.0[position].density,
                 (&draws, &own),
                 PredictionMethod::Together,
             )
         })
         .collect();
-    let each = together.into_iter().zip(mixture.0).map(|(found, (position, without))| {
+    let each = together.into_iter().zip(mixture.0).enumerate().map(|(position, (found, without))| {
         if found.effective >= LEAST_EFFECTIVE {
             return Ok(found);
         }

@@ -70,9 +70,7 @@ use tongue_core::system::SystemError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PosteriorError {
     #[error("{0}")]
-    Priors(String),
-    #[error("{0}")]
-    Body(String),
+    Refused(String),
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(

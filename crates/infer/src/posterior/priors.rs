@@ -187,8 +187,8 @@ impl Priors {
     /// Reads priors from TOML; entries that are missing keep their defaults. `origin` is the name of the text in messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, PosteriorError> {
         let priors: Self = toml_text::read(text)
-            .map_err(|e| PosteriorError::Priors(format!("{origin}:{}: {}", e.line, e.problem)))?;
-        priors.check().map_err(|e| PosteriorError::Priors(format!("{origin}: {e}")))?;
+            .map_err(|e| PosteriorError::Refused(format!("{origin}:{}: {}", e.line, e.problem)))?;
+        priors.check().map_err(|e| PosteriorError::Refused(format!("{origin}: {e}")))?;
         Ok(priors)
     }
 
@@ -227,7 +227,7 @@ impl Priors {
 
     /// Checks that every number is in its range.
     pub fn check(&self) -> Result<(), PosteriorError> {
-        let wrong = |what: String| Err(PosteriorError::Priors(what));
+        let wrong = |what: String| Err(PosteriorError::Refused(what));
         for (name, value, most, _) in self.positive_numbers() {
             if !(value > 0.0 && value <= most) {
                 return wrong(format!(

@@ -20,7 +20,7 @@ pub use self::recorded::Recorded;
 use super::forward::Forward;
 use super::problem::LeastSquaresProblem;
 use super::projection::decompose;
-use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
+use super::{Answer, FitError, FitSettings, Method, Unknown, refused, solve};
 use crate::posterior::Priors;
 use crate::standard_deviations::ACTIVATION;
 use tongue_input::measured::{ByMuscle, SpaceMark};
@@ -207,8 +207,7 @@ impl SpaceSearch {
         let observations =
             marks.iter().map(|mark| observed.observations_of(mark)).collect::<Result<Vec<_>, _>>()?;
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
-            let what = format!("the prior of activations has the standard deviation {}", self.prior_sd);
-            return Err(FitError::Unknown { what });
+            return refused(format!("the prior of activations has the standard deviation {}", self.prior_sd));
         }
         let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
         let unknowns = groups.iter().map(|(_, muscles)| {
