@@ -103,7 +103,8 @@ pub fn sample<T: SampledDensity>(
     let Some(learned) = begun.then(|| whitened.learned(&visited_points)).flatten() else {
         return vec![Chain::EMPTY; settings.chains];
     };
-    let sampled = parallel::map(&groups, |group| group.in_coordinates(make(), &learned).run(settings));
+    let sampled =
+        parallel::map(&groups, |group| group.in_coordinates(make(), &learned).run(settings, CHECKED));
     sampled.into_iter().flatten().collect()
 }
 
@@ -116,7 +117,8 @@ pub(super) fn sample_briefly<T: SampledDensity>(
     settings: &Settings,
     only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
-    let sampled = in_groups(&make, whitened, from, settings, only, |group| group.run_briefly(settings));
+    let sampled =
+        in_groups(&make, whitened, from, settings, only, |group| group.run(settings, settings.warm_up));
     sampled.into_iter().flatten().collect()
 }
 
@@ -265,20 +267,14 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         refused
     }
 
-    fn run_briefly(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
-        if self.has_begun() {
-            self.checked(|group| (0..settings.warm_up).for_each(|_| group.warm()));
-        }
-        self.run(&Settings { warm_up: 0, ..*settings })
-    }
-
-    fn run(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
+    /// Warms up, with a check of points after each `checked` trajectories, and draws.
+    fn run(mut self, settings: &Settings, checked: usize) -> Vec<Chain<T::Kept>> {
         let count = self.states.len();
         let mut chains = vec![Chain::EMPTY; self.random.len()];
-        if count < chains.len() {
+        if !self.has_begun() {
             return chains;
         }
-        for block in blocks(settings.warm_up, CHECKED) {
+        for block in blocks(settings.warm_up, checked) {
             self.checked(|group| block.for_each(|_| group.warm()));
         }
         // Two checks for each draw reject hardly more than one for each trajectory would.

@@ -7,7 +7,7 @@ use crate::inverse::TargetOnBody;
 use super::auxiliary::AuxiliaryData;
 
 /// Stretches of a speaker's postures against one baseline; `names`, `muscles` and `postures` are parallel to `stretches`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Measurements {
     pub names: Vec<String>,
     pub muscles: Vec<usize>,
@@ -22,20 +22,6 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// A posture without measurements, whose posterior is the prior.
-    pub fn nothing() -> Self {
-        Self {
-            names: Vec::new(),
-            muscles: Vec::new(),
-            postures: Vec::new(),
-            stretches: Vec::new(),
-            rounding: DMatrix::zeros(0, 0),
-            labels: vec![String::new()],
-            is_baseline_active: false,
-            auxiliary: AuxiliaryData::default(),
-        }
-    }
-
     pub fn of_vowel(matched: &TargetOnBody) -> Self {
         Self::of_vowels(&[matched])
     }
@@ -43,7 +29,7 @@ impl Measurements {
     /// All measurements of a speaker's vowels against one baseline. The stretch `m/b` of lengths with rounding half widths `h` has the
     /// variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
     pub fn of_vowels(vowels: &[&TargetOnBody]) -> Self {
-        let mut all = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
+        let mut all = Self::default();
         // Variance of every stretch by its own length, and its derivative by the baseline's length times the half width of that.
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {

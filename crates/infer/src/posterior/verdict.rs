@@ -60,8 +60,15 @@ impl Certainty {
         name_of(&self)
     }
 
-    pub(crate) fn is_harder(self) -> bool {
-        matches!(self, Self::SurelyHarder | Self::ProbablyHarder)
+    /// Whether the muscle pulls harder, and whether that is sure; `None` where neither is probable.
+    pub(super) fn decision(self) -> Option<(bool, bool)> {
+        match self {
+            Self::SurelyHarder => Some((true, true)),
+            Self::ProbablyHarder => Some((true, false)),
+            Self::NotKnown => None,
+            Self::ProbablyNotHarder => Some((false, false)),
+            Self::SurelyNotHarder => Some((false, true)),
+        }
     }
 }
 
@@ -202,7 +209,8 @@ impl Verdict {
     }
 
     fn how_hard(&self) -> String {
-        let harder: Vec<&MuscleVerdict> = self.muscles.iter().filter(|m| m.certainty.is_harder()).collect();
+        let harder: Vec<&MuscleVerdict> =
+            self.muscles.iter().filter(|m| matches!(m.certainty.decision(), Some((true, _)))).collect();
         let [own, prior] = [false, true].map(|of_prior| {
             let own = harder.iter().filter(|m| m.mostly_prior == of_prior);
             let ranges: Vec<String> = own
