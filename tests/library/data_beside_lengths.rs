@@ -103,7 +103,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
         // The Jacobian at the mode, which the search used, is also that of the values.
         let here = solved(&mut evaluator, &at, &map_estimate.solved);
         let (linear, _) = evaluator.linearise(&at, &here.solved).unwrap();
-        let rows = density.rows().len() - density.measurements.len();
+        let rows = density.rows.len() - density.measurements.len();
         assert_eq!(rows, 4 + 22 + 12, "activity in one posture says nothing");
         for i in 0..n {
             let mut side = |by: f64| {

@@ -205,16 +205,11 @@ fn search_on_load_path<const D: usize>(
     starts: &[Start],
     x: &[f64],
 ) -> Option<(Vec<f64>, bool)> {
-    let mut best: Option<(f64, Vec<f64>, bool)> = None;
-    for from in starts.iter().map(|s| s.x.as_slice()).chain([x]) {
-        if let Some((found, residuals, converged)) = gauss_newton::refit(on_path, from) {
-            let cost = on_path.cost(&found, Some(&residuals));
-            if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
-                best = Some((cost, found, converged));
-            }
-        }
-    }
-    let (_, mut found, converged) = best?;
+    let ends = starts.iter().map(|s| s.x.as_slice()).chain([x]).filter_map(|from| {
+        let (found, residuals, converged) = gauss_newton::refit(on_path, from)?;
+        Some((on_path.cost(&found, Some(&residuals)), found, converged))
+    });
+    let (_, mut found, converged) = ends.min_by(|a, b| a.0.total_cmp(&b.0))?;
     if on_path.problem.is_undetermined() {
         found = select_solution(on_path, &found).0;
     }

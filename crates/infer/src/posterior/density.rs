@@ -1,12 +1,7 @@
 //! The density of tensions, tones and displacements of the hyoid, given stretches of a speaker's postures and auxiliary data.
 //!
-//! ```text
-//! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
-//! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g
-//! ```
-//! Every posture has its own tensions F and displacement d of the hyoid; tones F0 and tilt c are common to the speaker. Parameters are
-//! sampled as scores `g`, which have no bounds. The derivatives (`evaluator`) need one back-substitution for each posture and one for the
-//! baseline, for any number of parameters.
+//! [`super`] states the model. Parameters are sampled as scores, which have no bounds. The derivatives (`evaluator`) need one
+//! back-substitution for each posture and one for the baseline, for any number of parameters.
 
 use std::sync::Arc;
 
@@ -28,9 +23,10 @@ pub struct Density<'a> {
     fixed: ParameterValues,
     /// Covariance due to geometry and constants of the stretches of all muscles in all postures and of the auxiliary data; zero at first.
     pub geometry: DMatrix<f64>,
-    factor: Cholesky<f64, Dyn>,
+    /// Factor of [`Density::covariance`].
+    pub factor: Cholesky<f64, Dyn>,
     /// [`Measurements::rows`] of the measurements.
-    rows: Vec<usize>,
+    pub rows: Vec<usize>,
 }
 
 /// Without load steps: the density is zero where a direct solve fails.
@@ -118,10 +114,6 @@ impl<'a> Density<'a> {
         self.postures() * self.posterior_model.muscles.len() + self.measurements.auxiliary.len()
     }
 
-    pub fn rows(&self) -> &[usize] {
-        &self.rows
-    }
-
     /// Rows and columns of the measured numbers, from a matrix of all muscles in all postures and the auxiliary data.
     pub fn select_measured(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         all.select_rows(&self.rows).select_columns(&self.rows)
@@ -132,7 +124,7 @@ impl<'a> Density<'a> {
         self.select_measured(&self.geometry)
             + self.discrepancies()
             + self.rounding()
-            + self.auxiliary_errors()
+            + self.placed(self.measurements.len(), &self.measurements.auxiliary.errors)
     }
 
     /// Covariance due to the model's error of stretches, including that of an active baseline for a vowel alone.
@@ -147,14 +139,8 @@ impl<'a> Density<'a> {
 
     /// Covariance due to rounding of the lengths; zero if the priors leave rounding out.
     pub fn rounding(&self) -> DMatrix<f64> {
-        self.placed(
-            0,
-            &(&self.measurements.rounding * if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 }),
-        )
-    }
-
-    pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
-        self.placed(self.measurements.len(), &self.measurements.auxiliary.errors)
+        let part = if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 };
+        self.placed(0, &(&self.measurements.rounding * part))
     }
 
     /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.
@@ -163,10 +149,6 @@ impl<'a> Density<'a> {
         let mut all = DMatrix::zeros(n, n);
         all.view_mut((from, from), part.shape()).copy_from(part);
         all
-    }
-
-    pub fn factor(&self) -> &Cholesky<f64, Dyn> {
-        &self.factor
     }
 
     /// Values of the parameters at these scores, and the derivative of each sampled parameter by its score.

@@ -22,7 +22,7 @@ pub trait ResidualLikelihood: Sync {
 
 impl ResidualLikelihood for Density<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
-        let pulls = self.factor().solve(residuals);
+        let pulls = self.factor.solve(residuals);
         (-0.5 * residuals.dot(&pulls), pulls)
     }
 }
@@ -184,7 +184,7 @@ impl SampledDensity for Evaluator<'_> {
                 for (i, &m) in measurements.muscles.iter().enumerate() {
                     let over = solved.shape(postures).1[m];
                     let part = match measurements.postures[i] {
-                        _ if index == postures => -solved.lengths[density.rows()[i]] / (over * over),
+                        _ if index == postures => -solved.lengths[density.rows[i]] / (over * over),
                         posture if posture == index => 1.0 / over,
                         _ => continue,
                     };

@@ -138,7 +138,7 @@ fn predicted(
     (draws, weights): (&[Draw], &[f64]),
     how: PredictionMethod,
 ) -> LeftOut {
-    let (row, measured) = (whole.rows()[position], whole.measurements.stretches[position]);
+    let (row, measured) = (whole.rows[position], whole.measurements.stretches[position]);
     let (gain, sd) = conditional(whole, other, position);
     let parts: Vec<MixtureComponent> = Vec::from_iter(draws.iter().zip(weights).map(|(d, &weight)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.auxiliary));
@@ -150,13 +150,13 @@ fn predicted(
 /// The stretches of the model, corrected by the error of its geometry given the measurements.
 pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
-    let rows = density.rows();
+    let rows = &density.rows;
     let stretches = &rows[..density.measurements.len()];
     if stretches.is_empty() {
         return Vec::new();
     }
     let geometry = density.select_measured(&density.geometry);
-    let gain = &geometry * density.factor().inverse();
+    let gain = &geometry * density.factor.inverse();
     let left = &geometry - &gain * &geometry;
     // If the geometry has no errors, the matrix is nearly singular, and rounding can make an eigenvalue slightly negative.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();

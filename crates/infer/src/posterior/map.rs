@@ -122,11 +122,11 @@ impl MapEstimate {
         linear: LinearisationPoint,
         solved: SolvedPoint,
     ) -> Self {
-        let jacobian = linear.jacobian.select_rows(density.rows());
+        let jacobian = linear.jacobian.select_rows(&density.rows);
         let n = scores.len();
-        let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
+        let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor.solve(&jacobian));
         let residuals = density.residuals(&solved.lengths, &solved.auxiliary);
-        let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
+        let log = -0.5 * (residuals.dot(&density.factor.solve(&residuals)) + scores.norm_squared());
         Self { scores, solved, linear, precision, log }
     }
 
@@ -136,9 +136,9 @@ impl MapEstimate {
         let begin = Self::new(density, scores, linear, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
-            let jacobian = here.linear.jacobian.select_rows(density.rows());
+            let jacobian = here.linear.jacobian.select_rows(&density.rows);
             let residuals = density.residuals(&here.solved.lengths, &here.solved.auxiliary);
-            let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
+            let gradient = &here.scores - jacobian.tr_mul(&density.factor.solve(&residuals));
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
             TrialStep::newton(matrix, &gradient, LONGEST)
