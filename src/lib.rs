@@ -236,7 +236,7 @@ pub mod posterior {
     //! let target = Dataset::reference()?.stretches("S2", "a")?;
     //! let model = PosteriorModel::new(&Body::tongue(12.0 * MM)?, &Model::default(), &Priors::default())?;
     //! let sampling = Sampling { draws: 200, seed: 1 }; // 1000 for intervals
-    //! let run = PosteriorRun { model: &model, targets: &[&target], auxiliary: Vec::new(), sampling };
+    //! let run = PosteriorRun { model: &model, targets: &[&target], auxiliary: Default::default(), sampling };
     //! let found = run.run(&|doing| println!("{doing}"))?;
     //! let harder = found.posterior.draws.iter().filter(|draw| draw.change(0, 0) > 0.0).count();
     //! println!("GGa pulls harder than in the baseline in {harder} of {} draws", found.posterior.draws.len());

@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::choice::name_of;
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::posterior::AuxiliaryData;
 use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
 use tongue_fit::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::system::TissueModel;
@@ -119,7 +120,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let (seen, posture) = arguments.posterior_targets(&data, &target)?;
     let auxiliary = match &posterior_model {
         Some(posterior_model) => arguments.others.read(posterior_model, &seen, posture)?,
-        None => Vec::new(),
+        None => AuxiliaryData::default(),
     };
     output::step(|| {
         format!(

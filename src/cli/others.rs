@@ -48,17 +48,17 @@ impl Arguments {
         posterior_model: &PosteriorModel,
         targets: &[Target],
         posture: usize,
-    ) -> miette::Result<Vec<AuxiliaryData>> {
+    ) -> miette::Result<AuxiliaryData> {
         let body = &posterior_model.body;
-        let mut out = Vec::new();
+        let mut out = AuxiliaryData::default();
         let sampled = SampledTargets { targets, fitted: posture };
         if let Some(path) = &self.emg {
-            out.push(emg(path, posterior_model, &sampled)?);
+            out = out.and(emg(path, posterior_model, &sampled)?);
         }
         let contours = sampled.files("--contour", &self.contour, contour)?;
         let coils = sampled.files("--points", &self.points, coils)?;
         if !(contours.is_empty() && coils.is_empty()) {
-            out.push(sampled.points(body, &contours, coils)?);
+            out = out.and(sampled.points(body, &contours, coils)?);
         }
         Ok(out)
     }

@@ -101,7 +101,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
             1 => "that was measured, one stretch".to_owned(),
             n => format!("{n} measured stretches"),
         },
-        match seen.auxiliary.iter().map(|data| data.measured.len()).sum::<usize>() {
+        match seen.auxiliary.len() {
             0 => String::new(),
             n => format!(" and {n} numbers of contours, coils or EMG"),
         }

@@ -13,8 +13,8 @@ use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
-    AuxiliaryData, Density, Draw, Evaluator, MapEstimate, Measurements, PosteriorModel, Priors, Sampling,
-    sample,
+    AuxiliaryData, Density, Draw, Evaluator, MapEstimate, Measurements, ParameterValues, PosteriorModel,
+    Priors, Sampling, sample,
 };
 
 use crate::fixtures::less_compressible;
@@ -79,11 +79,9 @@ fn with_all(posterior_model: &PosteriorModel) -> Measurements {
     let points: Vec<Point> =
         points_of(posterior_model, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
     let baseline = points_of(posterior_model, rest);
-    let auxiliary = vec![
-        emg([0.8, 0.1]),
-        contours(posterior_model, &points, Some(&baseline)),
-        coils(posterior_model, [rest, rest]),
-    ];
+    let auxiliary = emg([0.8, 0.1])
+        .and(contours(posterior_model, &points, Some(&baseline)))
+        .and(coils(posterior_model, [rest, rest]));
     Measurements { auxiliary, ..stretches() }
 }
 
@@ -105,7 +103,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
         // The Jacobian at the mode, which the search used, is also that of the values.
         let here = solved(&mut evaluator, &at, &map_estimate.solved);
         let (linear, _) = evaluator.linearise(&at, &here.solved).unwrap();
-        let rows = density.rows().len() - density.measurements.len();
+        let rows = density.rows.len() - density.measurements.len();
         assert_eq!(rows, 4 + 22 + 12, "activity in one posture says nothing");
         for i in 0..n {
             let mut side = |by: f64| {
@@ -142,7 +140,7 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
             let shapes = density.lanes().solve(&[load(0), load(1)], density.settings());
             let [vowel, base] = [0, 1].map(|s| system.lengths(&shapes[s].positions));
             let shape = |posture: Option<usize>| shapes[posture.unwrap_or(1)].positions.as_slice();
-            let auxiliary = density.measurements.auxiliary.iter().flat_map(|b| b.of_shapes(shape));
+            let auxiliary = density.measurements.auxiliary.values(&values, shape);
             DVector::from_vec(vowel.iter().zip(&base).map(|(v, b)| v / b).chain(auxiliary).collect())
         };
         let agree = |derivative: DVectorView<'_, f64>, difference: &DVector<f64>, what: &str| {
@@ -185,7 +183,8 @@ fn costs(posterior_model: &PosteriorModel, moved: [Point; 2]) -> [f64; 2] {
     let both =
         [contours(posterior_model, &contour(&a), Some(&contour(&b))), coils(posterior_model, [&a, &b])];
     both.map(|auxiliary| {
-        let computed = DVector::from_vec(auxiliary.of_shapes(|_| rest));
+        let nothing = ParameterValues { postures: Vec::new(), tones: Vec::new(), tilt: 0.0 };
+        let computed = DVector::from_vec(auxiliary.values(&nothing, |_| rest));
         let residuals = DVector::from_vec(auxiliary.measured) - computed;
         residuals.dot(&auxiliary.errors.cholesky().unwrap().solve(&residuals))
     })
@@ -227,9 +226,7 @@ fn each_kind_adds_to_what_is_known() {
         (0..8).map(sd).sum::<f64>() / 8.0
     };
     let part = |auxiliary: AuxiliaryData| {
-        let with =
-            sample(posterior_model, Measurements { auxiliary: vec![auxiliary], ..stretches() }, &settings)
-                .unwrap();
+        let with = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &settings).unwrap();
         assert!(with.is_mixed(), "{}", with.diagnostics.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
@@ -247,12 +244,12 @@ fn each_kind_adds_to_what_is_known() {
 fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     let posterior_model = &coarse_posterior_model(&Priors::default());
     let settings = Sampling { draws: 1000, seed: 1 };
-    let sds = |auxiliary: Vec<AuxiliaryData>| -> Vec<f64> {
+    let sds = |auxiliary: AuxiliaryData| -> Vec<f64> {
         let found = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &settings).unwrap();
         assert!(found.is_mixed(), "{}", found.diagnostics.why);
         (0..8).map(|m| mean_and_variance(found.draws.iter().map(|d| d.change(0, m))).1.sqrt()).collect()
     };
-    let (without, with) = (sds(Vec::new()), sds(vec![emg([0.9, 0.3])]));
+    let (without, with) = (sds(AuxiliaryData::default()), sds(emg([0.9, 0.3])));
     let parts: Vec<f64> = with.iter().zip(&without).map(|(with, without)| with / without).collect();
     assert!(parts.iter().sum::<f64>() / 8.0 < 1.03, "{parts:?}");
     assert!(parts[0] < 0.9 && 0.5 * (parts[6] + parts[7]) < 1.0, "{parts:?}");
@@ -260,9 +257,7 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     let mode_with = |times: f64| {
         let mut auxiliary = emg([0.8, 0.1]);
         auxiliary.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
-        let mut density =
-            Density::new(posterior_model, Measurements { auxiliary: vec![auxiliary], ..stretches() })
-                .unwrap();
+        let mut density = Density::new(posterior_model, Measurements { auxiliary, ..stretches() }).unwrap();
         MapEstimate::find(&mut density).unwrap().scores
     };
     assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
@@ -344,6 +339,6 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let moved: Vec<_> = moved.into_iter().flatten().collect();
     assert!(moved.len() > 120, "{}", moved.len());
     let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
-    let linear = map_estimate.geometry.trace();
+    let linear = density.geometry.trace();
     assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
 }

@@ -22,7 +22,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
     for (position, found) in found.iter().enumerate() {
         let settings = Sampling { draws: 800, seed: 11 };
         let own = sample(&posterior_model, density.measurements.without(position), &settings).unwrap();
-        let row = density.rows()[position];
+        let row = density.rows[position];
         // The errors by geometry that a stretch shares with the others move its conditional mean, as in the run for all.
         let (gain, _) = conditional(&density, &own.density, position);
         let mean = |d: &Draw| d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.auxiliary));

@@ -209,7 +209,7 @@ fn coverage(
     count: usize,
     draws: usize,
 ) -> Coverage {
-    coverage_with(truths, fitted, postures, [count, draws], |_, _, _| Vec::new())
+    coverage_with(truths, fitted, postures, [count, draws], |_, _, _| AuxiliaryData::default())
 }
 
 /// [`coverage`] with auxiliary data, made from the tensions and the shapes of postures and baseline.
@@ -218,7 +218,7 @@ fn coverage_with(
     fitted: &PosteriorModel,
     postures: usize,
     [count, draws]: [usize; 2],
-    beside: impl Fn(&ParameterValues, &[Vec<Point>], &mut fastrand::Rng) -> Vec<AuxiliaryData> + Sync,
+    beside: impl Fn(&ParameterValues, &[Vec<Point>], &mut fastrand::Rng) -> AuxiliaryData + Sync,
 ) -> Coverage {
     let numbers: Vec<usize> = (0..count).collect();
     let unknowns = unknowns(fitted, postures);
@@ -336,7 +336,7 @@ fn intervals_with_contours_beside_the_lengths_cover_the_truth_however_many_point
     let usual = [posterior_model_at(5.5 * spacing_factor(count, 200, 1.8) * MM, "")];
     for between in [0, 3] {
         let contour = |_: &ParameterValues, shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
-            vec![contours(&usual[0].body, shapes, between, random)]
+            contours(&usual[0].body, shapes, between, random)
         };
         let found = coverage_with(&usual, &usual[0], 1, [count, 400], contour);
         let found = found.with_words(&format!("contours of {} points", 11 + 10 * between));
@@ -349,7 +349,7 @@ fn intervals_with_coils_and_activity_beside_the_lengths_cover_the_truth() {
     let count = cases(8);
     let usual = [posterior_model_at(5.5 * spacing_factor(count, 200, 1.8) * MM, "")];
     let both = |values: &ParameterValues, shapes: &[Vec<Point>], random: &mut fastrand::Rng| {
-        vec![coils(&usual[0].body, shapes, random), activity(values, random)]
+        coils(&usual[0].body, shapes, random).and(activity(values, random))
     };
     let found = coverage_with(&usual, &usual[0], 1, [count, 400], both).with_words("coils and activity");
     assert!(are_due(&found, count), "{found:?}");

@@ -77,7 +77,7 @@ fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -
         stretches: stretches.to_vec(),
         rounding,
         labels: (0..postures).map(|p| format!("v{p}")).collect(),
-        ..Measurements::nothing()
+        ..Measurements::default()
     }
 }
 

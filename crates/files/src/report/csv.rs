@@ -136,7 +136,7 @@ impl Export for Draws<'_> {
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
-        let (measured, inverse) = (self.measured_indices(), self.0.density.factor().inverse());
+        let (measured, inverse) = (self.measured_indices(), self.0.density.factor.inverse());
         let names = &self.0.density.measurements.names;
         columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", names[i])));
         for &other in &others {

@@ -8,7 +8,7 @@ use tongue_core::system::{Model, System};
 use tongue_infer::inverse::alarms::THICKNESS_M;
 use tongue_infer::inverse::batch::{BatchPlan, PublishedFacts};
 use tongue_infer::inverse::{FitError, FitSettings};
-use tongue_infer::posterior::{PosteriorModel, Sampling};
+use tongue_infer::posterior::{AuxiliaryData, PosteriorModel, Sampling};
 use tongue_input::measured::lengths::rest_distance;
 use tongue_input::measured::{Dataset, Target, TargetKind, reference_muscle};
 
@@ -122,8 +122,12 @@ impl BatchRun {
     ) -> Vec<(usize, SampledRow)> {
         let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
         let RowPosteriors { model, sampling, .. } = how;
-        let posterior_run =
-            PosteriorRun { model, targets: &targets, auxiliary: Vec::new(), sampling: *sampling };
+        let posterior_run = PosteriorRun {
+            model,
+            targets: &targets,
+            auxiliary: AuxiliaryData::default(),
+            sampling: *sampling,
+        };
         let sampled = match posterior_run.run(tell) {
             Ok(sampled) => sampled,
             // The caller names the row.

@@ -17,7 +17,7 @@ pub struct PosteriorRun<'a> {
     /// Rows of one speaker with the same baseline.
     pub targets: &'a [&'a Target],
     /// Activity, contours and points measured in the same postures.
-    pub auxiliary: Vec<AuxiliaryData>,
+    pub auxiliary: AuxiliaryData,
     pub sampling: Sampling,
 }
 

@@ -5,9 +5,8 @@ use tongue_sound::Acoustics;
 use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 use super::VocalTractError;
-use super::vocal_tract::Sound;
+use super::vocal_tract::{Sound, tongue_ends};
 use tongue_core::body::Body;
-use tongue_core::statistics::least_by;
 
 /// Distance behind the outer wall up to which a surface counts as a tongue that has passed through the wall, m.
 const BEHIND_M: f64 = 0.02;
@@ -29,13 +28,7 @@ impl SpaceVocalTract {
         let loops = body.midsagittal_mesh().outlines();
         let outline = loops.into_iter().max_by_key(Vec::len).ok_or(VocalTractError::NoSurface)?;
         let at = |n: usize| flat(&body.mesh.nodes[n]);
-        let [root, tip] = [tract.tongue.root_mm, tract.tongue.tip_mm].map(|[x, y]| {
-            let nearest = least_by(0..outline.len(), |&i| {
-                let [a, b] = at(outline[i]);
-                (a - 1e-3 * x).hypot(b - 1e-3 * y)
-            });
-            nearest.unwrap_or(0)
-        });
+        let [root, tip] = tongue_ends(&tract, outline.len(), |i| at(outline[i]));
         if root == tip {
             return Err(VocalTractError::no_wall(&tract));
         }

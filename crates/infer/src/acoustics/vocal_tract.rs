@@ -105,13 +105,9 @@ impl VocalTract {
         let curve = TongueSurface::of(body).ok_or(VocalTractError::NoSurface)?.curve;
         let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
         let place = |i: usize| curve.length() * i as f64 / count as f64;
-        let [root, tip] = [tract.tongue.root_mm, tract.tongue.tip_mm].map(|[x, y]| {
-            let nearest = least_by(0..=count, |&i| {
-                let [a, b] = mean(&curve.weights(place(i)), &body.mesh.nodes);
-                (a - 1e-3 * x).hypot(b - 1e-3 * y)
-            });
-            nearest.map_or(0.0, place)
-        });
+        let [root, tip] =
+            tongue_ends(&tract, count + 1, |i| mean(&curve.weights(place(i)), &body.mesh.nodes));
+        let [root, tip] = [root, tip].map(place);
         let points = ((tip - root).abs() / POINTS_M).ceil() as usize;
         if points == 0 {
             return Err(VocalTractError::no_wall(&tract));
@@ -154,6 +150,17 @@ impl VocalTract {
             rates.iter().map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum()),
         )
     }
+}
+
+/// The numbers of the points of a surface that are nearest to root and tip of a tract's tongue.
+pub(super) fn tongue_ends(tract: &Tract, count: usize, point: impl Fn(usize) -> ProfilePoint) -> [usize; 2] {
+    [tract.tongue.root_mm, tract.tongue.tip_mm].map(|[x, y]| {
+        let nearest = least_by(0..count, |&i| {
+            let [a, b] = point(i);
+            (a - 1e-3 * x).hypot(b - 1e-3 * y)
+        });
+        nearest.unwrap_or(0)
+    })
 }
 
 fn mean(weights: &[(usize, f64)], positions: &[SVector<f64, 2>]) -> ProfilePoint {

@@ -244,8 +244,5 @@ fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], 
 }
 
 fn turn<const D: usize>(at: &[SVector<f64, D>], n: &[usize]) -> f64 {
-    match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
-        (Some(a), Some(b), Some(c)) => (b - a).angle(&(c - b)),
-        _ => 0.0,
-    }
+    (at[n[1]] - at[n[0]]).angle(&(at[n[2]] - at[n[1]]))
 }

@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use tongue_core::observe::Observation;
 use tongue_core::parallel;
 use tongue_core::statics::{self, FromRest, SolveSettings, SolveStatus, Trace, Workspace};
 use tongue_core::system::{System, SystemError};
@@ -191,13 +190,8 @@ impl<'a, const D: usize> Forward<'a, D> {
         residuals
     }
 
-    /// Fills in the derivatives of all observations by all unknowns, with one factorisation.
-    fn fill_jacobians(
-        &mut self,
-        x: &[f64],
-        jacobian: &mut DMatrix<f64>,
-        others: &mut DMatrix<f64>,
-    ) -> Option<()> {
+    /// Derivatives of all observations and of the other ones by all unknowns, with one factorisation.
+    fn jacobians(&mut self, x: &[f64]) -> Option<[DMatrix<f64>; 2]> {
         self.counts.factorisations += 1;
         let problem = self.problem;
         let system = self.candidate_system.as_ref().unwrap_or(problem.system);
@@ -224,14 +218,15 @@ impl<'a, const D: usize> Forward<'a, D> {
             response.scale(unknown.unit);
             self.motions[column].copy_from_slice(response.motion());
         }
-        let mut rates = vec![0.0; problem.unknowns.len()];
-        let mut fill = |observation: &Observation<D>, row: usize, matrix: &mut DMatrix<f64>| {
-            observation.rates(response.positions(), &self.motions, &mut rates);
-            rates.iter().enumerate().for_each(|(column, rate)| matrix[(row, column)] = *rate);
-        };
-        problem.observations.iter().enumerate().for_each(|(row, o)| fill(o, row, jacobian));
-        problem.others.iter().enumerate().for_each(|(row, o)| fill(o, row, others));
-        Some(())
+        Some([&problem.observations, &problem.others].map(|observations| {
+            let mut jacobian = DMatrix::zeros(observations.len(), problem.unknowns.len());
+            let mut rates = vec![0.0; problem.unknowns.len()];
+            for (row, observation) in observations.iter().enumerate() {
+                observation.rates(response.positions(), &self.motions, &mut rates);
+                jacobian.row_mut(row).copy_from_slice(&rates);
+            }
+            jacobian
+        }))
     }
 
     pub(super) fn start(&mut self, number: usize) -> Vec<f64> {
@@ -257,14 +252,15 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Residuals of a candidate, from its nearest solved neighbour where these are used; `None` if it has no equilibrium.
     pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
-        let possible = self.set(x).is_ok();
-        if let CandidateStart::EndOfPath(positions) = &self.begin {
-            self.workspace.start_from(positions);
-            let solved = possible && self.solve(x);
-            return self.outcome(x, solved);
-        }
-        let warm = possible && self.begin == CandidateStart::Neighbour;
-        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_without_neighbours(x));
+        let solved = self.set(x).is_ok()
+            && match &self.begin {
+                CandidateStart::EndOfPath(positions) => {
+                    self.workspace.start_from(positions);
+                    self.solve(x)
+                }
+                CandidateStart::Neighbour => self.solve_from_nearest(x) || self.solve_without_neighbours(x),
+                CandidateStart::Rest | CandidateStart::LoadPath => self.solve_without_neighbours(x),
+            };
         let residuals = self.outcome(x, solved)?;
         let cost = self.cost(x, Some(&residuals));
         self.known.remember(x, cost, self.workspace.positions());
@@ -287,10 +283,9 @@ impl<'a, const D: usize> Forward<'a, D> {
     pub fn linearise(&mut self, x: &[f64]) -> Option<Linearised> {
         let residuals = self.residuals(x)?;
         let problem = self.problem;
-        let mut jacobian = DMatrix::zeros(residuals.len(), problem.unknowns.len());
-        let mut other_jacobian = DMatrix::zeros(problem.others.len(), problem.unknowns.len());
         let other_residuals = self.other_residuals();
-        self.fill_jacobians(x, &mut jacobian, &mut other_jacobian)?;
+        let [jacobian, other_jacobian] = self.jacobians(x)?;
+        let mut jacobian = jacobian.resize_vertically(residuals.len(), 0.0);
         let priors = problem.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
         for (row, (column, weight)) in priors.enumerate() {
             jacobian[(problem.observations.len() + row, column)] = weight;

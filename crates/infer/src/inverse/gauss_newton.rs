@@ -8,7 +8,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::FitSettings;
 use super::forward::{FAILED, Forward, Linearised};
 use super::problem::Unknown;
 use super::start::{Start, same_cost_by_newton};
@@ -56,11 +55,7 @@ impl EvaluatedPoint {
     }
 }
 
-pub(super) fn run<const D: usize>(
-    forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
-    number: usize,
-) -> Start {
+pub(super) fn run<const D: usize>(forward: &mut Forward<'_, D>, number: usize) -> Start {
     let first = forward.start(number);
     // A start without an equilibrium is replaced by the values nearest to zero within the bounds.
     let rest = forward.problem.unknowns.iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
@@ -68,7 +63,7 @@ pub(super) fn run<const D: usize>(
     let point = EvaluatedPoint::new(forward, DVector::from_column_slice(&start.x))
         .or_else(|| EvaluatedPoint::new(forward, DVector::from_vec(rest)));
     if let Some(mut here) = point {
-        start.converged = descend(forward, settings, &mut here, &mut start.iterations);
+        start.converged = descend(forward, &mut here, &mut start.iterations);
         let (mut is_solved, mut cost) = forward.solved_by_newton(here.x.as_slice());
         // As in Nelder-Mead, the search begins again with all candidates from rest if Newton's method from rest gives another cost.
         if !same_cost_by_newton(here.cost, cost) {
@@ -76,7 +71,7 @@ pub(super) fn run<const D: usize>(
             start.converged = match EvaluatedPoint::new(forward, here.x.clone()) {
                 Some(again) => {
                     here = again;
-                    descend(forward, settings, &mut here, &mut start.iterations)
+                    descend(forward, &mut here, &mut start.iterations)
                 }
                 None => false,
             };
@@ -94,11 +89,10 @@ pub(super) fn run<const D: usize>(
 /// search converged; `None` if there is no equilibrium at the beginning or at the end.
 pub(super) fn refit<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>, bool)> {
     let mut here = EvaluatedPoint::new(forward, DVector::from_column_slice(from))?;
-    let converged = descend(forward, settings, &mut here, &mut 0);
+    let converged = descend(forward, &mut here, &mut 0);
     let x: Vec<f64> = here.x.iter().copied().collect();
     let residuals = forward.residuals(&x)?;
     Some((x, residuals, converged))
@@ -107,29 +101,29 @@ pub(super) fn refit<const D: usize>(
 /// Minimises from `here`, and returns whether it converged.
 fn descend<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
     here: &mut EvaluatedPoint,
     iterations: &mut u64,
 ) -> bool {
     let unknowns = &forward.problem.unknowns;
     let first = FIRST_DAMPING * here.largest_curvature();
     let rule = Rule {
-        max_steps: settings.max_iterations.saturating_sub(*iterations) as usize,
-        decrease_tolerance: settings.cost_tolerance,
+        max_steps: forward.settings.max_iterations.saturating_sub(*iterations) as usize,
+        decrease_tolerance: forward.settings.cost_tolerance,
         first_damping: first,
         least_damping: 0.0,
         most_damping: MOST_DAMPING / FIRST_DAMPING * first,
         damping_increase: (2.0, 2.0),
         ..Rule::UNDAMPED
     };
-    let trial_step = if settings.best_steps { best_step } else { bounded_step };
+    let tolerance = forward.settings.tension_tolerance;
+    let trial_step = if forward.settings.best_steps { best_step } else { bounded_step };
     let step = |here: &EvaluatedPoint, damping: f64| {
         let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &here.secant) * 2.0;
         let by = trial_step(here, &curvature, damping, unknowns)?;
         let predicted_decrease = -(here.gradient.dot(&by) + 0.5 * by.dot(&(&curvature * &by)));
         let size = by.amax();
         let undamped = damping <= FIRST_DAMPING * here.largest_curvature();
-        let is_last = undamped && size < settings.tension_tolerance;
+        let is_last = undamped && size < tolerance;
         Some(TrialStep { by, size, predicted_decrease: Some(predicted_decrease), is_last })
     };
     let moved = |here: &EvaluatedPoint, by: &DVector<f64>| {

@@ -1,6 +1,5 @@
 //! Identifiability: which directions of the unknowns the data determine, by the singular values of the Jacobian.
 
-use super::FitSettings;
 use super::forward::{Forward, Linearised};
 use super::projection::{UNDETERMINED, decompose};
 use super::solution_curve::{self, SolutionCurve};
@@ -25,12 +24,11 @@ pub struct NullDirection {
 /// from an earlier analysis, used again if `x` is on it. `None` if there is no equilibrium or it is singular.
 pub(super) fn analyse<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
     x: &[f64],
     followed: Option<SolutionCurve>,
 ) -> Option<Identifiability> {
     let Linearised { jacobian, residuals, .. } = forward.linearise(x)?;
-    let on_target = forward.misfit(Some(&residuals)) <= settings.misfit_tolerance;
+    let on_target = forward.misfit(Some(&residuals)) <= forward.settings.misfit_tolerance;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);
     let open: Vec<_> = directions.iter().zip(open).filter(|(_, open)| *open).map(|(d, _)| d).collect();
@@ -39,7 +37,7 @@ pub(super) fn analyse<const D: usize>(
     for direction in open {
         let curve = on_target.then(|| {
             let again = followed.take().and_then(|curve| curve.through(forward, x, direction));
-            again.unwrap_or_else(|| solution_curve::follow(forward, settings, x, direction))
+            again.unwrap_or_else(|| solution_curve::follow(forward, x, direction))
         });
         null_directions.push(NullDirection { direction: direction.iter().copied().collect(), curve });
     }

@@ -117,12 +117,16 @@ pub enum FitError {
         "the mesh has no muscle {muscle}, which the table has; add it to the body's anatomy or mesh, or leave its column out of the table"
     )]
     MissingMuscle { muscle: String },
-    #[error("{what}")]
-    Unknown { what: String },
+    #[error("{0}")]
+    Refused(String),
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
     #[error("the search failed: {0}")]
     Search(String),
+}
+
+fn refused<T>(why: impl Into<String>) -> Result<T, FitError> {
+    Err(FitError::Refused(why.into()))
 }
 
 /// How a fit ended.

@@ -12,7 +12,7 @@ use tongue_core::system::{Model, System, SystemError};
 
 use crate::standard_deviations::HYOID_MM;
 
-use super::FitError;
+use super::{FitError, refused};
 
 pub const BONE_SD_M: f64 = 1e-3 * HYOID_MM;
 
@@ -51,8 +51,9 @@ impl<const D: usize> MovableBone<D> {
         if nodes.is_empty() {
             let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
             let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            let what = format!("the bone \"{name}\" cannot be freed: the bones of this body are {known}");
-            return Err(FitError::Unknown { what });
+            return refused(format!(
+                "the bone \"{name}\" cannot be freed: the bones of this body are {known}"
+            ));
         }
         Ok(Self::new(&body.mesh, model, contracting, nodes)?)
     }

@@ -2,16 +2,13 @@
 
 use std::cell::RefCell;
 
-use argmin::core::{
-    CostFunction, Error, Executor, IterState, KV, Problem, Solver, State, TerminationReason,
-    TerminationStatus,
-};
+use argmin::core::{CostFunction, Error, IterState, Problem, Solver, State};
 use argmin::solver::neldermead::NelderMead;
 
+use super::FitError;
 use super::forward::Forward;
 use super::problem::Unknown;
 use super::start::{FIRST_SIDE, Start, same_cost_by_newton};
-use super::{FitError, FitSettings};
 
 /// Side of the new simplex around the answer for a restart, N.
 const FRESH_SIDE: f64 = 0.1;
@@ -20,18 +17,14 @@ const MOST_RESTARTS: usize = 5;
 const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
-/// The forward model of one search, shared by argmin's cost function and its stopping rule.
-type SharedForward<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
-
 /// The cost function for argmin: unbounded parameters, reflected into the bounds.
-struct Folded<'a, 'b, 'i, const D: usize> {
-    forward: &'b SharedForward<'a, 'i, D>,
-    unknowns: &'b [Unknown],
+struct Folded<'a, 'i, const D: usize> {
+    forward: RefCell<&'a mut Forward<'i, D>>,
     /// Corners of the first simplex and their costs, computed in parallel in advance.
     solved: Vec<(Vec<f64>, f64)>,
 }
 
-impl<const D: usize> CostFunction for Folded<'_, '_, '_, D> {
+impl<const D: usize> CostFunction for Folded<'_, '_, D> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -39,8 +32,8 @@ impl<const D: usize> CostFunction for Folded<'_, '_, '_, D> {
         if let Some((_, cost)) = self.solved.iter().find(|(corner, _)| corner == parameters) {
             return Ok(*cost);
         }
-        let x = fold(parameters, self.unknowns);
         let mut forward = self.forward.borrow_mut();
+        let x = fold(parameters, &forward.problem.unknowns);
         let residuals = forward.residuals(&x);
         Ok(forward.cost(&x, residuals.as_ref()))
     }
@@ -57,60 +50,18 @@ fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
     folded.collect()
 }
 
-/// Nelder-Mead that also stops when the best candidates are close together.
-struct Search<'a, 'b, 'i, const D: usize> {
-    inner: NelderMead<Vec<f64>, f64>,
-    forward: &'b SharedForward<'a, 'i, D>,
-    tolerance: f64,
-}
-
-impl<'a, 'b, 'i, const D: usize> Solver<Folded<'a, 'b, 'i, D>, NmState> for Search<'a, 'b, 'i, D> {
-    fn name(&self) -> &str {
-        "Nelder-Mead method with a test on the spread of the parameters"
-    }
-
-    fn init(
-        &mut self,
-        problem: &mut Problem<Folded<'a, 'b, 'i, D>>,
-        state: NmState,
-    ) -> Result<(NmState, Option<KV>), Error> {
-        self.inner.init(problem, state)
-    }
-
-    fn next_iter(
-        &mut self,
-        problem: &mut Problem<Folded<'a, 'b, 'i, D>>,
-        state: NmState,
-    ) -> Result<(NmState, Option<KV>), Error> {
-        self.inner.next_iter(problem, state)
-    }
-
-    fn terminate(&mut self, state: &NmState) -> TerminationStatus {
-        if self.forward.borrow().known.spread() < self.tolerance {
-            return TerminationStatus::Terminated(TerminationReason::SolverConverged);
-        }
-        Solver::<Folded<'a, 'b, 'i, D>, NmState>::terminate(&mut self.inner, state)
-    }
-}
-
 /// Searches from start number `number` until a restart confirms the answer.
-pub(super) fn run<const D: usize>(
-    forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
-    number: usize,
-) -> Result<Start, FitError> {
-    let unknowns = &forward.problem.unknowns;
+pub(super) fn run<const D: usize>(forward: &mut Forward<'_, D>, number: usize) -> Result<Start, FitError> {
     let mut corner = forward.start(number);
-    let shared = RefCell::new(forward);
     let mut side = FIRST_SIDE;
     let mut start = Start::new(corner.clone(), f64::INFINITY);
     for restarts in 0..=MOST_RESTARTS {
-        let (found, cost, iterations, stopped) = one_simplex(&shared, settings, unknowns, &corner, side)?;
+        let (found, cost, iterations, stopped) = one_simplex(forward, &corner, side)?;
         start.iterations += iterations;
         // If Newton's method from rest gives another cost than a neighbour did, the search begins again with all candidates from rest.
-        let (is_solved, by_newton) = shared.borrow_mut().solved_by_newton(&found);
+        let (is_solved, by_newton) = forward.solved_by_newton(&found);
         if !same_cost_by_newton(cost, by_newton) {
-            shared.borrow_mut().forget_neighbours();
+            forward.forget_neighbours();
             start.cost = f64::INFINITY;
             corner = found;
             side = FIRST_SIDE;
@@ -129,21 +80,20 @@ pub(super) fn run<const D: usize>(
         }
         corner = start.x.clone();
         side = FRESH_SIDE;
-        shared.borrow_mut().known.keep_best();
+        forward.known.keep_best();
     }
-    start.counts = shared.borrow().counts;
+    start.counts = forward.counts;
     Ok(start)
 }
 
-/// One run of argmin: values, cost, iterations, and whether it stopped by itself.
+/// Runs argmin until the simplex or the best candidates are close together: values, cost, iterations, and whether that was reached.
 fn one_simplex<const D: usize>(
-    forward: &SharedForward<'_, '_, D>,
-    settings: &FitSettings,
-    unknowns: &[Unknown],
+    forward: &mut Forward<'_, D>,
     corner: &[f64],
     side: f64,
 ) -> Result<(Vec<f64>, f64, u64, bool), FitError> {
     let failed = |e: Error| FitError::Search(e.to_string());
+    let (unknowns, settings) = (&forward.problem.unknowns, forward.settings);
     let mut simplex = vec![corner.to_vec()];
     for (i, unknown) in unknowns.iter().enumerate() {
         let mut vertex = corner.to_vec();
@@ -154,19 +104,27 @@ fn one_simplex<const D: usize>(
         simplex.push(vertex);
     }
     // Every corner lies within the bounds, so it needs no folding.
-    let residuals = forward.borrow_mut().residuals_of_each(&simplex);
-    let costs = simplex.iter().zip(&residuals).map(|(x, r)| forward.borrow().cost(x, r.as_ref()));
+    let residuals = forward.residuals_of_each(&simplex);
+    let costs = simplex.iter().zip(&residuals).map(|(x, r)| forward.cost(x, r.as_ref()));
     let solved = simplex.iter().cloned().zip(costs.collect::<Vec<_>>()).collect();
-    let inner = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
-    let folded = Folded { forward, unknowns, solved };
-    let solver = Search { inner, forward, tolerance: settings.tension_tolerance };
-    let result = Executor::new(folded, solver)
-        .configure(|state| state.max_iters(settings.max_iterations))
-        .timer(false)
-        .run()
-        .map_err(failed)?;
-    let state = result.state;
+    let mut solver = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
+    let mut problem = Problem::new(Folded { forward: RefCell::new(forward), solved });
+    let (mut state, _) = solver.init(&mut problem, NmState::new()).map_err(failed)?;
+    state.update();
+    let stopped = loop {
+        let spread = problem.problem.as_ref().map(|folded| folded.forward.borrow().known.spread());
+        if spread.is_some_and(|spread| spread < settings.tension_tolerance)
+            || Solver::<Folded<'_, '_, D>, NmState>::terminate(&mut solver, &state).terminated()
+        {
+            break true;
+        }
+        if state.get_iter() >= settings.max_iterations {
+            break false;
+        }
+        (state, _) = solver.next_iter(&mut problem, state).map_err(failed)?;
+        state.update();
+        state.increment_iter();
+    };
     let best = state.get_best_param().map_or_else(|| corner.to_vec(), Vec::clone);
-    let stopped = state.get_termination_reason() == Some(&TerminationReason::SolverConverged);
     Ok((fold(&best, unknowns), state.get_best_cost(), state.get_iter(), stopped))
 }

@@ -2,8 +2,8 @@
 
 use nalgebra::SVector;
 
-use super::FitError;
 use super::movable_bone::MovableBone;
+use super::{FitError, refused};
 use tongue_core::body::Mesh;
 use tongue_core::observe::Observation;
 use tongue_core::system::{Model, System};
@@ -67,11 +67,11 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
     /// Checks that unknowns, bones and observations are consistent.
     pub fn check(&self) -> Result<(), FitError> {
         if self.observations.is_empty() || self.unknowns.is_empty() {
-            return wrong("a fit needs at least one observation and one unknown".to_owned());
+            return refused("a fit needs at least one observation and one unknown");
         }
         for u in &self.unknowns {
             if !(u.lower.is_finite() && u.upper.is_finite() && u.lower < u.upper) {
-                return wrong(format!(
+                return refused(format!(
                     "the bounds {} and {} of an unknown must be finite and in order",
                     u.lower * u.unit,
                     u.upper * u.unit
@@ -79,16 +79,16 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
             }
             match u.quantity {
                 Quantity::Tension { muscle } if !self.system.contracting().contains(&muscle) => {
-                    return wrong(format!(
+                    return refused(format!(
                         "muscle {muscle} is to be fitted, but does not contract in this system"
                     ));
                 }
                 Quantity::Bone { bone, axis } if bone >= self.bones.len() || axis >= D => {
-                    return wrong(format!("bone {bone}, axis {axis} is to be fitted, but was not freed"));
+                    return refused(format!("bone {bone}, axis {axis} is to be fitted, but was not freed"));
                 }
                 Quantity::Constant(_) if self.tissue.is_none() => {
-                    return wrong(
-                        "a constant of the tissue is to be fitted, but no tissue was given for it".to_owned(),
+                    return refused(
+                        "a constant of the tissue is to be fitted, but no tissue was given for it",
                     );
                 }
                 _ => {}
@@ -98,18 +98,14 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
             let bounds: Vec<f64> = self.unknowns.iter().map(end).collect();
             let checked = self.tissue.map(|tissue| tissue.constants(&self.unknowns, &bounds).check());
             if let Some(Err(error)) = checked {
-                return wrong(format!("a bound of an unknown: {error}"));
+                return refused(format!("a bound of an unknown: {error}"));
             }
         }
         match self.tied.iter().flatten().find(|m| !self.system.contracting().contains(*m)) {
-            Some(muscle) => wrong(format!("muscle {muscle} is tied to another, but does not contract")),
+            Some(muscle) => refused(format!("muscle {muscle} is tied to another, but does not contract")),
             None => Ok(()),
         }
     }
-}
-
-fn wrong<T>(what: String) -> Result<T, FitError> {
-    Err(FitError::Unknown { what })
 }
 
 /// Meaning of an unknown.

@@ -2,7 +2,6 @@
 
 use nalgebra::DVector;
 
-use super::FitSettings;
 use super::forward::Forward;
 use super::problem::Unknown;
 use super::projection::{ON_BOUND, correct, decompose, largest_step};
@@ -115,12 +114,11 @@ fn unknowns_at(p: &CurvePoint) -> DVector<f64> {
 /// Follows the points that meet the target from `start` along `direction` and against it.
 pub(super) fn follow<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
 ) -> SolutionCurve {
-    let (mut before, first_end) = trace_side(forward, settings, start, &-direction);
-    let (after, last_end) = trace_side(forward, settings, start, direction);
+    let (mut before, first_end) = trace_side(forward, start, &-direction);
+    let (after, last_end) = trace_side(forward, start, direction);
     before.reverse();
     let answer = before.len();
     before.extend(point(forward, start));
@@ -142,19 +140,18 @@ fn point<const D: usize>(forward: &mut Forward<'_, D>, x: &[f64]) -> Option<Curv
 
 fn trace_side<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
 ) -> (Vec<CurvePoint>, Termination) {
     let Some(first) = point(forward, start) else { return (Vec::new(), Termination::Fold) };
-    let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
+    let tolerance = (PART_OF_TOLERANCE * forward.settings.misfit_tolerance).max(first.misfit * 1.01);
     let mut tracer =
         CurveTracer { along: direction.clone(), points: vec![first], tolerance, on_load_path: false };
     let mut end = tracer.trace(forward, LONGEST_STEP);
     if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
         // Solved from neighbours or from rest at once, tensions can have another shape than at the end of their load path.
         if !forward.is_on_load_path() {
-            let mut on_path = Forward::new(forward.problem, settings).on_load_path();
+            let mut on_path = Forward::new(forward.problem, forward.settings).on_load_path();
             if on_path.residuals_without_neighbours(&tracer.last().x).is_some() {
                 tracer.on_load_path = true;
                 on_path.start_from_end_of_path();

@@ -73,8 +73,8 @@ pub fn solve<const D: usize>(
     let searched = parallel::map(&numbers, |&number| {
         let mut forward = Forward::new(problem, settings);
         let start = match settings.method {
-            Method::NelderMead => nelder_mead::run(&mut forward, settings, number)?,
-            Method::GaussNewton => gauss_newton::run(&mut forward, settings, number),
+            Method::NelderMead => nelder_mead::run(&mut forward, number)?,
+            Method::GaussNewton => gauss_newton::run(&mut forward, number),
         };
         Ok::<_, FitError>((forward.kept_shape(&start.x), start))
     });
@@ -94,7 +94,7 @@ pub fn solve<const D: usize>(
     let mut x = snap_to_lower_bound(&mut forward, best);
     let (mut followed, mut converged) = (None, best.converged);
     if problem.is_undetermined() && best.solved {
-        (x, followed) = select_solution(&mut forward, settings, &x);
+        (x, followed) = select_solution(&mut forward, &x);
     }
     for (x, unknown) in x.iter_mut().zip(&problem.unknowns) {
         // Otherwise the tension of a slack muscle would be a rounding error.
@@ -109,7 +109,7 @@ pub fn solve<const D: usize>(
     if !trace.same_by_newton {
         // The load path ends at another shape than Newton's method finds, so the search goes on among ends of load paths.
         let mut on_path = Forward::new(problem, settings).on_load_path();
-        if let Some(other) = search_on_load_path(&mut on_path, settings, &starts, &x) {
+        if let Some(other) = search_on_load_path(&mut on_path, &starts, &x) {
             counts += std::mem::replace(&mut forward, on_path).counts;
             (x, converged) = other;
             followed = None;
@@ -124,7 +124,7 @@ pub fn solve<const D: usize>(
         None => f64::INFINITY,
     };
     let followed = followed.filter(|_| forward.is_expensive());
-    let identifiability = identifiability::analyse(&mut forward, settings, &x, followed);
+    let identifiability = identifiability::analyse(&mut forward, &x, followed);
     counts += forward.counts;
 
     let (min_area_ratio, max_area_ratio) = again.system().tissue_ratios(again.positions());
@@ -173,16 +173,15 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
 /// measurements. Returns the solution curve too if there is exactly one.
 pub(super) fn select_solution<const D: usize>(
     forward: &mut Forward<'_, D>,
-    settings: &FitSettings,
     x: &[f64],
 ) -> (Vec<f64>, Option<SolutionCurve>) {
     let mut x = onto_target(forward, x);
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
         // The smallest corrections did not reach the target; a search without effort does if the target can be met.
-        let mut without = Forward::new(forward.problem, settings).without_effort();
-        if let Some((better, residuals, _)) = gauss_newton::refit(&mut without, settings, &x)
-            && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
+        let mut without = Forward::new(forward.problem, forward.settings).without_effort();
+        if let Some((better, residuals, _)) = gauss_newton::refit(&mut without, &x)
+            && without.misfit(Some(&residuals)) <= forward.settings.misfit_tolerance
         {
             x = onto_target(forward, &better);
         }
@@ -191,7 +190,7 @@ pub(super) fn select_solution<const D: usize>(
         return (x, None);
     }
     // The least-squares search begins at the best point of the curves, so that it ends in their lowest minimum.
-    let open = identifiability::analyse(forward, settings, &x, None).map(|i| i.null_directions);
+    let open = identifiability::analyse(forward, &x, None).map(|i| i.null_directions);
     let mut curves: Vec<SolutionCurve> = open.into_iter().flatten().filter_map(|n| n.curve).collect();
     let points = curves.iter().flat_map(|v| &v.points);
     let begin = least_by(points, |p| p.other_rms.unwrap_or(f64::INFINITY));
@@ -203,22 +202,16 @@ pub(super) fn select_solution<const D: usize>(
 /// is none.
 fn search_on_load_path<const D: usize>(
     on_path: &mut Forward<'_, D>,
-    settings: &FitSettings,
     starts: &[Start],
     x: &[f64],
 ) -> Option<(Vec<f64>, bool)> {
-    let mut best: Option<(f64, Vec<f64>, bool)> = None;
-    for from in starts.iter().map(|s| s.x.as_slice()).chain([x]) {
-        if let Some((found, residuals, converged)) = gauss_newton::refit(on_path, settings, from) {
-            let cost = on_path.cost(&found, Some(&residuals));
-            if best.as_ref().is_none_or(|(least, ..)| cost < *least) {
-                best = Some((cost, found, converged));
-            }
-        }
-    }
-    let (_, mut found, converged) = best?;
+    let ends = starts.iter().map(|s| s.x.as_slice()).chain([x]).filter_map(|from| {
+        let (found, residuals, converged) = gauss_newton::refit(on_path, from)?;
+        Some((on_path.cost(&found, Some(&residuals)), found, converged))
+    });
+    let (_, mut found, converged) = ends.min_by(|a, b| a.0.total_cmp(&b.0))?;
     if on_path.problem.is_undetermined() {
-        found = select_solution(on_path, settings, &found).0;
+        found = select_solution(on_path, &found).0;
     }
     Some((found, converged))
 }

@@ -41,35 +41,24 @@ impl TargetOnBody {
         self.target.active.iter().map(|&m| self.numbers[m]).collect()
     }
 
-    /// Observations of muscles by their positions in the target; stretches are counted from `baseline` (lengths of the body's chains, m).
-    fn observations_of<const D: usize>(
-        &self,
-        system: &System<D>,
-        baseline: &[f64],
-        muscles: impl IntoIterator<Item = usize>,
-    ) -> Vec<Observation<D>> {
-        let target = &self.target;
-        let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
-        let observations = muscles.into_iter().map(|m| match target.kind {
-            TargetKind::Ratio => {
-                Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
-            }
-            TargetKind::Stretch => {
-                Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
-            }
-        });
-        observations.collect()
-    }
-
     /// Observations of fitted and of other measured muscles; stretches are counted from `baseline` (lengths of the body's chains, m).
     pub fn observations<const D: usize>(
         &self,
         system: &System<D>,
         baseline: &[f64],
     ) -> [Vec<Observation<D>>; 2] {
-        let fitted = self.target.fitted.iter().copied();
-        let others = self.target.comparable().filter(|m| !self.target.fitted.contains(m));
-        [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
+        let target = &self.target;
+        let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
+        let observation = |m: usize| match target.kind {
+            TargetKind::Ratio => {
+                Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
+            }
+            TargetKind::Stretch => {
+                Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
+            }
+        };
+        let others = target.comparable().filter(|m| !target.fitted.contains(m));
+        [target.fitted.iter().copied().map(observation).collect(), others.map(observation).collect()]
     }
 
     /// The inverse problem of the target, whose baseline is rest; its active muscles must be able to contract in `system`.

@@ -1,15 +1,14 @@
 //! Data other than muscle lengths: numbers that follow from shapes, such as distances of contour points, and muscle activity (EMG).
 
-use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVectorView, SVector};
+use nalgebra::{DMatrix, DVector, DVectorView, SVector};
 
 use tongue_core::observe::Observable;
 
 use crate::standard_deviations::{EMG, EMG_GAIN};
 
-use super::parameters::{Parameter, ParameterValues, SolvedPoint};
+use super::parameters::{Parameter, ParameterValues};
 
 /// Muscles whose activity was measured together in one posture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,7 +33,7 @@ impl Active {
         (self.mean(values) / LEAST_TENSION).ln_1p()
     }
 
-    fn slope(&self, values: &ParameterValues, parameter: Parameter) -> f64 {
+    pub(super) fn slope(&self, values: &ParameterValues, parameter: Parameter) -> f64 {
         let own = match (parameter, self.posture) {
             (Parameter::Tension(posture, m), Some(own)) if posture == own => m,
             (Parameter::Tone(m), None) => m,
@@ -71,26 +70,48 @@ impl PostureView {
         }
     }
 
-    /// Multiplies weights of the numbers by the transpose of [`Self::averages`].
-    fn of_observables(&self, weights: &[f64]) -> Vec<f64> {
-        match &self.averages {
+    /// Adds to `by_node` the derivatives of the sum of `weights` times the numbers by the positions of the nodes.
+    fn add_gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]) {
+        let of_observables: Vec<f64> = match &self.averages {
             None => weights.to_vec(),
             Some(averages) => averages.tr_mul(&DVectorView::from(weights)).data.into(),
+        };
+        for (observable, weight) in self.observables.iter().zip(of_observables) {
+            observable.gradient(positions, &mut |node, slope| by_node[node] += slope * weight);
+        }
+    }
+
+    /// The gradient of one of the numbers.
+    pub(super) fn gradient_of(&self, number: usize, positions: &[SVector<f64, 2>]) -> Vec<SVector<f64, 2>> {
+        let weights = DVector::from_fn(self.len(), |i, _| f64::from(u8::from(i == number)));
+        let mut by_node = vec![SVector::zeros(); positions.len()];
+        self.add_gradient(positions, weights.as_slice(), &mut by_node);
+        by_node
+    }
+}
+
+/// From what auxiliary numbers follow.
+#[derive(Debug, Clone)]
+pub enum DataSource {
+    /// The shape of a posture, with any count of numbers.
+    Shape(PostureView),
+    /// Tensions, with one number: their logarithm, so that an unknown gain is a summand.
+    Activity(Active),
+}
+
+impl DataSource {
+    fn len(&self) -> usize {
+        match self {
+            Self::Shape(view) => view.len(),
+            Self::Activity(_) => 1,
         }
     }
 }
 
-#[derive(Debug, Clone)]
-pub enum DataSource {
-    /// Shapes; the numbers are ordered view by view.
-    Shapes(Vec<PostureView>),
-    /// Tensions. Their logarithms are used, so that an unknown gain is a summand.
-    Activity(Vec<Active>),
-}
-
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct AuxiliaryData {
-    pub of: DataSource,
+    pub sources: Vec<DataSource>,
+    /// The measured numbers, source by source.
     pub measured: Vec<f64>,
     pub errors: DMatrix<f64>,
 }
@@ -112,13 +133,23 @@ impl AuxiliaryData {
         });
         let rows: Vec<(usize, Active, f64)> = rows.collect();
         Self {
-            of: DataSource::Activity(rows.iter().map(|(_, active, _)| active.clone()).collect()),
             measured: rows.iter().map(|(.., activity)| (activity / LEAST_ACTIVITY).ln_1p()).collect(),
             errors: DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
                 let of_gain = if rows[i].0 == rows[j].0 { EMG_GAIN * EMG_GAIN } else { 0.0 };
                 of_gain + if i == j { EMG * EMG } else { 0.0 }
             }),
+            sources: rows.into_iter().map(|(_, active, _)| DataSource::Activity(active)).collect(),
         }
+    }
+
+    /// These data and then others, whose errors are independent of theirs.
+    pub fn and(mut self, more: Self) -> Self {
+        let (n, added) = (self.len(), more.len());
+        self.errors = self.errors.resize(n + added, n + added, 0.0);
+        self.errors.view_mut((n, n), (added, added)).copy_from(&more.errors);
+        self.sources.extend(more.sources);
+        self.measured.extend(more.measured);
+        self
     }
 
     pub fn len(&self) -> usize {
@@ -129,69 +160,65 @@ impl AuxiliaryData {
         self.measured.is_empty()
     }
 
-    /// Views of shapes, each with the range of its numbers.
-    pub fn views(&self) -> impl Iterator<Item = (Range<usize>, &PostureView)> {
-        let views = match &self.of {
-            DataSource::Shapes(views) => views.as_slice(),
-            DataSource::Activity(_) => &[],
-        };
-        views.iter().scan(0, |from, view| {
-            let own = *from..*from + view.len();
-            *from = own.end;
-            Some((own, view))
+    /// For every number its source, and its index in that.
+    pub fn numbers(&self) -> impl Iterator<Item = (&DataSource, usize)> {
+        self.sources.iter().flat_map(|source| (0..source.len()).map(move |number| (source, number)))
+    }
+
+    /// All numbers, from the tensions and the positions of all nodes (m) in each posture (`None`: the baseline).
+    pub fn values<'p>(
+        &self,
+        values: &ParameterValues,
+        shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>],
+    ) -> Vec<f64> {
+        let each = self.sources.iter().flat_map(|source| match source {
+            DataSource::Shape(view) => view.values(shape(view.posture)),
+            DataSource::Activity(active) => vec![active.value(values)],
+        });
+        each.collect()
+    }
+
+    /// The numbers that follow from the shape of one posture.
+    pub(super) fn of_shape(&self, posture: Option<usize>, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let own = self.sources.iter().map(|source| match source {
+            DataSource::Shape(view) if view.posture == posture => view.values(positions),
+            _ => Vec::new(),
+        });
+        own.flatten().collect()
+    }
+
+    /// Each source with the weights of its numbers.
+    fn with_weights<'a>(&'a self, weights: &'a [f64]) -> impl Iterator<Item = (&'a DataSource, &'a [f64])> {
+        self.sources.iter().scan(weights, |left, source| {
+            let (own, rest) = left.split_at(source.len());
+            *left = rest;
+            Some((source, own))
         })
     }
 
-    /// Posture whose shape a number follows from (`Some(None)`: the baseline); `None` where it follows from tensions.
-    pub fn posture(&self, number: usize) -> Option<Option<usize>> {
-        self.views().find(|(own, _)| own.contains(&number)).map(|(_, view)| view.posture)
-    }
-
-    /// All numbers, from the positions of all nodes (m) in each posture (`None`: the baseline); zero for those that follow from tensions.
-    pub fn of_shapes<'p>(&self, shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>]) -> Vec<f64> {
-        match &self.of {
-            DataSource::Shapes(views) => views.iter().flat_map(|v| v.values(shape(v.posture))).collect(),
-            DataSource::Activity(all) => vec![0.0; all.len()],
-        }
-    }
-
-    pub(super) fn of_shape(&self, posture: Option<usize>, positions: &[SVector<f64, 2>]) -> Vec<f64> {
-        let own = self.views().filter(|(_, view)| view.posture == posture);
-        own.flat_map(|(_, view)| view.values(positions)).collect()
-    }
-
     /// Adds to `by_node` the derivatives of the sum of `weights` times the numbers by the positions in one posture.
-    pub(super) fn gradient(
+    pub(super) fn add_gradient(
         &self,
         (posture, positions): (Option<usize>, &[SVector<f64, 2>]),
         weights: &[f64],
         by_node: &mut [SVector<f64, 2>],
     ) {
-        for (own, view) in self.views().filter(|(_, view)| view.posture == posture) {
-            for (observable, weight) in view.observables.iter().zip(view.of_observables(&weights[own])) {
-                observable.gradient(positions, &mut |node, slope| by_node[node] += slope * weight);
+        for (source, own) in self.with_weights(weights) {
+            match source {
+                DataSource::Shape(view) if view.posture == posture => {
+                    view.add_gradient(positions, own, by_node)
+                }
+                _ => {}
             }
-        }
-    }
-
-    pub(super) fn only(&self, number: usize) -> Vec<f64> {
-        (0..self.len()).map(|n| f64::from(u8::from(n == number))).collect()
-    }
-
-    pub(super) fn values(&self, values: &ParameterValues, solved: &SolvedPoint) -> Vec<f64> {
-        match &self.of {
-            DataSource::Shapes(_) => self.of_shapes(|p| solved.shape(p.unwrap_or(solved.shapes.len() - 1)).0),
-            DataSource::Activity(all) => all.iter().map(|active| active.value(values)).collect(),
         }
     }
 
     /// Derivative of the sum of `weights` times the numbers by a tension at fixed shapes.
     pub(super) fn slope(&self, values: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
-        match &self.of {
-            DataSource::Shapes(_) => 0.0,
-            DataSource::Activity(all) => {
-                all.iter().zip(weights).map(|(active, w)| w * active.slope(values, parameter)).sum()
-            }
-        }
+        let each = self.with_weights(weights).map(|(source, own)| match source {
+            DataSource::Shape(_) => 0.0,
+            DataSource::Activity(active) => own[0] * active.slope(values, parameter),
+        });
+        each.sum()
     }
 }

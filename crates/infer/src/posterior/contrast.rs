@@ -87,19 +87,15 @@ impl Contrast {
 
     /// Such as "HGa: surely harder in /a/ than in /u/"; `None` where neither is probable.
     pub fn sentence(&self) -> Option<String> {
-        let (how, [more, less]) = match self.certainty {
-            Certainty::SurelyHarder => ("surely", [&self.a, &self.b]),
-            Certainty::ProbablyHarder => ("probably", [&self.a, &self.b]),
-            Certainty::SurelyNotHarder => ("surely", [&self.b, &self.a]),
-            Certainty::ProbablyNotHarder => ("probably", [&self.b, &self.a]),
-            Certainty::NotKnown => return None,
-        };
-        let [more, less] = [more, less].map(|label| quoted(label));
+        let (is_harder_in_a, is_sure) = self.certainty.decision()?;
+        let how = if is_sure { "surely" } else { "probably" };
+        let labels = if is_harder_in_a { [&self.a, &self.b] } else { [&self.b, &self.a] };
+        let [more, less] = labels.map(|label| quoted(label));
         Some(format!("{}: {how} harder in {more} than in {less}", self.muscle))
     }
 
     pub fn is_decided(&self) -> bool {
-        matches!(self.certainty, Certainty::SurelyHarder | Certainty::SurelyNotHarder)
+        matches!(self.certainty.decision(), Some((_, true)))
     }
 }
 

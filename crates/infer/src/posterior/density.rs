@@ -1,12 +1,7 @@
 //! The density of tensions, tones and displacements of the hyoid, given stretches of a speaker's postures and auxiliary data.
 //!
-//! ```text
-//! y ~ N(s, C),  s = L(F, d, c) / L(F0),  C = C_geo + sd² I + R
-//! F = scale Z((1 + Phi(g))/2) with g ~ N(0, 1) (half-normal), F0 likewise, d = sd g, c = sd g
-//! ```
-//! Every posture has its own tensions F and displacement d of the hyoid; tones F0 and tilt c are common to the speaker. Parameters are
-//! sampled as scores `g`, which have no bounds. The derivatives (`evaluator`) need one back-substitution for each posture and one for the
-//! baseline, for any number of parameters.
+//! [`super`] states the model. Parameters are sampled as scores, which have no bounds. The derivatives (`evaluator`) need one
+//! back-substitution for each posture and one for the baseline, for any number of parameters.
 
 use std::sync::Arc;
 
@@ -20,18 +15,18 @@ use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Density<'a> {
     pub posterior_model: &'a PosteriorModel,
     pub measurements: Measurements,
     pub parameters: Vec<Parameter>,
-    lanes: Lanes<'a, 2>,
     fixed: ParameterValues,
     /// Covariance due to geometry and constants of the stretches of all muscles in all postures and of the auxiliary data; zero at first.
     pub geometry: DMatrix<f64>,
-    factor: Cholesky<f64, Dyn>,
+    /// Factor of [`Density::covariance`].
+    pub factor: Cholesky<f64, Dyn>,
     /// [`Measurements::rows`] of the measurements.
-    rows: Vec<usize>,
+    pub rows: Vec<usize>,
 }
 
 /// Without load steps: the density is zero where a direct solve fails.
@@ -77,50 +72,31 @@ impl<'a> Density<'a> {
         measurements: Measurements,
     ) -> Result<Self, PosteriorError> {
         let (fixed, parameters) = parameters(posterior_model, measurements.labels.len());
-        let is_of_muscles =
-            |p: &Parameter| matches!(p, Parameter::Tension(..) | Parameter::Tone(_) | Parameter::Hyoid(..));
-        if !parameters.iter().any(is_of_muscles) {
+        if parameters.iter().all(|p| *p == Parameter::Tilt) {
             let why =
                 "these priors fix every tension, every tone and the hyoid: leave at least one of them free";
-            return Err(PosteriorError::Priors(why.to_owned()));
+            return Err(PosteriorError::Refused(why.to_owned()));
         }
         if !posterior_model.priors.hyoid.off && posterior_model.hyoid.is_empty() {
-            return Err(PosteriorError::Body(
+            return Err(PosteriorError::Refused(
                 "this body names no bone \"hyoid\"; name it, or switch it off in the priors ([hyoid] off = true)"
                     .to_owned(),
             ));
         }
-        let size = measurements.labels.len() * posterior_model.muscles.len() + measurements.auxiliary_len();
-        Self::made(posterior_model, measurements, (fixed, parameters), DMatrix::zeros(size, size))
-    }
-
-    fn made(
-        posterior_model: &'a PosteriorModel,
-        measurements: Measurements,
-        (fixed, parameters): (ParameterValues, Vec<Parameter>),
-        geometry: DMatrix<f64>,
-    ) -> Result<Self, PosteriorError> {
-        let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
-        let lanes = Lanes::new(&posterior_model.system);
         let rows = measurements.rows(posterior_model.muscles.len());
-        let mut density = Self {
-            posterior_model,
-            measurements,
-            parameters,
-            lanes,
-            fixed,
-            geometry: DMatrix::zeros(0, 0),
-            factor,
-            rows,
-        };
-        density.set_geometry(geometry)?;
+        let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
+        let geometry = DMatrix::zeros(0, 0);
+        let mut density = Self { posterior_model, measurements, parameters, fixed, geometry, factor, rows };
+        density.set_geometry(DMatrix::zeros(density.numbers(), density.numbers()))?;
         Ok(density)
     }
 
     /// The density with other measurements of the same postures.
     pub fn with_measurements(&self, measurements: Measurements) -> Result<Self, PosteriorError> {
-        let sampled = (self.fixed.clone(), self.parameters.clone());
-        Self::made(self.posterior_model, measurements, sampled, self.geometry.clone())
+        let rows = measurements.rows(self.posterior_model.muscles.len());
+        let mut density = Self { rows, measurements, ..self.clone() };
+        density.set_geometry(self.geometry.clone())?;
+        Ok(density)
     }
 
     pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
@@ -133,8 +109,9 @@ impl<'a> Density<'a> {
         self.measurements.labels.len()
     }
 
-    pub fn rows(&self) -> &[usize] {
-        &self.rows
+    /// Number of computed numbers: the stretches of all muscles in all postures, and the auxiliary data.
+    pub(super) fn numbers(&self) -> usize {
+        self.postures() * self.posterior_model.muscles.len() + self.measurements.auxiliary.len()
     }
 
     /// Rows and columns of the measured numbers, from a matrix of all muscles in all postures and the auxiliary data.
@@ -147,7 +124,7 @@ impl<'a> Density<'a> {
         self.select_measured(&self.geometry)
             + self.discrepancies()
             + self.rounding()
-            + self.auxiliary_errors()
+            + self.placed(self.measurements.len(), &self.measurements.auxiliary.errors)
     }
 
     /// Covariance due to the model's error of stretches, including that of an active baseline for a vowel alone.
@@ -162,14 +139,8 @@ impl<'a> Density<'a> {
 
     /// Covariance due to rounding of the lengths; zero if the priors leave rounding out.
     pub fn rounding(&self) -> DMatrix<f64> {
-        self.placed(
-            0,
-            &(&self.measurements.rounding * if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 }),
-        )
-    }
-
-    pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
-        self.placed(self.measurements.len(), &self.measurements.auxiliary_errors())
+        let part = if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 };
+        self.placed(0, &(&self.measurements.rounding * part))
     }
 
     /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.
@@ -178,10 +149,6 @@ impl<'a> Density<'a> {
         let mut all = DMatrix::zeros(n, n);
         all.view_mut((from, from), part.shape()).copy_from(part);
         all
-    }
-
-    pub fn factor(&self) -> &Cholesky<f64, Dyn> {
-        &self.factor
     }
 
     /// Values of the parameters at these scores, and the derivative of each sampled parameter by its score.
@@ -226,8 +193,8 @@ impl<'a> Density<'a> {
         SolvedPoint { shapes, lengths, auxiliary: Vec::new() }
     }
 
-    pub fn lanes(&self) -> &Lanes<'a, 2> {
-        &self.lanes
+    pub fn lanes(&self) -> Lanes<'a, 2> {
+        Lanes::new(&self.posterior_model.system)
     }
 
     pub fn settings(&self) -> &'static SolveSettings {
@@ -241,8 +208,8 @@ impl<'a> Density<'a> {
         let baseline = &lengths[lengths.len() - self.posterior_model.muscles.len()..];
         let stretches = measurements.stretches.iter().enumerate();
         let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[measurements.muscles[i]]);
-        let measured = measurements.auxiliary.iter().flat_map(|b| &b.measured);
-        let all = stretches.chain(measured.zip(auxiliary).map(|(measured, value)| measured - value));
+        let others = measurements.auxiliary.measured.iter().zip(auxiliary);
+        let all = stretches.chain(others.map(|(measured, value)| measured - value));
         DVector::from_iterator(self.rows.len(), all)
     }
 }

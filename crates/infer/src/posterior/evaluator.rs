@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup, length_gradient};
 
+use super::auxiliary::DataSource;
 use super::density::{Density, is_found};
-use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
+use super::finite_differences;
 use super::from_rest::lengths_reached_from_rest;
 use super::hmc::{DensityPoint, SampledDensity};
-use super::parameters::{Draw, Parameter, ParameterValues, SolvedPoint};
+use super::linearisation::{DifferentiatedPoint, FiniteDifferences, LinearisationPoint, by_parameter};
+use super::parameters::{Draw, ParameterValues, SolvedPoint};
 use super::rest_shape;
 
 pub trait ResidualLikelihood: Sync {
@@ -20,19 +22,9 @@ pub trait ResidualLikelihood: Sync {
 
 impl ResidualLikelihood for Density<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
-        let pulls = self.factor().solve(residuals);
+        let pulls = self.factor.solve(residuals);
         (-0.5 * residuals.dot(&pulls), pulls)
     }
-}
-
-/// Linearisation of all computed numbers at a point.
-#[derive(Debug, Clone)]
-pub struct LinearisationPoint {
-    /// The stretches of all muscles of the body, posture by posture, then the auxiliary data.
-    pub computed: DVector<f64>,
-    /// Derivatives of these by the scores.
-    pub jacobian: DMatrix<f64>,
-    pub geometry: FiniteDifferences,
 }
 
 /// Solves and differentiates points of a density, at most as many at once as there are lanes.
@@ -45,14 +37,8 @@ pub struct Evaluator<'a> {
     from_rest: Vec<LaneGroup<'a, 2>>,
 }
 
-/// For each point the values of the parameters with their derivatives by the scores, and the solved point.
-type SolvedPoints = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<SolvedPoint>>);
-
-/// The shape from which an auxiliary number follows, and the number's adjoint at each point; `None` where it follows from tensions.
-type DataAdjoint = Option<(usize, Vec<Option<Adjoint<2>>>)>;
-
-/// The adjoints of all lengths of one shape, for each point.
-type LengthRates = Vec<Option<Vec<Adjoint<2>>>>;
+/// The values of the parameters at a point, and their derivatives by the scores.
+type ValuesAndSlopes = (ParameterValues, Vec<f64>);
 
 impl<'a> Evaluator<'a> {
     pub fn new(density: &'a Density<'_>) -> Self {
@@ -65,7 +51,10 @@ impl<'a> Evaluator<'a> {
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
-    fn solve(&mut self, points: &[(&DVector<f64>, &SolvedPoint)]) -> SolvedPoints {
+    fn solve(
+        &mut self,
+        points: &[(&DVector<f64>, &SolvedPoint)],
+    ) -> (Vec<ValuesAndSlopes>, Vec<Option<SolvedPoint>>) {
         let density = self.density;
         let values: Vec<_> = points.iter().map(|(g, _)| density.parameter_values(g)).collect();
         for (index, group) in self.shapes.iter_mut().enumerate() {
@@ -81,18 +70,15 @@ impl<'a> Evaluator<'a> {
             if !found.iter().all(|shape| is_found(shape)) {
                 return None;
             }
-            let mut solved = SolvedPoint {
-                lengths: found.iter().flat_map(|shape| system.lengths(&shape.positions)).collect(),
-                shapes: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
-                auxiliary: Vec::new(),
-            };
-            solved.auxiliary = density
+            let auxiliary = density
                 .measurements
                 .auxiliary
-                .iter()
-                .flat_map(|b| b.values(&values[point].0, &solved))
-                .collect();
-            solved.auxiliary.iter().all(|v| v.is_finite()).then_some(solved)
+                .values(&values[point].0, |posture| &found[posture.unwrap_or(density.postures())].positions);
+            auxiliary.iter().all(|v| v.is_finite()).then(|| SolvedPoint {
+                lengths: found.iter().flat_map(|shape| system.lengths(&shape.positions)).collect(),
+                shapes: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
+                auxiliary,
+            })
         }));
         (values, solved)
     }
@@ -114,131 +100,58 @@ impl<'a> Evaluator<'a> {
         geometry: bool,
     ) -> Vec<Option<(LinearisationPoint, SolvedPoint)>> {
         let (values, solved) = self.solve(points);
-        let mut rates: Vec<LengthRates> = self.shapes.iter_mut().map(LaneGroup::length_rates).collect();
-        let mut data = self.data_adjoints(&solved);
+        // Adjoints of the numbers of each shape, at each point: of all lengths, then of the auxiliary numbers that follow from the shape.
+        let mut adjoints: Vec<Vec<Option<Vec<Adjoint<2>>>>> =
+            self.shapes.iter_mut().map(LaneGroup::length_rates).collect();
+        for (source, number) in self.density.measurements.auxiliary.numbers() {
+            let DataSource::Shape(view) = source else { continue };
+            let index = view.posture.unwrap_or(self.density.postures());
+            let gradients = solved.iter().map(|solved| match solved {
+                Some(solved) => view.gradient_of(number, solved.shape(index).0),
+                None => vec![SVector::zeros(); self.density.posterior_model.system.rest().len()],
+            });
+            let found = self.shapes[index].adjoint(&gradients.collect::<Vec<_>>());
+            for (all, one) in adjoints[index].iter_mut().zip(found) {
+                *all = all.take().zip(one).map(|(mut all, one)| {
+                    all.push(one);
+                    all
+                });
+            }
+        }
         let mut out = Vec::with_capacity(points.len());
-        for (i, solved) in solved.into_iter().enumerate() {
-            let lengths: Option<Vec<Vec<Adjoint<2>>>> = rates.iter_mut().map(|r| r[i].take()).collect();
-            // `None` where the adjoint of a number that follows from a shape was not found.
-            let data: Option<Vec<_>> = data
-                .iter_mut()
-                .map(|own| match own {
-                    Some((index, all)) => Some(Some((*index, all[i].take()?))),
-                    None => Some(None),
-                })
-                .collect();
-            out.push(solved.zip(lengths).zip(data).and_then(|((solved, lengths), data)| {
-                let linear = self.linear(&values[i], &solved, &Adjoints { lengths, data }, geometry)?;
-                Some((linear, solved))
+        for (i, (solved, (values, slopes))) in solved.into_iter().zip(&values).enumerate() {
+            let adjoints: Option<Vec<_>> = adjoints.iter_mut().map(|shape| shape[i].take()).collect();
+            out.push(solved.zip(adjoints).and_then(|(solved, adjoints)| {
+                let point = DifferentiatedPoint { density: self.density, solved: &solved, values, adjoints };
+                let geometry = match (geometry, self.density.posterior_model.is_of_springs()) {
+                    (true, true) => rest_shape::of_springs(&point)?,
+                    (true, false) => finite_differences::answers(&point)?,
+                    (false, _) => FiniteDifferences::none(self.density.numbers()),
+                };
+                let (computed, jacobian) = (point.computed(), point.jacobian(slopes));
+                Some((LinearisationPoint { computed, jacobian, geometry }, solved))
             }));
         }
         out
-    }
-
-    fn data_adjoints(&mut self, solved: &[Option<SolvedPoint>]) -> Vec<DataAdjoint> {
-        let nodes = self.density.posterior_model.system.rest().len();
-        Vec::from_iter(self.density.measurements.auxiliary_numbers().map(|(auxiliary, number)| {
-            let posture = auxiliary.posture(number)?;
-            let index = posture.unwrap_or(self.shapes.len() - 1);
-            let gradients: Vec<_> = solved
-                .iter()
-                .map(|solved| {
-                    let mut gradient = vec![SVector::zeros(); nodes];
-                    if let Some(solved) = solved {
-                        let at = (posture, solved.shape(index).0);
-                        auxiliary.gradient(at, &auxiliary.only(number), &mut gradient);
-                    }
-                    gradient
-                })
-                .collect();
-            Some((index, self.shapes[index].adjoint(&gradients)))
-        }))
-    }
-
-    fn linear(
-        &self,
-        (values, slopes): &(ParameterValues, Vec<f64>),
-        solved: &SolvedPoint,
-        rates: &Adjoints,
-        geometry: bool,
-    ) -> Option<LinearisationPoint> {
-        let posterior_model = self.density.posterior_model;
-        let (count, postures) = (posterior_model.muscles.len(), self.density.postures());
-        let (_, over) = solved.shape(postures);
-        let of_muscles = postures * count;
-        let stretches = (0..of_muscles).map(|row| solved.lengths[row] / over[row % count]);
-        let computed = stretches.chain(solved.auxiliary.iter().copied());
-        let computed = DVector::from_iterator(of_muscles + solved.auxiliary.len(), computed);
-        let mut jacobian = DMatrix::from_fn(computed.len(), slopes.len(), |row, p| {
-            if row >= of_muscles {
-                return 0.0;
-            }
-            solved.stretch_rate(row, slopes[p], |index, m| {
-                let (adjoint, parameter) = (&rates.lengths[index][m], self.density.parameters[p]);
-                by_parameter(posterior_model, values, (index, postures), adjoint, parameter)
-            })
-        });
-        let numbers = self.density.measurements.auxiliary_numbers().zip(&rates.data);
-        for (row, ((auxiliary, number), own)) in numbers.enumerate() {
-            let weights = auxiliary.only(number);
-            for (p, &parameter) in self.density.parameters.iter().enumerate() {
-                let by_shape = own.as_ref().map_or(0.0, |(index, adjoint)| {
-                    by_parameter(posterior_model, values, (*index, postures), adjoint, parameter)
-                });
-                let by = by_shape + auxiliary.slope(values, &weights, parameter);
-                jacobian[(of_muscles + row, p)] = slopes[p] * by;
-            }
-        }
-        let point =
-            GeometrySensitivity { solved, values, rates, auxiliary: &self.density.measurements.auxiliary };
-        let geometry = match (geometry, posterior_model.is_of_springs()) {
-            (true, true) => rest_shape::of_springs(posterior_model, &point)?,
-            (true, false) => finite_differences::answers(posterior_model, &point)?,
-            (false, _) => FiniteDifferences::none(computed.len()),
-        };
-        Some(LinearisationPoint { computed, jacobian, geometry })
     }
 
     /// Derivatives of the logarithm of the density by the scores, from the adjoints of all shapes and the weights of the auxiliary data.
     fn gradient(
         &self,
         scores: &DVector<f64>,
-        (values, slopes): &(ParameterValues, Vec<f64>),
+        (values, slopes): &ValuesAndSlopes,
         (adjoints, weights): (&[&Adjoint<2>], &[f64]),
     ) -> DVector<f64> {
         let density = self.density;
         DVector::from_fn(scores.len(), |i, _| {
             let p = density.parameters[i];
-            let each = adjoints.iter().enumerate().map(|(index, adjoint)| {
-                by_parameter(density.posterior_model, values, (index, density.postures()), adjoint, p)
-            });
-            let auxiliary = density
-                .measurements
-                .split_weights(weights)
-                .map(|(auxiliary, w)| auxiliary.slope(values, w, p));
-            slopes[i] * (each.sum::<f64>() + auxiliary.sum::<f64>()) - scores[i]
+            let each = adjoints
+                .iter()
+                .enumerate()
+                .map(|(index, adjoint)| by_parameter(density, values, index, adjoint, p));
+            let auxiliary = density.measurements.auxiliary.slope(values, weights, p);
+            slopes[i] * (each.sum::<f64>() + auxiliary) - scores[i]
         })
-    }
-}
-
-/// Derivative of a function of one shape by a parameter; `index` is the number of a posture, or `postures` for the baseline.
-fn by_parameter(
-    posterior_model: &super::PosteriorModel,
-    values: &ParameterValues,
-    (index, postures): (usize, usize),
-    adjoint: &Adjoint<2>,
-    parameter: Parameter,
-) -> f64 {
-    let by_hyoid = |which: usize| match values.postures.get(index) {
-        Some(own) => posterior_model.hyoid_rates(adjoint, own.hyoid, values.tilt)[which],
-        None => 0.0,
-    };
-    match parameter {
-        Parameter::Tension(posture, m) if posture == index => adjoint.by_tension[m],
-        Parameter::Tone(m) if index == postures => adjoint.by_tension[m],
-        Parameter::Hyoid(posture, axis) if posture == index => by_hyoid(axis),
-        Parameter::Tilt => by_hyoid(2),
-        _ => 0.0,
     }
 }
 
@@ -271,18 +184,15 @@ impl SampledDensity for Evaluator<'_> {
                 for (i, &m) in measurements.muscles.iter().enumerate() {
                     let over = solved.shape(postures).1[m];
                     let part = match measurements.postures[i] {
-                        _ if index == postures => -solved.lengths[density.rows()[i]] / (over * over),
+                        _ if index == postures => -solved.lengths[density.rows[i]] / (over * over),
                         posture if posture == index => 1.0 / over,
                         _ => continue,
                     };
                     length_gradient(system, solved.shape(index).0, m, weights[i] * part, &mut gradient);
                 }
                 let at = ((index < postures).then_some(index), solved.shape(index).0);
-                for (auxiliary, weights) in
-                    measurements.split_weights(&weights.as_slice()[measurements.len()..])
-                {
-                    auxiliary.gradient(at, weights, &mut gradient);
-                }
+                let weights = &weights.as_slice()[measurements.len()..];
+                measurements.auxiliary.add_gradient(at, weights, &mut gradient);
                 gradient
             })))
         });

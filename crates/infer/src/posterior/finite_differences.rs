@@ -7,11 +7,10 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use super::auxiliary::AuxiliaryData;
+use super::linearisation::{DifferentiatedPoint, FiniteDifferences};
 use super::model::{PerturbedBody, PerturbedPair, PosteriorModel};
-use super::parameters::{ParameterValues, SolvedPoint};
 use tongue_core::effect::Configuration;
-use tongue_core::statics::lanes::{Adjoint, Lanes};
+use tongue_core::statics::lanes::Lanes;
 use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::System;
 
@@ -39,15 +38,10 @@ impl PerturbedBody {
 
 /// Change of all computed numbers for one standard deviation of the logarithm of kappa: half the difference between the equilibria to
 /// either side, because the change is far from linear. One column, or none if kappa is known; `None` where there is no equilibrium.
-pub(crate) fn by_kappa(
-    posterior_model: &PosteriorModel,
-    point: &GeometrySensitivity<'_>,
-) -> Option<DMatrix<f64>> {
-    let &GeometrySensitivity { solved, values, auxiliary, .. } = point;
-    let (count, base) = (posterior_model.muscles.len(), solved.shapes.len() - 1);
-    let of_muscles = base * count;
-    let rows = of_muscles + solved.auxiliary.len();
-    let Some(sides) = &posterior_model.kappa else { return Some(DMatrix::zeros(rows, 0)) };
+pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> {
+    let &DifferentiatedPoint { density, solved, values, .. } = point;
+    let (posterior_model, base) = (density.posterior_model, density.postures());
+    let Some(sides) = &posterior_model.kappa else { return Some(point.matrix(&[])) };
     let with = |system: &System<2>| -> Option<DVector<f64>> {
         let loads: Vec<_> = (0..=base)
             .map(|index| posterior_model.load(values, index, Some(solved.shape(index).0)))
@@ -55,94 +49,45 @@ pub(crate) fn by_kappa(
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
         let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();
+        let (baseline, postures) = lengths.split_last()?;
         let stretches =
-            (0..of_muscles).map(|row| lengths[row / count][row % count] / lengths[base][row % count]);
-        // Activity follows from tensions, which kappa does not change.
+            postures.iter().flat_map(|own| own.iter().zip(baseline).map(|(length, over)| length / over));
         let of_shape = |posture: Option<usize>| found[posture.unwrap_or(base)].positions.as_slice();
-        let others = auxiliary.iter().flat_map(|b| b.of_shapes(of_shape));
-        let all = DVector::from_iterator(rows, stretches.chain(others));
+        let others = density.measurements.auxiliary.values(values, of_shape);
+        let all = DVector::from_vec(stretches.chain(others).collect());
         (converged && all.iter().all(|v| v.is_finite())).then_some(all)
     };
-    let half = (with(&sides[1])? - with(&sides[0])?) / 2.0;
-    Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
-}
-
-/// Changes of all computed numbers for one standard deviation of each source of error; one row for each number.
-#[derive(Debug, Clone)]
-pub struct FiniteDifferences {
-    pub ends: DMatrix<f64>,
-    pub outline: DMatrix<f64>,
-    pub kappa: DMatrix<f64>,
-    pub width: DMatrix<f64>,
-    pub patch: DMatrix<f64>,
-}
-
-impl FiniteDifferences {
-    pub fn none(numbers: usize) -> Self {
-        let none = || DMatrix::zeros(numbers, 0);
-        Self { ends: none(), outline: none(), kappa: none(), width: none(), patch: none() }
-    }
-}
-
-pub struct Adjoints {
-    /// Adjoints of all lengths, shape by shape.
-    pub lengths: Vec<Vec<Adjoint<2>>>,
-    /// For every auxiliary number that follows from a shape, the number of the shape and its adjoint; `None` for the others.
-    pub data: Vec<Option<(usize, Adjoint<2>)>>,
-}
-
-pub struct GeometrySensitivity<'a> {
-    pub solved: &'a SolvedPoint,
-    pub values: &'a ParameterValues,
-    pub rates: &'a Adjoints,
-    pub auxiliary: &'a [AuxiliaryData],
+    Some(point.matrix(&[(with(&sides[1])? - with(&sides[0])?) / 2.0]))
 }
 
 /// The sensitivities at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
-pub fn answers(
-    posterior_model: &PosteriorModel,
-    point: &GeometrySensitivity<'_>,
-) -> Option<FiniteDifferences> {
-    let &GeometrySensitivity { solved, rates, .. } = point;
-    let sides = posterior_model.sides.as_ref()?;
-    let (count, base) = (posterior_model.muscles.len(), solved.shapes.len() - 1);
-    let of_muscles = base * count;
-    let rows = of_muscles + solved.auxiliary.len();
-    let of_pair = |([low, high], step): &PerturbedPair| -> Option<DVector<f64>> {
-        let slopes = (0..=base)
-            .map(|index| Some(slopes_of(posterior_model, [low, high], point, index)? / (2.0 * step)));
-        let slopes: Vec<DVector<f64>> = slopes.collect::<Option<_>>()?;
-        let stretches = (0..of_muscles).map(|row| solved.stretch_rate(row, 1.0, |index, m| slopes[index][m]));
-        // The auxiliary numbers of a shape follow its lengths in `slopes`.
-        let mut next = vec![count; base + 1];
-        let others = rates.data.iter().map(|own| {
-            own.as_ref().map_or(0.0, |&(index, _)| {
-                next[index] += 1;
-                slopes[index][next[index] - 1]
-            })
-        });
-        Some(DVector::from_iterator(rows, stretches.chain(others)))
+pub(super) fn answers(point: &DifferentiatedPoint<'_>) -> Option<FiniteDifferences> {
+    let sides = point.density.posterior_model.sides.as_ref()?;
+    let of_pair = |(bodies, step): &PerturbedPair| -> Option<DVector<f64>> {
+        let slopes = (0..point.adjoints.len()).map(|index| slopes_of(point, bodies, *step, index));
+        Some(point.changes(1.0, &slopes.collect::<Option<Vec<_>>>()?, |_| 0.0))
     };
     let matrix = |pairs: &[PerturbedPair]| -> Option<DMatrix<f64>> {
-        let columns: Vec<DVector<f64>> = pairs.iter().map(of_pair).collect::<Option<_>>()?;
-        Some(DMatrix::from_fn(rows, columns.len(), |row, c| columns[c][row]))
+        Some(point.matrix(&pairs.iter().map(of_pair).collect::<Option<Vec<_>>>()?))
     };
     Some(FiniteDifferences {
         ends: matrix(&sides.ends)?,
         outline: matrix(&sides.outline)?,
-        kappa: by_kappa(posterior_model, point)?,
+        kappa: by_kappa(point)?,
         width: matrix(sides.width.as_slice())?,
         patch: matrix(sides.patch.as_slice())?,
     })
 }
 
-/// First-order differences of every length of a shape, m, and every auxiliary number of it, between the second body and the first.
+/// Derivatives, by a pair of perturbed bodies, of the numbers of a shape, in the order of its adjoints.
 fn slopes_of(
-    posterior_model: &PosteriorModel,
-    [low, high]: [&PerturbedBody; 2],
-    &GeometrySensitivity { solved, values, rates, auxiliary }: &GeometrySensitivity<'_>,
+    point: &DifferentiatedPoint<'_>,
+    [low, high]: &[PerturbedBody; 2],
+    step: f64,
     index: usize,
-) -> Option<DVector<f64>> {
+) -> Option<Vec<f64>> {
+    let &DifferentiatedPoint { density, solved, values, .. } = point;
+    let posterior_model = density.posterior_model;
     let unknowns = posterior_model.system.pattern().nodes();
     let same = [low, high].iter().all(|side| {
         let pattern = side.system.pattern();
@@ -157,15 +102,13 @@ fn slopes_of(
     let [[force_low, x_low], [force_high, x_high]] = [low, high]
         .map(|side| side.forces_and_positions(posterior_model, solved.shape(index).0, tensions, hyoid));
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
-        let numbers = auxiliary.iter().flat_map(|data| data.of_shape(own.map(|_| index), x));
+        let numbers = density.measurements.auxiliary.of_shape(own.map(|_| index), x);
         side.system.lengths(x).into_iter().chain(numbers).collect()
     });
-    let data = rates.data.iter().flatten().filter(|(of, _)| *of == index).map(|(_, adjoint)| adjoint);
-    let adjoints = rates.lengths[index].iter().chain(data);
-    let slopes: Vec<f64> = Vec::from_iter(adjoints.enumerate().map(|(i, adjoint)| {
+    let slopes: Vec<f64> = Vec::from_iter(point.adjoints[index].iter().enumerate().map(|(i, adjoint)| {
         let by_force: f64 =
             unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();
-        of_high[i] - of_low[i] + by_force
+        (of_high[i] - of_low[i] + by_force) / (2.0 * step)
     }));
-    slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
+    slopes.iter().all(|s| s.is_finite()).then_some(slopes)
 }

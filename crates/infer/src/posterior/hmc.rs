@@ -25,7 +25,7 @@ const MOST_STARTS: i32 = 32;
 const MOST_STEPS: usize = 100;
 
 /// A density to sample, evaluated at up to [`LANES`] points at once.
-pub trait SampledDensity {
+pub trait SampledDensity: Send + Sync {
     /// State of a solved point, from which neighbours are solved.
     type Solved: Clone + Send + Sync;
     type Kept: Clone + Send + Sync;
@@ -98,12 +98,13 @@ pub fn sample<T: SampledDensity>(
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
     let groups = in_groups(&make, whitened, from, settings, None, |g| g.warmed_up(settings.warm_up));
-    let begun = groups.iter().all(|g| g.states.len() == g.random.len());
+    let begun = groups.iter().all(ChainGroup::has_begun);
     let visited_points: Vec<_> = groups.iter().flat_map(|g| &g.visited_points).collect();
     let Some(learned) = begun.then(|| whitened.learned(&visited_points)).flatten() else {
         return vec![Chain::EMPTY; settings.chains];
     };
-    let sampled = parallel::map(&groups, |group| group.go_on(make(), &learned).run(settings));
+    let sampled =
+        parallel::map(&groups, |group| group.in_coordinates(make(), &learned).run(settings, CHECKED));
     sampled.into_iter().flatten().collect()
 }
 
@@ -116,7 +117,8 @@ pub(super) fn sample_briefly<T: SampledDensity>(
     settings: &Settings,
     only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
-    let sampled = in_groups(&make, whitened, from, settings, only, |group| group.run_briefly(settings));
+    let sampled =
+        in_groups(&make, whitened, from, settings, only, |group| group.run(settings, settings.warm_up));
     sampled.into_iter().flatten().collect()
 }
 
@@ -148,44 +150,15 @@ struct ChainState<P> {
 struct ChainGroup<'a, T: SampledDensity> {
     target: T,
     whitened: &'a Whitened,
+    /// State of each chain; fewer than `random` where some could not begin.
     states: Vec<ChainState<T::Solved>>,
     random: Vec<fastrand::Rng>,
     /// Generator of the lengths of trajectories, shared by all chains.
     common: fastrand::Rng,
     evaluations: usize,
     step: DualAveraging,
-}
-
-struct Warm<P> {
-    /// State of each chain; fewer than `random` where some could not begin.
-    states: Vec<ChainState<P>>,
-    random: Vec<fastrand::Rng>,
-    common: fastrand::Rng,
-    evaluations: usize,
-    /// Visited points, and the derivatives of the logarithm of the density there.
+    /// Points visited in the warm-up, and the derivatives of the logarithm of the density there.
     visited_points: Vec<(DVector<f64>, DVector<f64>)>,
-}
-
-impl<P: Clone> Warm<P> {
-    /// The chains in other coordinates.
-    fn go_on<'a, T: SampledDensity<Solved = P>>(
-        &self,
-        target: T,
-        whitened: &'a Whitened,
-    ) -> ChainGroup<'a, T> {
-        let moved = |s: &ChainState<P>| {
-            ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone())
-        };
-        ChainGroup {
-            target,
-            whitened,
-            states: self.states.iter().map(moved).collect(),
-            random: self.random.clone(),
-            common: self.common.clone(),
-            evaluations: self.evaluations,
-            step: DualAveraging::new(),
-        }
-    }
 }
 
 impl<'a, T: SampledDensity> ChainGroup<'a, T> {
@@ -228,27 +201,48 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
             }
         }
         let states = states.into_iter().flatten().collect();
-        Self { target, whitened, states, random, common, evaluations, step: DualAveraging::new() }
+        let (step, visited_points) = (DualAveraging::new(), Vec::new());
+        Self { target, whitened, states, random, common, evaluations, step, visited_points }
     }
 
-    fn warmed_up(mut self, warm_up: usize) -> Warm<T::Solved> {
-        let mut visited_points = Vec::new();
-        if self.states.len() == self.random.len() {
-            for block in blocks(warm_up, CHECKED) {
-                self.checked(|group| {
-                    for draw in block {
-                        group.warm();
-                        // The first third may still be far from the bulk of the density.
-                        if draw >= warm_up / 3 {
-                            let visited = group.states.iter();
-                            visited_points.extend(visited.map(|s| (s.x.clone(), s.point.gradient.clone())));
-                        }
-                    }
-                });
-            }
+    fn has_begun(&self) -> bool {
+        self.states.len() == self.random.len()
+    }
+
+    /// The chains in other coordinates.
+    fn in_coordinates<'b>(&self, target: T, whitened: &'b Whitened) -> ChainGroup<'b, T> {
+        let moved = |s: &ChainState<T::Solved>| {
+            ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone())
+        };
+        ChainGroup {
+            target,
+            whitened,
+            states: self.states.iter().map(moved).collect(),
+            random: self.random.clone(),
+            common: self.common.clone(),
+            evaluations: self.evaluations,
+            step: DualAveraging::new(),
+            visited_points: Vec::new(),
         }
-        let Self { states, random, common, evaluations, .. } = self;
-        Warm { states, random, common, evaluations, visited_points }
+    }
+
+    fn warmed_up(mut self, warm_up: usize) -> Self {
+        if !self.has_begun() {
+            return self;
+        }
+        for block in blocks(warm_up, CHECKED) {
+            self.checked(|group| {
+                for draw in block {
+                    group.warm();
+                    // The first third may still be far from the bulk of the density.
+                    if draw >= warm_up / 3 {
+                        let visited = group.states.iter().map(|s| (s.x.clone(), s.point.gradient.clone()));
+                        group.visited_points.extend(visited);
+                    }
+                }
+            });
+        }
+        self
     }
 
     /// Runs one trajectory and adapts the step to its acceptance.
@@ -273,20 +267,14 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         refused
     }
 
-    fn run_briefly(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
-        if self.states.len() == self.random.len() {
-            self.checked(|group| (0..settings.warm_up).for_each(|_| group.warm()));
-        }
-        self.run(&Settings { warm_up: 0, ..*settings })
-    }
-
-    fn run(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
+    /// Warms up, with a check of points after each `checked` trajectories, and draws.
+    fn run(mut self, settings: &Settings, checked: usize) -> Vec<Chain<T::Kept>> {
         let count = self.states.len();
         let mut chains = vec![Chain::EMPTY; self.random.len()];
-        if count < chains.len() {
+        if !self.has_begun() {
             return chains;
         }
-        for block in blocks(settings.warm_up, CHECKED) {
+        for block in blocks(settings.warm_up, checked) {
             self.checked(|group| block.for_each(|_| group.warm()));
         }
         // Two checks for each draw reject hardly more than one for each trajectory would.

@@ -52,15 +52,15 @@ impl<'a> Without<'a> {
     }
 }
 
-/// Each posterior with the position of the stretch that it leaves out.
-struct Mixture<'a>(Vec<(usize, Without<'a>)>);
+/// The posteriors that each leave out one stretch, in the order of the stretches.
+struct Mixture<'a>(Vec<Without<'a>>);
 
 impl Mixture<'_> {
     /// Logarithms of the terms at these residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
-        Vec::from_iter(self.0.iter().map(|(position, without)| {
-            let (log, pulls) = without.density.log(&residuals.clone().remove_row(*position));
-            (log + without.weight, pulls.insert_row(*position, 0.0))
+        Vec::from_iter(self.0.iter().enumerate().map(|(position, without)| {
+            let (log, pulls) = without.density.log(&residuals.clone().remove_row(position));
+            (log + without.weight, pulls.insert_row(position, 0.0))
         }))
     }
 }
@@ -83,11 +83,10 @@ pub fn predict_each_from_others(
     if positions.is_empty() {
         return Ok(Vec::new());
     }
-    let all =
-        parallel::map(&positions, |&position| Ok((position, Without::new(density, map_estimate, position)?)));
+    let all = parallel::map(&positions, |&position| Without::new(density, map_estimate, position));
     let mixture = Mixture(all.into_iter().collect::<Result<_, PosteriorError>>()?);
     let count = positions.len() as f64;
-    let modes = mixture.0.iter().map(|(_, without)| &without.map_estimate);
+    let modes = mixture.0.iter().map(|without| &without.map_estimate);
     let centre = modes.clone().map(|m| &m.scores).sum::<DVector<f64>>() / count;
     let n = centre.len();
     let precision = modes.fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
@@ -103,7 +102,7 @@ pub fn predict_each_from_others(
             shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
         })
         .collect();
-    let each = mixture.0.into_iter().map(|(position, without)| {
+    let each = mixture.0.into_iter().enumerate().map(|(position, without)| {
         let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
         let count = effective(&own);
         if count >= LEAST_EFFECTIVE {
@@ -128,7 +127,7 @@ fn predicted(
     (draws, weights): (&[Draw], &[f64]),
     how: (PredictionMethod, f64),
 ) -> LeftOut {
-    let (row, measured) = (whole.rows()[position], whole.measurements.stretches[position]);
+    let (row, measured) = (whole.rows[position], whole.measurements.stretches[position]);
     let (gain, sd) = conditional(whole, other, position);
     let parts: Vec<MixtureComponent> = Vec::from_iter(draws.iter().zip(weights).map(|(d, &weight)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.auxiliary));
@@ -140,13 +139,13 @@ fn predicted(
 /// The stretches of the model, corrected by the error of its geometry given the measurements.
 pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
-    let rows = density.rows();
+    let rows = &density.rows;
     let stretches = &rows[..density.measurements.len()];
     if stretches.is_empty() {
         return Vec::new();
     }
     let geometry = density.select_measured(&density.geometry);
-    let gain = &geometry * density.factor().inverse();
+    let gain = &geometry * density.factor.inverse();
     let left = &geometry - &gain * &geometry;
     // If the geometry has no errors, the matrix is nearly singular, and rounding can make an eigenvalue slightly negative.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();

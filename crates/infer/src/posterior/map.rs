@@ -16,9 +16,9 @@ use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
 use super::density::Density;
-use super::evaluator::{Evaluator, LinearisationPoint};
-use super::finite_differences::FiniteDifferences;
+use super::evaluator::Evaluator;
 use super::hmc::Whitened;
+use super::linearisation::{FiniteDifferences, LinearisationPoint};
 use super::parameters::SolvedPoint;
 
 /// Mean over linearisations of the covariance due to geometry and constants; `None` without any.
@@ -43,8 +43,6 @@ pub struct MapEstimate {
     pub scores: DVector<f64>,
     pub solved: SolvedPoint,
     pub linear: LinearisationPoint,
-    /// Covariance due to geometry and constants.
-    pub geometry: DMatrix<f64>,
     /// `I + Jᵀ C⁻¹ J`, the precision of the scores.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density, up to a constant.
@@ -74,9 +72,8 @@ impl MapEstimate {
             Some((start, linear, solved))
         });
         let (start, linear, solved) = begin.ok_or(PosteriorError::NoMode)?;
-        let geometry = geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
-        density.set_geometry(geometry.clone())?;
-        let mut map_estimate = Self::new(density, start, linear, geometry, solved);
+        density.set_geometry(geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?)?;
+        let mut map_estimate = Self::new(density, start, linear, solved);
         for _ in 0..ROUNDS {
             map_estimate.climb(density);
             map_estimate.average(density)?;
@@ -85,9 +82,8 @@ impl MapEstimate {
         Ok(map_estimate)
     }
 
-    /// [`MapEstimate::find`] from the mode for nearly the same stretches.
+    /// [`MapEstimate::find`] from the mode for nearly the same stretches, whose covariance due to geometry the density has.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
-        density.set_geometry(near.geometry.clone())?;
         let mut map_estimate = near.clone();
         map_estimate.climb(density);
         map_estimate.average(density)?;
@@ -97,8 +93,7 @@ impl MapEstimate {
 
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
         if let Some(geometry) = geometry(&self.around(density)?) {
-            density.set_geometry(geometry.clone())?;
-            self.geometry = geometry;
+            density.set_geometry(geometry)?;
         }
         Ok(())
     }
@@ -125,26 +120,25 @@ impl MapEstimate {
         density: &Density<'_>,
         scores: DVector<f64>,
         linear: LinearisationPoint,
-        geometry: DMatrix<f64>,
         solved: SolvedPoint,
     ) -> Self {
-        let jacobian = linear.jacobian.select_rows(density.rows());
+        let jacobian = linear.jacobian.select_rows(&density.rows);
         let n = scores.len();
-        let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor().solve(&jacobian));
+        let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor.solve(&jacobian));
         let residuals = density.residuals(&solved.lengths, &solved.auxiliary);
-        let log = -0.5 * (residuals.dot(&density.factor().solve(&residuals)) + scores.norm_squared());
-        Self { scores, solved, linear, geometry, precision, log }
+        let log = -0.5 * (residuals.dot(&density.factor.solve(&residuals)) + scores.norm_squared());
+        Self { scores, solved, linear, precision, log }
     }
 
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
-        let Self { scores, linear, geometry, solved, .. } = self.clone();
-        let begin = Self::new(density, scores, linear, geometry, solved);
+        let Self { scores, linear, solved, .. } = self.clone();
+        let begin = Self::new(density, scores, linear, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
-            let jacobian = here.linear.jacobian.select_rows(density.rows());
+            let jacobian = here.linear.jacobian.select_rows(&density.rows);
             let residuals = density.residuals(&here.solved.lengths, &here.solved.auxiliary);
-            let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
+            let gradient = &here.scores - jacobian.tr_mul(&density.factor.solve(&residuals));
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
             TrialStep::newton(matrix, &gradient, LONGEST)
@@ -153,7 +147,7 @@ impl MapEstimate {
             let next = &here.scores + step;
             let (linear, solved) =
                 evaluator.linearise_all(&[(&next, &here.solved)], false).pop().flatten()?;
-            Some(Self::new(density, next, linear, here.geometry.clone(), solved))
+            Some(Self::new(density, next, linear, solved))
         };
         *self = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
     }

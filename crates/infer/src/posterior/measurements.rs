@@ -7,7 +7,7 @@ use crate::inverse::TargetOnBody;
 use super::auxiliary::AuxiliaryData;
 
 /// Stretches of a speaker's postures against one baseline; `names`, `muscles` and `postures` are parallel to `stretches`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Measurements {
     pub names: Vec<String>,
     pub muscles: Vec<usize>,
@@ -18,24 +18,10 @@ pub struct Measurements {
     pub labels: Vec<String>,
     /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
     pub is_baseline_active: bool,
-    pub auxiliary: Vec<AuxiliaryData>,
+    pub auxiliary: AuxiliaryData,
 }
 
 impl Measurements {
-    /// A posture without measurements, whose posterior is the prior.
-    pub fn nothing() -> Self {
-        Self {
-            names: Vec::new(),
-            muscles: Vec::new(),
-            postures: Vec::new(),
-            stretches: Vec::new(),
-            rounding: DMatrix::zeros(0, 0),
-            labels: vec![String::new()],
-            is_baseline_active: false,
-            auxiliary: Vec::new(),
-        }
-    }
-
     pub fn of_vowel(matched: &TargetOnBody) -> Self {
         Self::of_vowels(&[matched])
     }
@@ -43,7 +29,7 @@ impl Measurements {
     /// All measurements of a speaker's vowels against one baseline. The stretch `m/b` of lengths with rounding half widths `h` has the
     /// variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
     pub fn of_vowels(vowels: &[&TargetOnBody]) -> Self {
-        let mut all = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
+        let mut all = Self::default();
         // Variance of every stretch by its own length, and its derivative by the baseline's length times the half width of that.
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {
@@ -91,39 +77,7 @@ impl Measurements {
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
         let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
         let from = self.labels.len() * muscles;
-        stretches.chain(from..from + self.auxiliary_len()).collect()
-    }
-
-    pub(crate) fn auxiliary_len(&self) -> usize {
-        self.auxiliary.iter().map(AuxiliaryData::len).sum()
-    }
-
-    /// Every auxiliary number, as its data and its index in these.
-    pub fn auxiliary_numbers(&self) -> impl Iterator<Item = (&AuxiliaryData, usize)> {
-        self.auxiliary.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
-    }
-
-    /// Splits weights of all auxiliary numbers by their data.
-    pub(crate) fn split_weights<'a>(
-        &'a self,
-        weights: &'a [f64],
-    ) -> impl Iterator<Item = (&'a AuxiliaryData, &'a [f64])> {
-        self.auxiliary.iter().scan(weights, |left, auxiliary| {
-            let (own, rest) = left.split_at(auxiliary.len());
-            *left = rest;
-            Some((auxiliary, own))
-        })
-    }
-
-    pub(crate) fn auxiliary_errors(&self) -> DMatrix<f64> {
-        let n = self.auxiliary_len();
-        let mut errors = DMatrix::zeros(n, n);
-        let mut from = 0;
-        for b in &self.auxiliary {
-            errors.view_mut((from, from), (b.len(), b.len())).copy_from(&b.errors);
-            from += b.len();
-        }
-        errors
+        stretches.chain(from..from + self.auxiliary.len()).collect()
     }
 
     pub fn of_posture(&self, posture: usize) -> Vec<usize> {

@@ -27,6 +27,7 @@ mod finite_differences;
 mod from_rest;
 pub mod hmc;
 mod leave_out;
+mod linearisation;
 mod map;
 mod measurements;
 mod model;
@@ -46,10 +47,10 @@ mod warm_up;
 pub use auxiliary::{Active, AuxiliaryData, DataSource, Electrode, PostureView};
 pub use contrast::Contrast;
 pub use density::Density;
-pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
-pub use finite_differences::FiniteDifferences;
+pub use evaluator::{Evaluator, ResidualLikelihood};
 pub use from_rest::lengths_reached_from_rest;
 pub use leave_out::{fitted_stretches, predict_each_from_others};
+pub use linearisation::{FiniteDifferences, LinearisationPoint};
 pub use map::MapEstimate;
 pub use measurements::Measurements;
 pub use model::{Field, PosteriorModel};
@@ -69,9 +70,7 @@ use tongue_core::system::SystemError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PosteriorError {
     #[error("{0}")]
-    Priors(String),
-    #[error("{0}")]
-    Body(String),
+    Refused(String),
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, SVector};
 
 use super::PosteriorError;
 use super::parameters::ParameterValues;
-use super::priors::Priors;
+use super::priors::{MuscleEndsPrior, OutlinePrior, Priors};
 use crate::error_model::bell;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;
@@ -129,51 +129,49 @@ fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, Po
     }
     let Some(laid) = body.with_continuum(settings) else {
         let why = "this continuum cannot be given other muscles and patches; leave them as they are in the priors ([bundle_width] off = true, [bone_patch] off = true)";
-        return Err(PosteriorError::Body(why.to_owned()));
+        return Err(PosteriorError::Refused(why.to_owned()));
     };
-    laid.map_err(|e| PosteriorError::Body(e.to_string()))
+    laid.map_err(|e| PosteriorError::Refused(e.to_string()))
 }
 
 /// A cell that keeps less than this part of its area counts as folded.
 const LEAST_RATIO: f64 = 0.1;
 
 /// Fields of every distinct muscle end along every axis: this end moves by one standard deviation, and the others stay.
-fn attachment_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
-    if priors.muscle_ends.off {
-        return Vec::new();
-    }
-    let nodes = &body.mesh.nodes;
-    let mut places: Vec<Point> = Vec::new();
-    for node in body.mesh.muscles.iter().flat_map(|m| m.ends()) {
-        if !places.iter().any(|p| (p - nodes[node]).norm() < SAME_POINT_M) {
-            places.push(nodes[node]);
-        }
-    }
-    let (sd, reach) = (1e-3 * priors.muscle_ends.sd_mm, 1e-3 * priors.muscle_ends.reach_mm);
+fn attachment_fields(
+    body: &Body<2>,
+    MuscleEndsPrior { sd_mm, reach_mm, off }: &MuscleEndsPrior,
+) -> Vec<Field> {
+    let (nodes, muscles) = (&body.mesh.nodes, &body.mesh.muscles);
+    let places = distant(nodes, muscles.iter().flat_map(|m| m.ends()), SAME_POINT_M);
+    let reach = 1e-3 * reach_mm;
     // These weights are one at an end and zero at all others.
-    let weights = kernel(&places, reach).try_inverse();
-    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * sd)))
+    let weights = if *off { None } else { kernel(&places, reach).try_inverse() };
+    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * sd_mm))))
 }
 
 /// Independent fields whose sum is a Gaussian random displacement of the outline with the covariance of the priors.
-fn outline_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
-    if priors.outline.off {
-        return Vec::new();
-    }
-    let (sd, reach) = (1e-3 * priors.outline.sd_mm, 1e-3 * priors.outline.reach_mm);
+fn outline_fields(body: &Body<2>, OutlinePrior { sd_mm, reach_mm, off }: &OutlinePrior) -> Vec<Field> {
     let nodes = &body.mesh.nodes;
+    let reach = 1e-3 * reach_mm;
+    let places = distant(nodes, body.mesh.outlines().into_iter().flatten(), CARRIERS_APART * reach);
+    // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K); the weights are the inverse of the transposed Cholesky factor of K.
+    let n = places.len();
+    let factor = if *off { None } else { kernel(&places, reach).cholesky() };
+    let weights =
+        factor.and_then(|factor| factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n)));
+    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * sd_mm))))
+}
+
+/// Places of the nodes that are farther than `apart` from those before them.
+fn distant(nodes: &[Point], numbers: impl Iterator<Item = usize>, apart: f64) -> Vec<Point> {
     let mut places: Vec<Point> = Vec::new();
-    for node in body.mesh.outlines().into_iter().flatten() {
-        if places.iter().all(|p| (p - nodes[node]).norm() > CARRIERS_APART * reach) {
+    for node in numbers {
+        if places.iter().all(|p| (p - nodes[node]).norm() > apart) {
             places.push(nodes[node]);
         }
     }
-    // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K); the weights are the inverse of the transposed Cholesky factor of K.
-    let n = places.len();
-    let weights = kernel(&places, reach)
-        .cholesky()
-        .and_then(|factor| factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n)));
-    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * sd)))
+    places
 }
 
 fn kernel(places: &[Point], reach: f64) -> DMatrix<f64> {
@@ -199,7 +197,7 @@ impl PosteriorModel {
         priors.check()?;
         let muscles = body.mesh.muscle_names();
         if let Some(name) = priors.unknown_muscle(&muscles) {
-            return Err(PosteriorError::Priors(format!(
+            return Err(PosteriorError::Refused(format!(
                 "the priors fix {name}, a muscle that this body does not have; it has {}",
                 muscles.join(", ")
             )));
@@ -216,7 +214,8 @@ impl PosteriorModel {
         let all: Vec<usize> = (0..muscles.len()).collect();
         let system = Arc::new(System::new(&body.mesh, &model, &all)?);
         let hyoid = body.bone(HYOID).to_vec();
-        let (ends, outline) = (attachment_fields(&body, priors), outline_fields(&body, priors));
+        let (ends, outline) =
+            (attachment_fields(&body, &priors.muscle_ends), outline_fields(&body, &priors.outline));
         let (priors, turn) = (priors.clone(), turn(system.rest(), &hyoid));
         let (kappa, sides) = (None, None);
         let whole = Self { priors, body, system, model, muscles, hyoid, ends, outline, turn, kappa, sides };
@@ -267,25 +266,23 @@ impl PerturbedBodies {
             let side = |by: f64| PerturbedBody::new(posterior_model, &changed(by)?);
             Ok::<PerturbedPair, PosteriorError>(([side(-by)?, side(by)?], step))
         };
-        let displaced = |ends: &[f64], outline: &[f64]| {
-            posterior_model.displaced(ends, outline).ok_or_else(|| {
-                PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned())
-            })
+        // A pair for each field; `which` is 0 for ends and 1 for the outline.
+        let fields = |which: usize| {
+            let counts = [posterior_model.ends.len(), posterior_model.outline.len()];
+            let pairs = parallel::map(&Vec::from_iter(0..counts[which]), |&f| {
+                pair(STEP, STEP, &|by| {
+                    let mut along = counts.map(|count| vec![0.0; count]);
+                    along[which][f] = by;
+                    posterior_model.displaced(&along[0], &along[1]).ok_or_else(|| {
+                        PosteriorError::Refused("a cell of this body is nearly folded at rest".to_owned())
+                    })
+                })
+            });
+            pairs.into_iter().collect::<Result<Vec<_>, _>>()
         };
-        let along = |count: usize, f: usize, by: f64| -> Vec<f64> {
-            (0..count).map(|i| if i == f { by } else { 0.0 }).collect()
-        };
-        let fields =
-            |count: usize, displaced: &(dyn Fn(&[f64]) -> Result<Body<2>, PosteriorError> + Sync)| {
-                let numbers: Vec<usize> = (0..count).collect();
-                let pairs =
-                    parallel::map(&numbers, |&f| pair(STEP, STEP, &|by| displaced(&along(count, f, by))));
-                pairs.into_iter().collect::<Result<Vec<_>, _>>()
-            };
         let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
         let laid = |sd: f64, change: fn(&mut ContinuumSettings, f64)| {
-            let settings = settings.filter(|_| sd != 0.0);
-            let pair = settings.map(|settings| {
+            let pair = settings.filter(|_| sd != 0.0).map(|settings| {
                 pair(WIDE_STEP * sd, WIDE_STEP, &|by| {
                     let mut settings = settings;
                     change(&mut settings, by.exp());
@@ -295,8 +292,8 @@ impl PerturbedBodies {
             pair.transpose()
         };
         Ok(Self {
-            ends: fields(posterior_model.ends.len(), &|along| displaced(along, &[]))?,
-            outline: fields(posterior_model.outline.len(), &|along| displaced(&[], along))?,
+            ends: fields(0)?,
+            outline: fields(1)?,
             width: laid(priors.sd_ln_width(), |settings, times| settings.bundle_width_m *= times)?,
             patch: laid(priors.sd_ln_patch(), |settings, times| settings.patch_radius_m *= times)?,
         })
@@ -322,11 +319,8 @@ fn with_other_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2
 fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
     let constants = posterior_model.model.constants;
     let (lambda, mu) = constants.lame();
-    let lambda = if posterior_model.body.mesh.continuum.is_none() {
-        mu + (lambda - mu) * times
-    } else {
-        lambda * times
-    };
+    let is_of_springs = posterior_model.body.mesh.continuum.is_none();
+    let lambda = if is_of_springs { mu + (lambda - mu) * times } else { lambda * times };
     let poisson_ratio = lambda / (2.0 * (lambda + mu));
     Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
 }

@@ -6,7 +6,6 @@ use serde::Serialize;
 use tongue_core::statistics::{mean_and_variance, student_95};
 
 use super::contrast::{Contrast, quoted};
-use super::verdict::Certainty;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OverSpeakers {
@@ -67,23 +66,26 @@ impl OverSpeakers {
         let sign = |c: &Contrast| if c.a == first.a { 1.0 } else { -1.0 };
         let estimates: Vec<f64> = all.iter().map(|(_, c)| sign(c) * c.median).collect();
         let (mean_n, interval_95) = population_mean(&estimates);
-        let count = |harder: &[Certainty], less: &[Certainty]| {
-            all.iter()
-                .filter(|(_, c)| if sign(c) > 0.0 { harder } else { less }.contains(&c.certainty))
-                .count()
+        // Numbers of speakers in whom the muscle surely, and at least probably, pulls harder in `a`, or in `b`.
+        let count = |in_a: bool| {
+            let decisions = all.iter().filter_map(|(_, c)| {
+                let (is_harder, is_sure) = c.certainty.decision()?;
+                (is_harder == (in_a == (sign(c) > 0.0))).then_some(is_sure)
+            });
+            [decisions.clone().filter(|sure| *sure).count(), decisions.count()]
         };
-        let harder = [Certainty::SurelyHarder, Certainty::ProbablyHarder];
-        let less = [Certainty::SurelyNotHarder, Certainty::ProbablyNotHarder];
+        let [surely_harder_in_a, harder_in_a] = count(true);
+        let [surely_harder_in_b, harder_in_b] = count(false);
         Self {
             tier: tier.to_owned(),
             muscle: first.muscle.clone(),
             a: first.a.clone(),
             b: first.b.clone(),
             speakers: all.len(),
-            surely_harder_in_a: count(&harder[..1], &less[..1]),
-            harder_in_a: count(&harder, &less),
-            surely_harder_in_b: count(&less[..1], &harder[..1]),
-            harder_in_b: count(&less, &harder),
+            surely_harder_in_a,
+            harder_in_a,
+            surely_harder_in_b,
+            harder_in_b,
             mean_n,
             interval_95,
         }

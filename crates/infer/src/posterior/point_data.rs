@@ -76,7 +76,7 @@ impl AuxiliaryData {
             measured: averaged(&views, &measured).data.into(),
             errors: averaged(&views, &averaged(&views, &shared_errors(&numbers)).transpose()).transpose()
                 + 1e-6 * DMatrix::from_diagonal(&own.into()),
-            of: DataSource::Shapes(views),
+            sources: views.into_iter().map(DataSource::Shape).collect(),
         })
     }
 }

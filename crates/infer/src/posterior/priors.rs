@@ -187,8 +187,8 @@ impl Priors {
     /// Reads priors from TOML; entries that are missing keep their defaults. `origin` is the name of the text in messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, PosteriorError> {
         let priors: Self = toml_text::read(text)
-            .map_err(|e| PosteriorError::Priors(format!("{origin}:{}: {}", e.line, e.problem)))?;
-        priors.check().map_err(|e| PosteriorError::Priors(format!("{origin}: {e}")))?;
+            .map_err(|e| PosteriorError::Refused(format!("{origin}:{}: {}", e.line, e.problem)))?;
+        priors.check().map_err(|e| PosteriorError::Refused(format!("{origin}: {e}")))?;
         Ok(priors)
     }
 
@@ -197,30 +197,38 @@ impl Priors {
         sd::TABLE
     }
 
+    /// Every positive number: its name, its value, the largest one that is accepted, and the range of those that are usual.
+    fn positive_numbers(&self) -> Vec<(&'static str, f64, f64, Option<[f64; 2]>)> {
+        let usual = |off: bool, range: [f64; 2]| if off { None } else { Some(range) };
+        let (baseline, hyoid, discrepancy) = (&self.baseline, &self.hyoid, &self.discrepancy);
+        let (ends, outline) = (&self.muscle_ends, &self.outline);
+        let (width, patch) = (&self.bundle_width, &self.bone_patch);
+        vec![
+            ("tension.scale_n_per_m", self.tension.scale_n_per_m, 1e4, usual(false, [1.0, 200.0])),
+            ("baseline.scale_n_per_m", baseline.scale_n_per_m, 1e4, usual(baseline.off, [1.0, 200.0])),
+            ("hyoid.sd_mm", hyoid.sd_mm, 50.0, usual(hyoid.off, [0.5, 20.0])),
+            ("hyoid_tilt.sd_rad_per_m", self.hyoid_tilt.sd_rad_per_m, 1e3, None),
+            ("muscle_ends.sd_mm", ends.sd_mm, 50.0, usual(ends.off, [0.3, 15.0])),
+            ("muscle_ends.reach_mm", ends.reach_mm, 1e3, usual(ends.off, [1.0, 50.0])),
+            ("outline.sd_mm", outline.sd_mm, 50.0, usual(outline.off, [0.15, 10.0])),
+            ("outline.reach_mm", outline.reach_mm, 1e3, usual(outline.off, [1.0, 100.0])),
+            ("compressibility.sd_ln_kappa", self.compressibility.sd_ln_kappa, 10.0, None),
+            ("bundle_width.median_mm", width.median_mm, 50.0, None),
+            ("bundle_width.fixed_mm", width.fixed_mm.unwrap_or(1.0), 50.0, None),
+            ("bundle_width.sd_ln", width.sd_ln, 1.0, None),
+            ("bone_patch.median_mm", patch.median_mm, 50.0, None),
+            ("bone_patch.fixed_mm", patch.fixed_mm.unwrap_or(1.0), 50.0, None),
+            ("bone_patch.sd_ln", patch.sd_ln, 1.0, None),
+            ("discrepancy.sd", discrepancy.sd, 1.0, usual(discrepancy.off, [0.003, 0.3])),
+            ("discrepancy.sd_of_baseline", discrepancy.sd_of_baseline, 1.0, None),
+            ("young_modulus.sd_ln", self.young_modulus.sd_ln, 3.0, None),
+        ]
+    }
+
     /// Checks that every number is in its range.
     pub fn check(&self) -> Result<(), PosteriorError> {
-        let wrong = |what: String| Err(PosteriorError::Priors(what));
-        let positive = [
-            ("tension.scale_n_per_m", self.tension.scale_n_per_m, 1e4),
-            ("baseline.scale_n_per_m", self.baseline.scale_n_per_m, 1e4),
-            ("hyoid.sd_mm", self.hyoid.sd_mm, 50.0),
-            ("hyoid_tilt.sd_rad_per_m", self.hyoid_tilt.sd_rad_per_m, 1e3),
-            ("muscle_ends.sd_mm", self.muscle_ends.sd_mm, 50.0),
-            ("muscle_ends.reach_mm", self.muscle_ends.reach_mm, 1e3),
-            ("outline.sd_mm", self.outline.sd_mm, 50.0),
-            ("outline.reach_mm", self.outline.reach_mm, 1e3),
-            ("compressibility.sd_ln_kappa", self.compressibility.sd_ln_kappa, 10.0),
-            ("bundle_width.median_mm", self.bundle_width.median_mm, 50.0),
-            ("bundle_width.fixed_mm", self.bundle_width.fixed_mm.unwrap_or(1.0), 50.0),
-            ("bundle_width.sd_ln", self.bundle_width.sd_ln, 1.0),
-            ("bone_patch.median_mm", self.bone_patch.median_mm, 50.0),
-            ("bone_patch.fixed_mm", self.bone_patch.fixed_mm.unwrap_or(1.0), 50.0),
-            ("bone_patch.sd_ln", self.bone_patch.sd_ln, 1.0),
-            ("discrepancy.sd", self.discrepancy.sd, 1.0),
-            ("discrepancy.sd_of_baseline", self.discrepancy.sd_of_baseline, 1.0),
-            ("young_modulus.sd_ln", self.young_modulus.sd_ln, 3.0),
-        ];
-        for (name, value, most) in positive {
+        let wrong = |what: String| Err(PosteriorError::Refused(what));
+        for (name, value, most, _) in self.positive_numbers() {
             if !(value > 0.0 && value <= most) {
                 return wrong(format!(
                     "{name} is {value}; it must be above 0 and at most {most} (`off = true` leaves a source out)"
@@ -261,30 +269,8 @@ impl Priors {
 
     /// Sentences about numbers that are so unusual that they may be in another unit.
     pub fn doubts(&self) -> Vec<String> {
-        let usual = [
-            ("tension.scale_n_per_m", Some(self.tension.scale_n_per_m), [1.0, 200.0]),
-            (
-                "baseline.scale_n_per_m",
-                Some(self.baseline.scale_n_per_m).filter(|_| !self.baseline.off),
-                [1.0, 200.0],
-            ),
-            ("hyoid.sd_mm", Some(self.hyoid.sd_mm).filter(|_| !self.hyoid.off), [0.5, 20.0]),
-            (
-                "muscle_ends.sd_mm",
-                Some(self.muscle_ends.sd_mm).filter(|_| !self.muscle_ends.off),
-                [0.3, 15.0],
-            ),
-            (
-                "muscle_ends.reach_mm",
-                Some(self.muscle_ends.reach_mm).filter(|_| !self.muscle_ends.off),
-                [1.0, 50.0],
-            ),
-            ("outline.sd_mm", Some(self.outline.sd_mm).filter(|_| !self.outline.off), [0.15, 10.0]),
-            ("outline.reach_mm", Some(self.outline.reach_mm).filter(|_| !self.outline.off), [1.0, 100.0]),
-            ("discrepancy.sd", Some(self.discrepancy.sd).filter(|_| !self.discrepancy.off), [0.003, 0.3]),
-        ];
-        let unusual = usual.into_iter().filter_map(|(name, value, [least, most])| {
-            let value = value.filter(|value| !(least..=most).contains(value))?;
+        let unusual = self.positive_numbers().into_iter().filter_map(|(name, value, _, usual)| {
+            let [least, most] = usual.filter(|[least, most]| !(least..=most).contains(&&value))?;
             Some(format!("{name} is {value}, where {least} to {most} are usual; check its unit"))
         });
         unusual.collect()

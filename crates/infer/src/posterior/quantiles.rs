@@ -12,16 +12,8 @@ pub struct Quantiles {
 
 /// Part of the values that are above zero; a zero counts as half.
 pub(super) fn part_above_zero(values: &[f64]) -> f64 {
-    let parts = values.iter().map(|&v| {
-        if v > 0.0 {
-            1.0
-        } else if v == 0.0 {
-            0.5
-        } else {
-            0.0
-        }
-    });
-    parts.sum::<f64>() / values.len().max(1) as f64
+    let halves = values.iter().map(|&v| u8::from(v > 0.0) + u8::from(v >= 0.0));
+    halves.map(|h| 0.5 * f64::from(h)).sum::<f64>() / values.len().max(1) as f64
 }
 
 impl Quantiles {

@@ -6,14 +6,15 @@
 //! `g` of its area `kappa (1 + 2 e)/S0² sum g·u`; for the logarithm of kappa the product with the forces of the cells. Rest lengths and
 //! areas follow from the node positions at rest, and kappa is proportional to the square of the mean length of a connection.
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::SVector;
 
 use tongue_core::effect::PrimitiveElement;
 use tongue_core::geometry::simplex::{self, Corners};
 use tongue_core::statics::lanes::Adjoint;
 use tongue_core::system::System;
 
-use super::finite_differences::{self, FiniteDifferences, GeometrySensitivity};
+use super::finite_differences;
+use super::linearisation::{DifferentiatedPoint, FiniteDifferences};
 use super::model::{Field, PosteriorModel};
 
 /// An element of the body in one shape.
@@ -107,46 +108,26 @@ impl<'a> LinearisedShape<'a> {
 }
 
 /// The sensitivities at a solved point; `None` where another kappa leads to no equilibrium.
-pub(super) fn of_springs(
-    posterior_model: &PosteriorModel,
-    point: &GeometrySensitivity<'_>,
-) -> Option<FiniteDifferences> {
-    let solved = point.solved;
-    let count = posterior_model.muscles.len();
-    let of_muscles = (solved.shapes.len() - 1) * count;
-    let shapes: Vec<LinearisedShape<'_>> =
-        (0..solved.shapes.len()).map(|s| LinearisedShape::new(posterior_model, solved.shape(s).0)).collect();
-    let slopes: Vec<Vec<_>> = point
-        .rates
-        .lengths
-        .iter()
-        .zip(&shapes)
-        .map(|(all, s)| all.iter().map(|a| s.slope(a)).collect())
-        .collect();
-    let auxiliary: Vec<Option<Vec<_>>> = point
-        .rates
-        .data
-        .iter()
-        .map(|own| own.as_ref().map(|(index, adjoint)| shapes[*index].slope(adjoint)))
-        .collect();
-    let rows = of_muscles + auxiliary.len();
+pub(super) fn of_springs(point: &DifferentiatedPoint<'_>) -> Option<FiniteDifferences> {
+    let posterior_model = point.density.posterior_model;
+    // Derivatives of the numbers of each shape by the rest position of every node.
+    let slopes = Vec::from_iter(point.adjoints.iter().enumerate().map(|(index, own)| {
+        let shape = LinearisedShape::new(posterior_model, point.solved.shape(index).0);
+        own.iter().map(|adjoint| shape.slope(adjoint)).collect::<Vec<_>>()
+    }));
     let of_fields = |fields: &[Field]| {
-        let by = |slope: &Vec<SVector<f64, 2>>, f: usize| -> f64 {
-            slope.iter().zip(&fields[f]).map(|(s, d)| s.dot(d)).sum()
-        };
-        let lengths: Vec<DMatrix<f64>> =
-            slopes.iter().map(|all| DMatrix::from_fn(count, fields.len(), |m, f| by(&all[m], f))).collect();
-        DMatrix::from_fn(rows, fields.len(), |row, f| {
-            if row >= of_muscles {
-                return auxiliary[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));
-            }
-            solved.stretch_rate(row, 1.0, |index, m| lengths[index][(m, f)])
-        })
+        let columns = fields.iter().map(|field| {
+            let of_shapes: Vec<Vec<f64>> = Vec::from_iter(slopes.iter().map(|own| {
+                own.iter().map(|slope| slope.iter().zip(field).map(|(s, d)| s.dot(d)).sum()).collect()
+            }));
+            point.changes(1.0, &of_shapes, |_| 0.0)
+        });
+        point.matrix(&columns.collect::<Vec<_>>())
     };
     Some(FiniteDifferences {
         ends: of_fields(&posterior_model.ends),
         outline: of_fields(&posterior_model.outline),
-        kappa: finite_differences::by_kappa(posterior_model, point)?,
-        ..FiniteDifferences::none(rows)
+        kappa: finite_differences::by_kappa(point)?,
+        ..FiniteDifferences::none(point.density.numbers())
     })
 }

@@ -79,15 +79,15 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
 /// Normal distribution of a stretch's error given the other residuals: their coefficients in its mean, and its standard deviation. `other`
 /// leaves out the stretch at `position` of `whole`.
 pub fn conditional(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
-    let (row, errors) = (whole.rows()[position], whole.discrepancies() + whole.rounding());
+    let (row, errors) = (whole.rows[position], whole.discrepancies() + whole.rounding());
     let across = DVector::from_iterator(
-        other.rows().len(),
-        other.rows().iter().enumerate().map(|(i, &other_row)| {
+        other.rows.len(),
+        other.rows.iter().enumerate().map(|(i, &other_row)| {
             let in_whole = if i < position { i } else { i + 1 };
             other.geometry[(other_row, row)] + errors[(in_whole, position)]
         }),
     );
-    let gain = other.factor().solve(&across);
+    let gain = other.factor.solve(&across);
     let own = other.geometry[(row, row)] + errors[(position, position)];
     let variance = own - gain.dot(&across);
     (gain, variance.max(f64::MIN_POSITIVE).sqrt())

@@ -93,18 +93,13 @@ impl Report {
         );
         let fitted = if mixed { fitted_stretches(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
         let all = All { posterior, left_out, fitted, scaled: Scaled::new(density, draws), seed };
-        (0..density.postures()).map(|posture| Self::new(&all, posture)).collect()
-    }
-
-    fn new(all: &All<'_>, posture: usize) -> Self {
-        let Posterior { density, diagnostics, .. } = all.posterior;
-        Self {
-            diagnostics: diagnostics.clone(),
+        Vec::from_iter((0..density.postures()).map(|posture| Self {
+            diagnostics: posterior.diagnostics.clone(),
             postures: density.measurements.labels.clone(),
-            summary: all.posterior.is_mixed().then(|| Summary::new(all, posture)),
+            summary: mixed.then(|| Summary::new(&all, posture)),
             poisson_ratio: density.posterior_model.model.constants.poisson_ratio,
             priors: density.posterior_model.priors.clone(),
-        }
+        }))
     }
 }
 

@@ -61,8 +61,15 @@ impl Certainty {
         name_of(&self)
     }
 
-    pub(crate) fn is_harder(self) -> bool {
-        matches!(self, Self::SurelyHarder | Self::ProbablyHarder)
+    /// Whether the muscle pulls harder, and whether that is sure; `None` where neither is probable.
+    pub(super) fn decision(self) -> Option<(bool, bool)> {
+        match self {
+            Self::SurelyHarder => Some((true, true)),
+            Self::ProbablyHarder => Some((true, false)),
+            Self::NotKnown => None,
+            Self::ProbablyNotHarder => Some((false, false)),
+            Self::SurelyNotHarder => Some((false, true)),
+        }
     }
 }
 
@@ -132,22 +139,11 @@ impl ShortRun {
     }
 
     pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
-        Verdict::of_short_run(&Density::new(&self.posterior_model, self.measurements.clone())?, draws)
-    }
-}
-
-impl Verdict {
-    /// The verdict from a short run under the default priors.
-    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
-        let run = ShortRun::new(body, model, target)?;
-        run.draws(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
-    }
-
-    fn of_short_run(density: &Density<'_>, draws: &[Draw]) -> Result<Self, PosteriorError> {
         if draws.is_empty() {
             return Err(PosteriorError::NoMode);
         }
-        let (posterior_model, scaled) = (density.posterior_model, Scaled::new(density, draws));
+        let posterior_model = &self.posterior_model;
+        let scaled = Scaled::new(&Density::new(posterior_model, self.measurements.clone())?, draws);
         let verdicts = posterior_model.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
             let interval = short_run_interval(draws, |d| d.tension(0, m));
@@ -159,7 +155,15 @@ impl Verdict {
         let hyoid_mm = posterior_model.moves_hyoid().then(|| {
             [0, 1].map(|axis| short_run_interval(draws, |d| 1e3 * d.values.postures[0].hyoid[axis]))
         });
-        Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: verdicts.collect() })
+        Ok(Verdict { from: VerdictFrom::ShortRun, hyoid_mm, muscles: verdicts.collect() })
+    }
+}
+
+impl Verdict {
+    /// The verdict from a short run under the default priors.
+    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
+        let run = ShortRun::new(body, model, target)?;
+        run.draws(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
     }
 
     /// The verdict of a posterior; `None` if its chains have not mixed.
@@ -201,7 +205,8 @@ impl Verdict {
     }
 
     fn how_hard(&self) -> String {
-        let harder: Vec<&MuscleVerdict> = self.muscles.iter().filter(|m| m.certainty.is_harder()).collect();
+        let harder: Vec<&MuscleVerdict> =
+            self.muscles.iter().filter(|m| matches!(m.certainty.decision(), Some((true, _)))).collect();
         let [own, prior] = [false, true].map(|of_prior| {
             let own = harder.iter().filter(|m| m.mostly_prior == of_prior);
             let ranges: Vec<String> = own
@@ -266,17 +271,9 @@ mod tests {
     fn words_change_at_the_probabilities_that_are_documented() {
         let words = [0.95, 0.949, 0.8, 0.79, 0.21, 0.2, 0.051, 0.05].map(|p| Certainty::of(p).text());
         assert_eq!(
-            words,
-            [
-                "surely harder",
-                "probably harder",
-                "probably harder",
-                "not known",
-                "not known",
-                "probably not harder",
-                "probably not harder",
-                "surely not harder"
-            ]
+            words.join("; "),
+            "surely harder; probably harder; probably harder; not known; not known; probably not harder; probably not harder; \
+             surely not harder"
         );
     }
 }

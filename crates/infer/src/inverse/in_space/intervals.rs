@@ -17,7 +17,7 @@ const THIN: usize = 4;
 /// An interval that begins below this activation begins at 0.
 const NONE_BELOW: f64 = 0.01;
 
-/// The observations, linearised in the activations at an answer, and the prior of the activations.
+/// A linear approximation of how the residuals depend on the activations near the answer, and the prior of the activations.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LinearResponse {
     /// Residuals at the answer, in standard deviations.

@@ -20,7 +20,7 @@ pub use self::recorded::Recorded;
 use super::forward::Forward;
 use super::problem::LeastSquaresProblem;
 use super::projection::decompose;
-use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
+use super::{Answer, FitError, FitSettings, Method, Unknown, refused, solve};
 use crate::posterior::Priors;
 use crate::standard_deviations::ACTIVATION;
 use tongue_input::measured::{ByMuscle, SpaceMark};
@@ -207,8 +207,7 @@ impl SpaceSearch {
         let observations =
             marks.iter().map(|mark| observed.observations_of(mark)).collect::<Result<Vec<_>, _>>()?;
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
-            let what = format!("the prior of activations has the standard deviation {}", self.prior_sd);
-            return Err(FitError::Unknown { what });
+            return refused(format!("the prior of activations has the standard deviation {}", self.prior_sd));
         }
         let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
         let unknowns = groups.iter().map(|(_, muscles)| {
@@ -225,29 +224,23 @@ impl SpaceSearch {
         let problem = LeastSquaresProblem { tied, begin: Some(begin_at), ..problem };
         let settings = FitSettings { starts, ..self.settings };
         let mut forward = Forward::new(&problem, &settings);
-        let (answer, linear, searched) = match begin {
-            SearchStart::Found(found) => {
-                forward.begin_at(&found.x, &found.positions);
-                let Some(linear) = forward.linearise(&found.x) else {
-                    return self.fit_from(body, system, marks, SearchStart::Before(found));
-                };
-                let answer = Answer {
-                    tensions: problem.tensions_of(&found.x),
-                    lengths: forward.lengths(),
-                    misfit: forward.misfit(Some(&linear.residuals)),
-                    positions: forward.positions().to_vec(),
-                    ..found.clone()
-                };
-                (answer, Some(linear), 0)
-            }
-            SearchStart::Rest | SearchStart::Before(_) => {
-                let answer = solve(&problem, &settings)?;
-                forward.begin_at(&answer.x, &answer.positions);
-                let linear = forward.linearise(&answer.x);
-                let searched = answer.counts.factorisations;
-                (answer, linear, searched)
-            }
+        let mut answer = match begin {
+            SearchStart::Found(found) => found.clone(),
+            SearchStart::Rest | SearchStart::Before(_) => solve(&problem, &settings)?,
         };
+        let mut factorisations = answer.counts.factorisations;
+        forward.begin_at(&answer.x, &answer.positions);
+        let linear = forward.linearise(&answer.x);
+        if let SearchStart::Found(found) = begin {
+            let Some(linear) = &linear else {
+                return self.fit_from(body, system, marks, SearchStart::Before(found));
+            };
+            factorisations = 0;
+            answer.tensions = problem.tensions_of(&answer.x);
+            answer.lengths = forward.lengths();
+            answer.misfit = forward.misfit(Some(&linear.residuals));
+            answer.positions = forward.positions().to_vec();
+        }
         let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
         let rows = problem.observations.len();
         let response = linear.as_ref().map(|l| LinearResponse {
@@ -256,34 +249,32 @@ impl SpaceSearch {
             prior_sd: self.prior_sd,
             stiffness_sd_ln: Priors::default().young_modulus.sd_ln,
         });
-        let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
-        let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
-            let combinations = values.into_iter().zip(directions).map(|(value, direction)| Combination {
-                direction: ByMuscle::new(&names, direction.iter().copied()),
-                sd: 0.01 / value,
-            });
-            combinations.collect()
+        let decomposed = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
+        let (values, directions) = decomposed.unwrap_or_default();
+        let combinations = values.into_iter().zip(directions).map(|(value, direction)| Combination {
+            direction: ByMuscle::new(&names, direction.iter().copied()),
+            sd: 0.01 / value,
         });
+        let combinations = combinations.collect();
         let distances_m: Vec<f64> = Vec::from_iter(marks.iter().zip(&observations).map(|(mark, own)| {
             let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();
             mark.sd_m * squares.sqrt()
         }));
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
         let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
-        let starts = answer.starts.iter().map(|s| EndedSearch {
+        let starts = Vec::from_iter(answer.starts.iter().map(|s| EndedSearch {
             activations: ByMuscle::new(&names, activations_of(&s.x)),
             misfit: ((s.cost - prior(&s.x)).max(0.0) / rows as f64).sqrt(),
             factorisations: s.counts.factorisations,
             converged: s.converged && s.solved,
-        });
-        let starts: Vec<EndedSearch> = starts.collect();
+        }));
         Ok(SpaceFit {
             names,
             rms_m: (squares / marks.len() as f64).sqrt(),
             distances_m,
             response,
             combinations,
-            factorisations: searched + forward.counts.factorisations,
+            factorisations: factorisations + forward.counts.factorisations,
             starts,
             answer,
         })

@@ -12,7 +12,7 @@ use tongue_core::observe::{
 };
 use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
-use crate::inverse::FitError;
+use crate::inverse::{FitError, refused};
 
 /// The muscle by whose length ratios are divided if no other is named, and the line by which lines are divided (Kato 2014, 4.3.1).
 const OVER: &str = "GGA";
@@ -37,10 +37,6 @@ struct Midline {
 /// Observations of one mark: their sum of squared residuals, times the square of its standard deviation, is the squared distance to it, m².
 type OfMark = Vec<Observation<3>>;
 
-fn wrong<T>(what: impl Into<String>) -> Result<T, FitError> {
-    Err(FitError::Unknown { what: what.into() })
-}
-
 impl<'a> Observed<'a> {
     pub(super) fn new(body: &'a Body<3>) -> Self {
         Self { body, surface: None, midline: None }
@@ -50,13 +46,13 @@ impl<'a> Observed<'a> {
         let SpaceMark { what, sd_m } = mark;
         let sd_m = *sd_m;
         if !(sd_m.is_finite() && sd_m > 0.0 && is_finite(what)) {
-            return wrong(format!("{} or its standard deviation is no number", description(what)));
+            return refused(format!("{} or its standard deviation is no number", description(what)));
         }
         match what {
             Marked::Node { node, place } => {
                 let count = self.body.mesh.nodes.len();
                 if *node >= count {
-                    return wrong(format!("node {} was seen, but the body has {count} nodes", node + 1));
+                    return refused(format!("node {} was seen, but the body has {count} nodes", node + 1));
                 }
                 Ok(coordinates(|axis| NodePosition::node(*node, axis), &[0, 1, 2], place, sd_m))
             }
@@ -69,7 +65,7 @@ impl<'a> Observed<'a> {
             Marked::Coil { behind_tip_m, place } => {
                 let Midline { nodes, curve, tip } = self.midline()?;
                 if behind_tip_m > tip {
-                    return wrong(format!(
+                    return refused(format!(
                         "a coil lies {:.0} mm behind the tip, but the surface is {:.0} mm long from there to the hyoid",
                         1e3 * behind_tip_m,
                         1e3 * *tip
@@ -102,7 +98,7 @@ impl<'a> Observed<'a> {
                             Ok(observation(Ratio::new(length, other.clone()), *ratio, sd_m / rest))
                         }
                         None => {
-                            wrong(format!("nothing is known of the length that {muscle} is compared with"))
+                            refused(format!("nothing is known of the length that {muscle} is compared with"))
                         }
                     },
                 });
@@ -126,7 +122,7 @@ impl<'a> Observed<'a> {
         if let Some(line) = self.line(name) {
             return Ok(vec![with_rest(line.clone())]);
         }
-        let numbers = self.body.both_sides(name).or_else(|error| wrong(error.to_string()))?;
+        let numbers = self.body.both_sides(name).or_else(|error| refused(error.to_string()))?;
         let fibres =
             numbers.into_iter().map(|m| with_rest(Line { ends: muscles[m].ends().map(LineEnd::node) }));
         Ok(fibres.collect())
@@ -148,7 +144,7 @@ impl<'a> Observed<'a> {
         match &self.midline {
             Some(midline) => Ok(midline),
             None => {
-                wrong("the body has no faces in its midsagittal plane (y = 0), so it has no contour there")
+                refused("the body has no faces in its midsagittal plane (y = 0), so it has no contour there")
             }
         }
     }
