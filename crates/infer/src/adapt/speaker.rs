@@ -165,13 +165,13 @@ impl AdaptationInput<'_> {
         let surface = outline_of(&body)?;
         let frames = recordings.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
         let context = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
-        let found = track::rest_shape(&context, &shape, frames, &self.settings, progress)
+        let (nodes, rms_m) = track::rest_shape(&context, &shape, frames, &self.settings, progress)
             .ok_or_else(|| RestError::Body("no frame has an equilibrium with enough points".to_owned()))?;
-        body.mesh.nodes = found.nodes;
+        body.mesh.nodes = nodes;
         // The search may have turned, scaled and shifted the body, too.
         let similarity = Similarity::between(&self.body.mesh.nodes, &body.mesh.nodes).unwrap_or(similarity);
         let rest = Rest::new(self.body, similarity)?;
-        Ok(self.speaker(&rest, body, followed, RestShapeMethod::Joint, Some(found.rms_m)))
+        Ok(self.speaker(&rest, body, followed, RestShapeMethod::Joint, Some(rms_m)))
     }
 
     /// Adapts the body to landmarks of one posture at rest, and to its contour.

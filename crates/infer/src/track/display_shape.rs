@@ -1,6 +1,5 @@
 //! The displayed body, which has the speaker's most probable shape at rest, and the frames on it.
 
-use std::slice;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::DVector;
@@ -82,33 +81,22 @@ impl<'a> Display<'a> {
         out
     }
 
-    /// A recording on the displayed body at its levels, from the states of the sample by which that body was found.
-    pub fn recording(
-        &self,
-        shown: &DisplayShape,
-        recording: &SmoothedRecording,
-        sample: &SmoothedRecording,
-    ) -> SmoothedRecording {
-        let (mut out, body) = (recording.clone(), shown.body.as_ref());
-        self.find_on_body(body, (&shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
-        out
-    }
-
-    /// Finds recordings on a body (`None`: the placed one) from the states of a sample of their frames. Returns the levels.
-    fn find_on_body(
+    /// Finds recordings on a body (`None`: the placed one) from the states of a sample of their frames. Returns the levels, too.
+    pub fn find_on_body(
         &self,
         body: Option<&RestShape>,
         (levels, holds): (&DVector<f64>, bool),
-        recordings: &mut [SmoothedRecording],
+        recordings: &[SmoothedRecording],
         samples: &[SmoothedRecording],
-    ) -> DVector<f64> {
+    ) -> (Vec<SmoothedRecording>, DVector<f64>) {
         let at = Smoother::new(self.context.on_body(body), &self.settings, &self.knots);
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
-        recordings.iter_mut().for_each(|recording| *recording = Self::without_slow_errors(&at, recording));
-        move_with_rest(recordings, self.context, at.context);
+        let mut recordings: Vec<SmoothedRecording> =
+            recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
+        move_with_rest(&mut recordings, self.context, at.context);
         recordings.iter_mut().zip(samples).for_each(|(recording, sample)| begin_beside(recording, sample));
-        minimise(&mut at, recordings, ROUNDS, &|_| ());
-        at.shared
+        minimise(&mut at, &mut recordings, ROUNDS, &|_| ());
+        (recordings, at.shared)
     }
 
     /// The most probable shape for frames evenly spaced over the recordings, by damped Gauss-Newton for shape and tensions together
@@ -164,8 +152,7 @@ impl<'a> Display<'a> {
         let rule = Rule { max_steps: if shape.is_kept() { 0 } else { SEARCH.max_steps }, ..SEARCH };
         let Candidate { body, levels, sample, .. } =
             least_squares::descend(begin, &rule, |c| c.cost, step, moved).here;
-        let mut recordings = recordings.to_vec();
-        let levels = self.find_on_body(body.as_ref(), (&levels, false), &mut recordings, &sample);
+        let (recordings, levels) = self.find_on_body(body.as_ref(), (&levels, false), recordings, &sample);
         DisplayShape { body, recordings, levels }
     }
 }

@@ -9,7 +9,6 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::ornstein_uhlenbeck::Factors;
-use super::settings::Sizes;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows, in_chunks};
 
@@ -23,8 +22,9 @@ pub(super) fn windows(frames: usize) -> Vec<Range<usize>> {
 struct Contribution {
     own: DMatrix<f64>,
     gradient: DVector<f64>,
-    /// Blocks of state and shape, of the shape, and the gradient of the shape.
-    of_shape: Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)>,
+    with_shape: DMatrix<f64>,
+    shape: DMatrix<f64>,
+    shape_gradient: DVector<f64>,
 }
 
 impl Contribution {
@@ -32,10 +32,21 @@ impl Contribution {
         Self {
             own: by_state.tr_mul(by_state),
             gradient: by_state.tr_mul(residuals),
-            of_shape: by_shape.as_ref().map(|by_shape| {
-                (by_state.tr_mul(by_shape), by_shape.tr_mul(by_shape), by_shape.tr_mul(residuals))
-            }),
+            with_shape: by_state.tr_mul(by_shape),
+            shape: by_shape.tr_mul(by_shape),
+            shape_gradient: by_shape.tr_mul(residuals),
         }
+    }
+
+    /// Coupling of the state with the shared unknowns, followed by those of the shape.
+    fn coupling(&self, smoother: &Smoother<'_>) -> DMatrix<f64> {
+        let (s, columns) = (smoother.sizes.shared(), self.with_shape.ncols());
+        let mut across = DMatrix::zeros(self.own.nrows(), s + columns);
+        for i in 0..s {
+            across.column_mut(i).copy_from(&self.own.column(smoother.state_of_shared(i)));
+        }
+        across.columns_mut(s, columns).copy_from(&self.with_shape);
+        across
     }
 }
 
@@ -85,30 +96,24 @@ impl<'a> Eliminated<'a> {
         let windows = windows(z.len());
         let mut kept = None;
         for window in &windows {
-            let all = contributions(smoother, recording, window, by_shape);
+            let all = contributions(smoother, recording, window, (by_shape, columns));
             for (t, found) in window.clone().zip(&all) {
                 let Some((_, found)) = found else {
                     own.push(DMatrix::zeros(n, n));
                     steps.push(DMatrix::from_column_slice(n, 1, held[t].as_slice()));
                     continue;
                 };
+                let across = found.coupling(smoother);
                 for i in 0..s {
-                    gradient[i] += found.gradient[smoother.state_of_shared(i)];
-                    (0..s).for_each(|j| {
-                        curvature[(i, j)] +=
-                            found.own[(smoother.state_of_shared(i), smoother.state_of_shared(j))];
-                    });
+                    let state = smoother.state_of_shared(i);
+                    gradient[i] += found.gradient[state];
+                    (0..s + columns).for_each(|j| curvature[(i, j)] += across[(state, j)]);
+                    (s..s + columns).for_each(|j| curvature[(j, i)] += across[(state, j)]);
                 }
-                if let Some((with_state, own, pull)) = &found.of_shape {
-                    for (i, k) in (0..s).flat_map(|i| (0..columns).map(move |k| (i, k))) {
-                        curvature[(i, s + k)] += with_state[(smoother.state_of_shared(i), k)];
-                        curvature[(s + k, i)] += with_state[(smoother.state_of_shared(i), k)];
-                    }
-                    let mut of_shape = curvature.view_mut((s, s), (columns, columns));
-                    of_shape += own;
-                    let mut of_shape = gradient.rows_mut(s, columns);
-                    of_shape += pull;
-                }
+                let mut of_shape = curvature.view_mut((s, s), (columns, columns));
+                of_shape += &found.shape;
+                let mut of_shape = gradient.rows_mut(s, columns);
+                of_shape += &found.shape_gradient;
                 let damping = damping.get(t).copied().unwrap_or(0.0);
                 let mut by_state = found.own.clone();
                 for i in 0..m {
@@ -123,7 +128,6 @@ impl<'a> Eliminated<'a> {
         }
         let factors = recording.chain.factorise(own)?;
         factors.solve(&mut steps);
-        let (before, after) = (Vec::new(), Vec::new());
         let mut out = Self {
             smoother,
             recording,
@@ -134,8 +138,8 @@ impl<'a> Eliminated<'a> {
             steps,
             curvature,
             gradient,
-            before,
-            after,
+            before: Vec::new(),
+            after: Vec::new(),
             kept: None,
         };
         if kept.is_none() {
@@ -185,22 +189,17 @@ impl<'a> Eliminated<'a> {
         window: &Range<usize>,
         known: Option<Contributions>,
     ) -> (Vec<Option<WhitenedRows>>, Vec<DMatrix<f64>>) {
-        let found =
-            known.unwrap_or_else(|| contributions(self.smoother, self.recording, window, self.by_shape));
-        let Sizes { muscles, .. } = self.smoother.sizes;
-        let (n, s) = (self.smoother.sizes.state(), self.smoother.sizes.shared());
+        let shape = (self.by_shape, self.columns);
+        let found = known.unwrap_or_else(|| contributions(self.smoother, self.recording, window, shape));
+        let sizes = self.smoother.sizes;
         let held_by = self.smoother.settings.link.deviation_sd_n.powi(-2);
         let states = window.clone().zip(found).map(|(t, found)| {
-            let mut across = DMatrix::zeros(n, s + self.columns);
-            let Some((rows, found)) = found else { return (None, across) };
-            (0..s).for_each(|i| {
-                across.column_mut(i).copy_from(&found.own.column(self.smoother.state_of_shared(i)))
-            });
-            if let Some((with_state, ..)) = &found.of_shape {
-                across.columns_mut(s, self.columns).copy_from(with_state);
-            }
+            let Some((rows, found)) = found else {
+                return (None, DMatrix::zeros(sizes.state(), sizes.shared() + self.columns));
+            };
+            let mut across = found.coupling(self.smoother);
             let damping = self.damping.get(t).copied().unwrap_or(0.0);
-            (0..muscles).for_each(|i| across[(i, i)] += damping * held_by);
+            (0..sizes.muscles).for_each(|i| across[(i, i)] += damping * held_by);
             (Some(rows), across)
         });
         states.unzip()
@@ -223,11 +222,11 @@ fn contributions(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
     window: &Range<usize>,
-    by_shape: &[Option<ShapeJacobian>],
+    (by_shape, columns): (&[Option<ShapeJacobian>], usize),
 ) -> Contributions {
     let one = |&t: &usize| {
-        let rows =
-            smoother.rows(recording, t, by_shape.get(t).and_then(Option::as_ref).map(|by| &by.fitted))?;
+        let by_shape = by_shape.get(t).and_then(Option::as_ref).map(|by| &by.fitted);
+        let rows = smoother.rows(recording, t, (by_shape, columns))?;
         let found = Contribution::of(&rows);
         Some((rows, found))
     };

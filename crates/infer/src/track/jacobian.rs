@@ -1,23 +1,18 @@
-//! Derivatives of the observations of frames by unknowns, for several frames in lanes or for one frame in any body.
+//! Derivatives of the observations of frames by unknowns or by the shape at rest, for several frames in lanes or for one frame in any body.
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::inverse::{BONE_SD_M, MovableBone};
+use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
 use tongue_core::statics::SolveStatus;
 use tongue_core::statics::lanes::{LANES, Load, UnitChange};
 
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
-
-/// Unit of the derivatives of residuals; those of hidden points are in millimetres.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DerivativeUnit {
-    StandardDeviations,
-    Millimetres,
-}
+use super::rest_shape::{RestShape, STEP};
 
 /// Derivatives of the residuals of a frame and, in the last rows, of the distances of its hidden points.
 pub(super) struct Rates {
@@ -32,29 +27,26 @@ pub(super) struct Rates {
 
 impl Rates {
     /// The rows of a frame with these positions, with columns of zeros; `None` where a residual is not finite.
-    fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: DerivativeUnit) -> Option<Self> {
+    fn new(frame: &Frame, positions: Vec<Point>, columns: &Columns<'_>) -> Option<Self> {
         let found = frame.observations.iter().map(|o| o.observation.residual_and_slope(&positions));
-        let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
-        let hidden = frame.hidden.iter().map(|h| h.slope(&positions));
-        let rows: Vec<_> = match unit {
-            DerivativeUnit::StandardDeviations => {
-                slopes.into_iter().map(|s| (s, 1.0)).chain(hidden.map(|s| (s, 1e3))).collect()
+        let (residuals, mut slopes): (Vec<f64>, Vec<_>) = found.unzip();
+        slopes.extend(frame.hidden.iter().map(|hidden| hidden.slope(&positions)));
+        let mut rows: Vec<_> = slopes.into_iter().map(|slope| (slope, 1.0)).collect();
+        match columns {
+            Columns::Unknowns { .. } => rows.iter_mut().skip(residuals.len()).for_each(|row| row.1 = 1e3),
+            Columns::Shape(_) => {
+                for ((slope, _), o) in rows.iter_mut().zip(frame.observations.iter().chain(&frame.hidden)) {
+                    slope.iter_mut().for_each(|(_, s)| *s *= 1e3 / o.observation.weight);
+                }
             }
-            DerivativeUnit::Millimetres => {
-                let fitted = slopes
-                    .into_iter()
-                    .zip(&frame.observations)
-                    .map(|(s, o)| times(s, 1e3 / o.observation.weight));
-                fitted.chain(hidden.map(|s| times(s, 1e3))).collect()
-            }
-        };
+        }
         let is_finite = residuals.iter().all(|r| r.is_finite());
-        let by_unknown = DMatrix::zeros(rows.len(), columns);
+        let by_unknown = DMatrix::zeros(rows.len(), columns.count());
         is_finite.then_some(Self { residuals: DVector::from_vec(residuals), positions, by_unknown, rows })
     }
 
     /// Sets a column from the motion of every node for a unit of a change, and the derivative of the change by the unknown.
-    pub fn set_column(&mut self, column: usize, motion: impl Fn(usize) -> Point, by_unknown: f64) {
+    fn set_column(&mut self, column: usize, motion: impl Fn(usize) -> Point, by_unknown: f64) {
         for (row, (slope, factor)) in self.rows.iter().enumerate() {
             let rate: f64 = slope.iter().map(|(n, s)| s.dot(&motion(*n))).sum();
             self.by_unknown[(row, column)] = factor * rate * by_unknown;
@@ -76,78 +68,93 @@ impl Rates {
     }
 }
 
-fn times(slope: Vec<(usize, Point)>, unit: f64) -> (Vec<(usize, Point)>, f64) {
-    (slope.into_iter().map(|(node, s)| (node, s * unit)).collect::<Vec<_>>(), 1.0)
+/// Unknowns by which frames are differentiated.
+pub(super) enum Columns<'a> {
+    /// One for each contracting muscle, then two for each freed bone. Residuals are in standard deviations, distances of hidden points in
+    /// millimetres.
+    Unknowns { muscles: &'a [usize], freed: &'a [MovableBone<2>], link: Softplus },
+    /// The directions of a shape at rest. Residuals and distances are in millimetres.
+    Shape(&'a RestShape),
 }
 
-/// Unknowns by which frames are differentiated.
-pub(super) trait DerivativeColumns {
-    const UNIT: DerivativeUnit;
-
-    fn count(&self) -> usize;
+impl<'a> Columns<'a> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Unknowns { muscles, freed, .. } => muscles.len() + 2 * freed.len(),
+            Self::Shape(shape) => shape.count(),
+        }
+    }
 
     /// The changes in lanes, one for each column; `None` where lanes do not take them.
-    fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>>;
+    fn changes(&self) -> Option<Vec<UnitChange<'a, 2>>> {
+        match *self {
+            Self::Unknowns { muscles, freed, .. } => {
+                let tensions = muscles.iter().map(|&muscle| UnitChange::Tension(muscle));
+                let axes = freed.iter().flat_map(|bone| [(bone, 0), (bone, 1)]);
+                let displacements = axes.map(|(bone, axis)| UnitChange::Bone(bone.nodes(), axis));
+                Some(tensions.chain(displacements).collect())
+            }
+            Self::Shape(shape) => Some(shape.in_lanes()?.iter().map(UnitChange::Rest).collect()),
+        }
+    }
 
     /// Derivative of the change of a column by its unknown, at unknowns `x`.
-    fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64;
+    fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64 {
+        match self {
+            Self::Unknowns { muscles, link, .. } if column < muscles.len() => link.tension(x[column]).1,
+            Self::Unknowns { .. } => BONE_SD_M,
+            Self::Shape(_) => 1.0,
+        }
+    }
 
     /// Sets all columns in any body at the solver's last equilibrium; `None` where its stiffness cannot be factorised.
-    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()>;
+    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
+        let (muscles, freed) = match *self {
+            Self::Unknowns { muscles, freed, .. } => (muscles, freed),
+            Self::Shape(shape) => return shape.set_columns(solver, x, rates),
+        };
+        let mut response = solver.response()?;
+        for column in 0..self.count() {
+            if let Some(&muscle) = muscles.get(column) {
+                response.compute_for_tension(muscle);
+            } else {
+                let number = column - muscles.len();
+                let (bone, axis) = (&freed[number / 2], number % 2);
+                response.compute_for_load(|at, load| bone.add_force(at, axis, None, load));
+                response.displace(bone.nodes(), axis);
+            }
+            rates.set_column(column, |n| response.motion()[n], self.by_unknown(column, x));
+        }
+        Some(())
+    }
 }
 
-impl FrameSolver<'_> {
-    /// Derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
-    pub(super) fn rates<C: DerivativeColumns>(
-        &mut self,
-        columns: &C,
-        postures: &[FramePosture<'_>],
-    ) -> Vec<Option<Rates>> {
-        let in_lanes = postures.chunks(LANES).flat_map(|group| self.rates_of_group(columns, group));
-        let found: Vec<Option<Rates>> = in_lanes.collect();
-        let found = found.into_iter().zip(postures);
-        found.map(|(found, posture)| found.or_else(|| self.rates_alone(columns, *posture))).collect()
-    }
-
-    /// [`FrameSolver::rates`] of at most as many frames as there are lanes; `None` also where lanes cannot be used.
-    fn rates_of_group<C: DerivativeColumns>(
-        &mut self,
-        columns: &C,
-        postures: &[FramePosture<'_>],
-    ) -> Vec<Option<Rates>> {
-        let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
-        let settings = self.settings;
-        let (Some(group), Some(changes)) = (self.group(), columns.changes()) else {
-            return postures.iter().map(|_| None).collect();
-        };
-        let begin = postures.iter().zip(group.solve(&loads, &settings));
-        let mut all: Vec<Option<Rates>> = Vec::from_iter(begin.map(|((frame, ..), shape)| {
-            let is_found = shape.solution.status == SolveStatus::Converged;
-            is_found.then(|| Rates::new(frame, shape.positions.clone(), columns.count(), C::UNIT)).flatten()
-        }));
-        for (column, change) in changes.iter().enumerate() {
-            for ((rates, motion), (_, x, _)) in all.iter_mut().zip(group.motions(*change)).zip(postures) {
-                match motion.zip(rates.as_mut()) {
-                    Some((motion, rates)) => {
-                        rates.set_column(column, |n| motion[n], columns.by_unknown(column, x))
-                    }
-                    None => *rates = None,
+impl RestShape {
+    /// Sets the column of every direction: the factorised stiffness turns the forces of each perturbed body into motion.
+    fn set_columns(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
+        let tensions = solver.tensions_of(x);
+        let positions = rates.positions.clone();
+        let mut free = vec![false; positions.len()];
+        solver.system.pattern().nodes().iter().for_each(|&n| free[n] = true);
+        let mut response = solver.response()?;
+        let (mut before, mut after) =
+            (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
+        self.system.force(Configuration { positions: &positions, tensions: &tensions }, &mut before);
+        let directions = self.prior.directions.iter().zip(self.perturbed_systems()?);
+        for (column, (direction, changed)) in directions.enumerate() {
+            // Nodes on bone move with the body at rest.
+            let there: Vec<Point> = Vec::from_iter(
+                positions.iter().enumerate().map(|(n, p)| if free[n] { *p } else { p + direction[n] * STEP }),
+            );
+            changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
+            response.compute_for_load(|_, load| {
+                for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
+                    *l += (a - b) / STEP;
                 }
-            }
+            });
+            rates.set_column(column, |n| if free[n] { response.motion()[n] } else { direction[n] }, 1.0);
         }
-        all.into_iter().map(|rates| rates?.finite()).collect()
-    }
-
-    /// [`FrameSolver::rates`] of one frame in any body; needs one factorisation more than the equilibrium.
-    fn rates_alone<C: DerivativeColumns>(
-        &mut self,
-        columns: &C,
-        (frame, x, from): FramePosture<'_>,
-    ) -> Option<Rates> {
-        let positions = self.solve(frame, x, from)?.to_vec();
-        let mut rates = Rates::new(frame, positions, columns.count(), C::UNIT)?;
-        columns.set_alone(self, x, &mut rates)?;
-        rates.finite()
+        Some(())
     }
 }
 
@@ -163,77 +170,62 @@ pub struct Linearisation {
     pub hidden_jacobian: DMatrix<f64>,
 }
 
-/// A column for each contracting muscle, then two for each freed bone.
-struct Unknowns<'a> {
-    muscles: &'a [usize],
-    freed: &'a [MovableBone<2>],
-    link: Softplus,
-    count: usize,
-}
-
-impl<'a> Unknowns<'a> {
-    /// The bone and axis of a column after those of the muscles.
-    fn bone(&self, column: usize) -> (&'a MovableBone<2>, usize) {
-        let number = column - self.muscles.len();
-        (&self.freed[number / 2], number % 2)
-    }
-}
-
-impl DerivativeColumns for Unknowns<'_> {
-    const UNIT: DerivativeUnit = DerivativeUnit::StandardDeviations;
-
-    fn count(&self) -> usize {
-        self.count
-    }
-
-    fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>> {
-        let changes = (0..self.count).map(|column| match self.muscles.get(column) {
-            Some(&muscle) => UnitChange::Tension(muscle),
-            None => {
-                let (bone, axis) = self.bone(column);
-                UnitChange::Bone(bone.nodes(), axis)
-            }
-        });
-        Some(changes.collect())
-    }
-
-    fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64 {
-        if column < self.muscles.len() { self.link.tension(x[column]).1 } else { BONE_SD_M }
-    }
-
-    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
-        let mut response = solver.response()?;
-        for column in 0..self.count {
-            if let Some(&muscle) = self.muscles.get(column) {
-                response.compute_for_tension(muscle);
-            } else {
-                let (bone, axis) = self.bone(column);
-                response.compute_for_load(|at, load| bone.add_force(at, axis, None, load));
-                response.displace(bone.nodes(), axis);
-            }
-            rates.set_column(column, |n| response.motion()[n], self.by_unknown(column, x));
-        }
-        Some(())
-    }
-}
-
 impl FrameSolver<'_> {
+    /// Derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
+    pub(super) fn rates(
+        &mut self,
+        columns: &Columns<'_>,
+        postures: &[FramePosture<'_>],
+    ) -> Vec<Option<Rates>> {
+        let in_lanes = postures.chunks(LANES).flat_map(|group| self.rates_of_group(columns, group));
+        let found: Vec<Option<Rates>> = in_lanes.collect();
+        let found = found.into_iter().zip(postures);
+        found.map(|(found, posture)| found.or_else(|| self.rates_alone(columns, *posture))).collect()
+    }
+
+    /// [`FrameSolver::rates`] of at most as many frames as there are lanes; `None` also where lanes cannot be used.
+    fn rates_of_group(&mut self, columns: &Columns<'_>, postures: &[FramePosture<'_>]) -> Vec<Option<Rates>> {
+        let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
+        let settings = self.settings;
+        let (Some(group), Some(changes)) = (self.group(), columns.changes()) else {
+            return postures.iter().map(|_| None).collect();
+        };
+        let begin = postures.iter().zip(group.solve(&loads, &settings));
+        let mut all: Vec<Option<Rates>> = Vec::from_iter(begin.map(|((frame, ..), shape)| {
+            let is_found = shape.solution.status == SolveStatus::Converged;
+            is_found.then(|| Rates::new(frame, shape.positions.clone(), columns)).flatten()
+        }));
+        for (column, change) in changes.iter().enumerate() {
+            for ((rates, motion), (_, x, _)) in all.iter_mut().zip(group.motions(*change)).zip(postures) {
+                match motion.zip(rates.as_mut()) {
+                    Some((motion, rates)) => {
+                        rates.set_column(column, |n| motion[n], columns.by_unknown(column, x))
+                    }
+                    None => *rates = None,
+                }
+            }
+        }
+        all.into_iter().map(|rates| rates?.finite()).collect()
+    }
+
+    /// [`FrameSolver::rates`] of one frame in any body; needs one factorisation more than the equilibrium.
+    fn rates_alone(&mut self, columns: &Columns<'_>, (frame, x, from): FramePosture<'_>) -> Option<Rates> {
+        let positions = self.solve(frame, x, from)?.to_vec();
+        let mut rates = Rates::new(frame, positions, columns)?;
+        columns.set_alone(self, x, &mut rates)?;
+        rates.finite()
+    }
+
     /// `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
     pub fn linearise_all(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Linearisation>> {
-        let count = postures.iter().map(|(_, x, _)| x.len()).max().unwrap_or(0);
         let (muscles, freed, link) = (self.system.contracting(), self.freed, self.link);
-        let unknowns = Unknowns { muscles, freed, link, count };
-        Vec::from_iter(self.rates(&unknowns, postures).into_iter().zip(postures).map(|(rates, (_, x, _))| {
+        let rates = self.rates(&Columns::Unknowns { muscles, freed, link }, postures);
+        Vec::from_iter(rates.into_iter().zip(postures).map(|(rates, (_, x, _))| {
             let rates = rates?;
             let (jacobian, hidden_jacobian) = (rates.jacobian_of_fitted(), rates.jacobian_of_hidden());
             let Rates { residuals, positions, .. } = rates;
-            Some(Linearisation {
-                x: (*x).clone(),
-                residuals,
-                jacobian,
-                positions: positions.into(),
-                hidden_jacobian,
-            })
+            let positions = positions.into();
+            Some(Linearisation { x: (*x).clone(), residuals, jacobian, positions, hidden_jacobian })
         }))
     }
 

@@ -41,7 +41,7 @@ pub use results::{
     Displacement, FrameStatus, HeldOutPrediction, Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint,
     Tracked, TrackedRecording,
 };
-pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
+pub use run::{NotFinite, Watch, rest_shape, track};
 pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};
 pub use settings::{Followed, TrackSettings, TrackingContext};
 pub use smoother::FEWEST;

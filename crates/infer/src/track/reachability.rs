@@ -16,18 +16,16 @@ use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 
 /// Parts of the path between two postures at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reached {
-    FromRest,
-    /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
-    OtherWay,
-}
+/// Parts of the tensions at which the body is solved first from rest.
+const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
 
 const NEAREST: Rule = Rule { max_steps: 8, damping_decrease: 0.3, least_damping: 1.0, ..Rule::UNDAMPED };
 
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Reachability {
-    Own(Reached),
+    FromRest,
+    /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
+    OtherWay,
     /// The shape cannot be reached. This one, m, can; at similar tensions it is the nearest to the observations.
     Nearest(Vec<SVector<f64, 2>>),
     /// No equilibrium is found from rest.
@@ -44,17 +42,16 @@ pub(super) fn reachabilities(
     let positions = |t: usize| recording.here[t].linear.as_ref().map(|l| &*l.positions);
     let mut reached = in_chunks(0..count, |chunk| {
         let mut solver = smoother.solver();
-        let mut reached =
-            |&t: &usize| solver.how_reached((&recording.frames[t], &unknowns[t]), positions(t)?);
+        let mut reached = |&t: &usize| solver.how_reached(&recording.frames[t], &unknowns[t], positions(t)?);
         Vec::from_iter(chunk.iter().map(&mut reached))
     });
     let mut solver = smoother.solver();
-    let mut follow = |from: usize, to: usize, reached: &mut [Option<Reached>]| {
+    let mut follow = |from: usize, to: usize, reached: &mut [Option<Reachability>]| {
         let Some((start, end)) = positions(from).zip(positions(to)) else { return };
         if reached[from].is_some() && reached[to].is_none() {
             let [before, after] = [from, to].map(|t| (&recording.frames[t], &unknowns[t]));
             if solver.leads_from_neighbour((before, start), (after, end)) {
-                reached[to] = Some(Reached::OtherWay);
+                reached[to] = Some(Reachability::OtherWay);
             }
         }
     };
@@ -64,15 +61,10 @@ pub(super) fn reachabilities(
         let mut solver = smoother.solver();
         Vec::from_iter(chunk.iter().map(|&t| {
             positions(t)?;
-            if let Some(own) = reached[t] {
-                return Some(Reachability::Own(own));
-            }
-            let near = solver.nearest_reached(
-                &recording.frames[t],
-                &unknowns[t],
-                smoother.settings.link.deviation_sd_n,
-            );
-            Some(near.map_or(Reachability::Lost, Reachability::Nearest))
+            Some(reached[t].clone().unwrap_or_else(|| {
+                let nearest = solver.nearest_reached(&recording.frames[t], &unknowns[t]);
+                nearest.map_or(Reachability::Lost, Reachability::Nearest)
+            }))
         }))
     })
 }
@@ -86,16 +78,10 @@ impl FrameSolver<'_> {
         x: &DVector<f64>,
         positions: &[SVector<f64, 2>],
     ) -> bool {
-        /// Parts of the tensions at which the body is solved from rest.
-        const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let whole = self.tensions_of(x);
-        self.displace_bones(frame, x);
-        self.workspace.start_from_rest(self.system);
-        let arrives = LOADS.iter().all(|load| {
-            self.tensions = whole.iter().map(|f| f * load).collect();
-            self.solves_directly()
-        });
-        if arrives && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M {
+        self.start_from_rest(frame, x);
+        let arrives = self.follow(&vec![0.0; whole.len()], &whole, &LOADS);
+        if arrives && self.is_at(positions) {
             return true;
         }
         self.workspace.start_from_rest(self.system);
@@ -106,13 +92,14 @@ impl FrameSolver<'_> {
     /// `None` where no path was found.
     fn how_reached(
         &mut self,
-        (frame, x): (&Frame, &DVector<f64>),
+        frame: &Frame,
+        x: &DVector<f64>,
         positions: &[SVector<f64, 2>],
-    ) -> Option<Reached> {
+    ) -> Option<Reachability> {
         if self.shape_reached_from_rest(frame, x, positions) {
-            return Some(Reached::FromRest);
+            return Some(Reachability::FromRest);
         }
-        self.reached_in_turn(frame, x, positions).then_some(Reached::OtherWay)
+        self.reached_in_turn(frame, x, positions).then_some(Reachability::OtherWay)
     }
 
     /// Whether equilibria lead from the shape of one posture to that of another without a descent from a saddle.
@@ -133,28 +120,22 @@ impl FrameSolver<'_> {
             self.tensions = before.iter().zip(&after).map(|(a, b)| a + (b - a) * part).collect();
             self.solves_directly()
         });
-        arrives && largest_distance(self.workspace.positions(), end) <= SAME_SHAPE_M
+        arrives && self.is_at(end)
     }
 
     /// The shape reached from rest that is nearest to the observations of a frame, by Gauss-Newton for that frame alone from the end of the
     /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation that they have about their levels, other
     /// unknowns with 1. That end itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
-    fn nearest_reached(
-        &mut self,
-        frame: &Frame,
-        x: &DVector<f64>,
-        course_sd: f64,
-    ) -> Option<Vec<SVector<f64, 2>>> {
+    fn nearest_reached(&mut self, frame: &Frame, x: &DVector<f64>) -> Option<Vec<SVector<f64, 2>>> {
         let tensions = self.tensions_of(x);
-        self.displace_bones(frame, x);
-        self.workspace.start_from_rest(self.system);
+        self.start_from_rest(frame, x);
         let traced = statics::solve_and_trace(self.system, &mut self.workspace, &tensions, &self.settings);
         if traced.solution.status != SolveStatus::Converged {
             return None;
         }
         let first = self.workspace.positions().to_vec();
-        let muscles = self.system.contracting().len();
-        let held = DVector::from_fn(x.len(), |i, _| if i < muscles { course_sd.powi(-2) } else { 1.0 });
+        let (muscles, sd) = (self.system.contracting().len(), self.link.deviation_sd_n);
+        let held = DVector::from_fn(x.len(), |i, _| if i < muscles { sd.powi(-2) } else { 1.0 });
         let Some(begin) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
         let cost = |(at, here): &(DVector<f64>, Linearisation)| {
             here.residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
@@ -183,17 +164,29 @@ impl FrameSolver<'_> {
             pulls.collect::<Vec<f64>>()
         });
         orders.any(|first| {
-            self.displace_bones(frame, x);
-            self.workspace.start_from_rest(self.system);
-            let stages = [vec![0.0; whole.len()], first, whole.clone()];
-            let arrives = stages.windows(2).all(|pair| {
-                PARTS.iter().all(|part| {
-                    self.tensions = pair[0].iter().zip(&pair[1]).map(|(a, b)| a + (b - a) * part).collect();
-                    self.solves_directly()
-                })
-            });
-            arrives && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M
+            self.start_from_rest(frame, x);
+            self.follow(&vec![0.0; whole.len()], &first, &PARTS)
+                && self.follow(&first, &whole, &PARTS)
+                && self.is_at(positions)
         })
+    }
+
+    /// Puts the body at rest, with the bones of a frame.
+    fn start_from_rest(&mut self, frame: &Frame, x: &DVector<f64>) {
+        self.displace_bones(frame, x);
+        self.workspace.start_from_rest(self.system);
+    }
+
+    /// Changes the tensions in these parts of the path between two, and tells whether no equilibrium needed a descent from a saddle.
+    fn follow(&mut self, from: &[f64], to: &[f64], parts: &[f64]) -> bool {
+        parts.iter().all(|part| {
+            self.tensions = from.iter().zip(to).map(|(a, b)| a + (b - a) * part).collect();
+            self.solves_directly()
+        })
+    }
+
+    fn is_at(&self, positions: &[SVector<f64, 2>]) -> bool {
+        largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M
     }
 
     /// Solves from the present shape, and tells whether this needed no descent from a saddle.
@@ -228,12 +221,12 @@ mod tests {
         let together = w.positions();
         assert!(largest_distance(&other, together) > 1e-3);
         let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
-            solver.how_reached((&frame, &x), positions)
+            solver.how_reached(&frame, &x, positions)
         };
-        assert_eq!(reached(&mut solver, together), Some(Reached::FromRest));
-        assert_eq!(reached(&mut solver, &other), Some(Reached::OtherWay));
+        assert_eq!(reached(&mut solver, together), Some(Reachability::FromRest));
+        assert_eq!(reached(&mut solver, &other), Some(Reachability::OtherWay));
         // Without observations the nearest reached shape is the end of the load path, not that of Newton's method.
-        let nearest = solver.nearest_reached(&frame, &x, 12.0).unwrap();
+        let nearest = solver.nearest_reached(&frame, &x).unwrap();
         assert!(largest_distance(&nearest, together) <= SAME_SHAPE_M);
         // Positions that are no equilibrium are not reached.
         let nowhere: Vec<_> = other.iter().map(|p| p * 1.1).collect();

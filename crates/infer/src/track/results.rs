@@ -7,7 +7,7 @@ use super::draws::{FrameDraws, Means};
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
-use super::reachability::{Reachability, Reached};
+use super::reachability::Reachability;
 use super::settings::TrackSettings;
 use super::smoother::SmoothedRecording;
 use crate::error_model::Along;
@@ -89,23 +89,19 @@ pub struct Tracked {
     /// Root mean square distance of the fitted observations from the most probable shape, m; `None` without observations.
     pub rms_m: Option<f64>,
     /// Root mean square residual in standard deviations of the observations.
-    #[serde(default)]
     pub rms_sd: Option<f64>,
     pub hidden: Vec<HeldOutPrediction>,
     /// Number of directions of the tensions whose standard deviation is below half of the prior's.
     pub resolved: usize,
     /// Whether the shape is reached in another way than by growing all tensions together.
-    #[serde(default)]
     pub other_way: bool,
     /// Where the shape cannot be reached: root mean square distance of the fitted observations from the nearest shape that is, m. If that
     /// meets them as well, positions and formants are those of it, and its tensions differ a little from `tensions`.
-    #[serde(default)]
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m; empty where they are not wanted ([`TrackSettings::shapes`]).
     pub positions: Vec<SVector<f64, 2>>,
     /// The lowest formants, if they are wanted ([`add_formants()`](super::add_formants())); empty where the tract is closed or the frame
     /// has no data.
-    #[serde(default)]
     pub formants: Vec<TrackedFormant>,
     /// Faults that the fit found in the observations.
     pub faults: Vec<Fault>,
@@ -125,10 +121,8 @@ pub struct TrackedRecording {
     pub frames: Vec<Tracked>,
     pub segments: Vec<LabelMean>,
     /// Draws of the means over labels that are compared.
-    #[serde(default)]
     pub compared: Vec<LabelDraws>,
     /// Draws of the tensions over labels, where they are wanted ([`TrackSettings::kept_draws`]).
-    #[serde(default)]
     pub label_courses: Vec<LabelCourse>,
 }
 
@@ -233,7 +227,7 @@ pub(super) fn frame_result(
         bones: bones.collect(),
         rms_m: if status == FrameStatus::NotReached { rms_m } else { reached_rms_m.or(rms_m) },
         rms_sd: is_seen.then_some(rms_sd),
-        other_way: matches!(found.reachability, Some(Reachability::Own(Reached::OtherWay))),
+        other_way: matches!(found.reachability, Some(Reachability::OtherWay)),
         reached_rms_m,
         hidden: hidden.collect(),
         resolved,

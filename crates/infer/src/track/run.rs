@@ -106,12 +106,13 @@ pub fn track(
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
         let linear = Eliminated::new(&smoother, &recording, &[], (by_shape, columns)).ok_or(NotFinite)?;
         let predicted = predict_hidden(&smoother, &recording, process.as_ref());
-        let displayed = shown.as_ref().map(|shown| {
+        let displayed = shown.as_ref().map(|DisplayShape { body, recordings, levels }| {
+            let own = &recordings[number..=number];
             if is_whole {
-                shown.recordings[number].clone()
-            } else {
-                display.recording(shown, &recording, &shown.recordings[number])
+                return own[0].clone();
             }
+            let known = (levels, true);
+            display.find_on_body(body.as_ref(), known, slice::from_ref(&recording), own).0.swap_remove(0)
         });
         let levels = shown.as_ref().map_or(&smoother.shared, |shown| &shown.levels).clone();
         let context_shown = context.on_body(shown.as_ref().and_then(|shown| shown.body.as_ref()));
@@ -127,23 +128,16 @@ pub fn track(
     .collect()
 }
 
-#[derive(Debug, Clone)]
-pub struct RestFound {
-    /// Positions of all nodes at rest, m.
-    pub nodes: Vec<Point>,
-    /// Root mean square distance of the observations from the tongue fitted to each frame, m.
-    pub rms_m: f64,
-}
-
-/// The shape at rest with which a speaker's recordings are displayed, from up to 60 frames spread evenly over them. `None` where no frame
-/// has an equilibrium with enough points.
+/// The nodes of the shape at rest, m, with which a speaker's recordings are displayed, from up to 60 frames spread evenly over them, and the
+/// root mean square distance of the observations from the tongue fitted to each frame, m. `None` where no frame has an equilibrium with
+/// enough points.
 pub fn rest_shape(
     context: &TrackingContext<'_>,
     shape: &RestShape,
     recordings: Vec<Vec<Frame>>,
     settings: &TrackSettings,
     progress: &dyn Fn(usize, usize),
-) -> Option<RestFound> {
+) -> Option<(Vec<Point>, f64)> {
     let knots = knots(&recordings, settings);
     let mut smoother = Smoother::new(*context, settings, &knots);
     let recordings: Vec<SmoothedRecording> =
@@ -163,8 +157,8 @@ pub fn rest_shape(
     if count == 0 {
         return None;
     }
-    let rms_m = (squares / count as f64).sqrt();
-    Some(RestFound { nodes: context.on_body(body.as_ref()).system.rest().to_vec(), rms_m })
+    let nodes = context.on_body(body.as_ref()).system.rest().to_vec();
+    Some((nodes, (squares / count as f64).sqrt()))
 }
 
 fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {

@@ -1,14 +1,12 @@
 //! Derivatives of the observations of frames by the shape at rest, ends of muscles included.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::DMatrix;
 
 use super::frame::{Frame, FramePosture, FrameSolver};
-use super::jacobian::{DerivativeColumns, DerivativeUnit, Rates};
-use super::rest_shape::{RestShape, STEP};
+use super::jacobian::{Columns, Rates};
+use super::rest_shape::RestShape;
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
-use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
-use tongue_core::statics::lanes::UnitChange;
 
 /// Derivatives of a frame's observations and hidden points by the shape, mm.
 pub(super) struct ShapeJacobian {
@@ -30,12 +28,9 @@ pub(super) fn shape_jacobians(
             let from = recording.here[t].linear.as_ref().map(|linear| &*linear.positions);
             (&recording.frames[t], x, from)
         }));
-        let rates = shape.rates(&mut smoother.solver(), &postures);
-        let mut out: Vec<Option<ShapeJacobian>> = chunk.iter().map(|_| None).collect();
-        for (t, all) in known.into_iter().zip(rates) {
-            out[t - chunk[0]] = all;
-        }
-        out
+        let mut rates = shape.rates(&mut smoother.solver(), &postures).into_iter();
+        let has_equilibrium = chunk.iter().map(|&t| recording.here[t].linear.is_some());
+        has_equilibrium.map(|has| if has { rates.next()? } else { None }).collect()
     })
 }
 
@@ -46,7 +41,7 @@ impl RestShape {
         solver: &mut FrameSolver<'_>,
         postures: &[FramePosture<'_>],
     ) -> Vec<Option<ShapeJacobian>> {
-        let found = solver.rates(self, postures).into_iter().zip(postures);
+        let found = solver.rates(&Columns::Shape(self), postures).into_iter().zip(postures);
         Vec::from_iter(found.map(|(rates, (frame, ..))| {
             let mut rates = rates?;
             self.add_coils(&mut rates, frame);
@@ -70,49 +65,5 @@ impl RestShape {
                     hidden.along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
             }
         }
-    }
-}
-
-impl DerivativeColumns for RestShape {
-    const UNIT: DerivativeUnit = DerivativeUnit::Millimetres;
-
-    fn count(&self) -> usize {
-        RestShape::count(self)
-    }
-
-    fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>> {
-        Some(self.in_lanes()?.iter().map(UnitChange::Rest).collect())
-    }
-
-    fn by_unknown(&self, _: usize, _: &DVector<f64>) -> f64 {
-        1.0
-    }
-
-    /// The factorised stiffness turns the forces of each perturbed body into motion.
-    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
-        let tensions = solver.tensions_of(x);
-        let positions = rates.positions.clone();
-        let mut free = vec![false; positions.len()];
-        solver.system.pattern().nodes().iter().for_each(|&n| free[n] = true);
-        let mut response = solver.response()?;
-        let (mut before, mut after) =
-            (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
-        self.system.force(Configuration { positions: &positions, tensions: &tensions }, &mut before);
-        for (k, (direction, changed)) in
-            self.prior.directions.iter().zip(self.perturbed_systems()?).enumerate()
-        {
-            // Nodes on bone move with the body at rest.
-            let there: Vec<Point> = Vec::from_iter(
-                positions.iter().enumerate().map(|(n, p)| if free[n] { *p } else { p + direction[n] * STEP }),
-            );
-            changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
-            response.compute_for_load(|_, load| {
-                for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
-                    *l += (a - b) / STEP;
-                }
-            });
-            rates.set_column(k, |n| if free[n] { response.motion()[n] } else { direction[n] }, 1.0);
-        }
-        Some(())
     }
 }

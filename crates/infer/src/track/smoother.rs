@@ -69,7 +69,8 @@ impl SmoothedRecording {
 pub(super) struct WhitenedRows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
-    pub by_shape: Option<DMatrix<f64>>,
+    /// Zeros for a frame without derivatives by the shape; no columns without a shape.
+    pub by_shape: DMatrix<f64>,
 }
 
 #[derive(Clone)]
@@ -196,12 +197,12 @@ impl<'a> Smoother<'a> {
         Some(residuals - &errors.basis * known)
     }
 
-    /// `None` where a frame has no observations or no equilibrium. `by_shape` are derivatives by the shape, mm.
-    pub(super) fn rows(
+    /// `None` where a frame has no observations or no equilibrium. `by_shape` are derivatives by the directions of the shape, mm.
+    pub fn rows(
         &self,
         recording: &SmoothedRecording,
         t: usize,
-        by_shape: Option<&DMatrix<f64>>,
+        (by_shape, columns): (Option<&DMatrix<f64>>, usize),
     ) -> Option<WhitenedRows> {
         let residuals = self.residuals_mm(recording, t, &recording.here[t], &self.shared)?;
         let (linear, errors) = (recording.here[t].linear.as_ref()?, recording.errors[t].as_ref()?);
@@ -216,12 +217,13 @@ impl<'a> Smoother<'a> {
         all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
         let all = errors.whitened(all);
         let by_state = all.columns(1, self.sizes.state()).into_owned();
-        let by_shape = by_shape.map(|by_shape| errors.whitened(by_shape.clone()));
+        let by_shape = by_shape.cloned().unwrap_or_else(|| DMatrix::zeros(residuals.len(), columns));
+        let by_shape = errors.whitened(by_shape);
         Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
     /// The unknown of a state with the same derivatives as a shared one: the deviation for a level, the slow error for the static one.
-    pub(super) fn state_of_shared(&self, shared: usize) -> usize {
+    pub fn state_of_shared(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
 
@@ -234,10 +236,7 @@ impl<'a> Smoother<'a> {
     ) -> DVector<f64> {
         let mut step = state.clone();
         (0..self.sizes.shared()).for_each(|i| step[self.state_of_shared(i)] += shared[i]);
-        let mut out = &rows.residuals + &rows.by_state * step;
-        if let Some(by_shape) = &rows.by_shape {
-            out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());
-        }
-        out
+        let by_shape = &rows.by_shape * shared.rows(self.sizes.shared(), rows.by_shape.ncols());
+        &rows.residuals + &rows.by_state * step + by_shape
     }
 }
