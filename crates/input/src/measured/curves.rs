@@ -44,7 +44,7 @@ impl Curves {
         for (field, name) in cells.header.cells.iter().enumerate() {
             let Some(column) = known(name) else {
                 let hint = choice::hint(name, names.iter().map(String::as_str).chain([TIME]));
-                let at = cells.place_of(&cells.header, field);
+                let at = cells.header.place(field);
                 return Err(at.error(format!("unknown muscle \"{name}\""), hint));
             };
             if let Some(first) = columns.iter().position(|c| *c == column) {
@@ -54,7 +54,7 @@ impl Curves {
         }
         if !columns.contains(&None) {
             let help = "name the column of times time_s";
-            return Err(cells.place_of(&cells.header, 0).error("there is no column time_s", help));
+            return Err(cells.header.place(0).error("there is no column time_s", help));
         }
         let mark = cells.decimal_mark(&(0..columns.len()).collect::<Vec<_>>());
         let (mut times, mut values): (Vec<f64>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
@@ -63,12 +63,9 @@ impl Curves {
             let mut row = vec![0.0; names.len()];
             for (field, column) in columns.iter().enumerate() {
                 let (name, text) = (cells.header.cell(field), line.cell(field));
-                let wrong =
-                    |help: &str| Err(cells.place_of(line, field).error(format!("{name} is {text}"), help));
+                let wrong = |help: &str| Err(line.place(field).error(format!("{name} is {text}"), help));
                 if is_missing(text) {
-                    return Err(cells
-                        .place_of(line, field)
-                        .error(format!("{name} is missing"), "give a number"));
+                    return Err(line.place(field).error(format!("{name} is missing"), "give a number"));
                 }
                 let value = cells.number(line, field, mark, "a number")?;
                 match (column, times.last()) {

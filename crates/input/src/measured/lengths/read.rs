@@ -94,7 +94,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
             line_ends: cells.line_ends,
             separator: cells.separator,
             decimal_mark: mark,
-            header_line: cells.header.number,
+            header_line: cells.header.at.line,
             subject: name(columns.subject),
             vowel: name(columns.vowel),
             columns: read.collect(),
@@ -182,28 +182,28 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Adds a row to the table, or to the rows that cannot be used. `seen` has the lines of earlier rows.
-    fn add(&self, line: &TableLine, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
+    fn add(&self, line: &TableLine<'_>, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
         let mut bad_cells = Vec::new();
         let lengths = self.lengths(line, &data.muscles, &mut bad_cells);
         bad_cells.sort_by_key(|fault| fault.column);
         let measured = lengths.as_ref().map_or(0, |l| l.length_mm.iter().flatten().count());
         let fault = match lengths {
             Ok(_) if measured + bad_cells.len() == 0 => {
-                return data.reading.rows_without_lengths.push(line.number);
+                return data.reading.rows_without_lengths.push(line.at.line);
             }
             // Mostly bad cells mean a wrong unit or shifted columns, so that the other cells cannot be trusted either.
             Ok(_) if bad_cells.len() > measured => bad_cells.remove(0),
             Ok(lengths) => {
                 let Lengths { subject, vowel, .. } = &lengths;
-                let first = *seen.entry((subject.clone(), vowel.clone())).or_insert(line.number);
-                if first == line.number {
+                let first = *seen.entry((subject.clone(), vowel.clone())).or_insert(line.at.line);
+                if first == line.at.line {
                     data.bad_cells.append(&mut bad_cells);
-                    return data.rows.push(Row { line: line.number, lengths });
+                    return data.rows.push(Row { line: line.at.line, lengths });
                 }
                 let what = format!("{subject} /{vowel}/ is given twice, here and on line {first}");
                 let help = "keep one of the two lines, or give repetitions different labels, as in a1 and a2";
                 // The first of the two rows is found by its vowel, so this one gets none.
-                let fault = self.cells.place_of(line, 0).error(what, help);
+                let fault = line.place(0).error(what, help);
                 let subject = Some(subject.clone());
                 return data.broken.push(BrokenRow { subject, vowel: None, fault });
             }
@@ -221,13 +221,13 @@ impl Reader<'_> {
     /// The lengths of a row. Faults of cells are added to `bad`, and these cells count as not measured.
     fn lengths(
         &self,
-        line: &TableLine,
+        line: &TableLine<'_>,
         muscles: &Arc<[String]>,
         bad: &mut Vec<Malformed>,
     ) -> Result<Lengths, Malformed> {
         let LengthColumns { subject, vowel, lengths, half_width, .. } = self.columns;
         self.cells.check_shape(line)?;
-        let at = |field: usize| self.cells.place_of(line, field);
+        let at = |field: usize| line.place(field);
         let name = line.cell(*subject).to_owned();
         if name.is_empty() || name.contains(char::is_control) {
             let what = format!("the subject is {:?}", clip(&name));
