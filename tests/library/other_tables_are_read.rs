@@ -10,7 +10,7 @@ use crate::fixtures::{says, vowel};
 const TABLE: &str = "# mine\nmuscle,i,a,full_n_per_m\nGGa,0.2,,\n# of both\nHG,0,0.5,40\nSGm,0.1,1,\n";
 
 fn tensions(table: &str, label: &str, full: Option<f64>) -> Result<Vec<(usize, f64)>, Malformed> {
-    let muscles = Muscles::reference().unwrap();
+    let muscles = Muscles::built_in();
     let names: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
     Activity::read(table.as_bytes(), "t.csv")?.tensions(&vowel(label), full, &names, &muscles)
 }

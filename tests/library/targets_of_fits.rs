@@ -4,7 +4,7 @@ use tongue_fit::measured::{
     Dataset, Lengths, Muscles, ReadError, Target, TargetKind, TargetOptions, Thesis, Vowel,
 };
 use tongue_input::measured::lengths::rest_distance::{RestDistance, distance, measure, nearest};
-use tongue_input::measured::muscles::{Colour, PALETTE};
+use tongue_input::measured::muscles::PALETTE;
 use tongue_input::measured::published_patterns::{ACTIVE_N, Patterns};
 use tongue_input::measured::thesis::ThesisRow;
 
@@ -168,7 +168,7 @@ fn the_built_in_tables_are_those_of_the_thesis_whose_rest_is_nearest_to_u_of_s1(
 
 #[test]
 fn published_patterns_count_portions_for_their_muscle_and_say_nothing_of_other_vowels_and_muscles() {
-    let (patterns, muscles) = (Patterns::reference().unwrap(), Muscles::reference().unwrap());
+    let (patterns, muscles) = (Patterns::reference().unwrap(), Muscles::built_in());
     let all: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
     let check = |label: &str, names: &[String], tensions: &[(usize, f64)]| {
         let mut each = vec![0.0; names.len()];
@@ -193,7 +193,7 @@ fn published_patterns_count_portions_for_their_muscle_and_say_nothing_of_other_v
 
 #[test]
 fn muscles_have_the_capacities_of_their_whole_and_unknown_ones_names_and_colours_of_their_own() {
-    let muscles = Muscles::reference().unwrap();
+    let muscles = Muscles::built_in();
     let all: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
     assert_eq!(all, ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"]);
     assert!(muscles.all().iter().zip(PALETTE).all(|(info, colour)| info.colour == colour));
@@ -219,16 +219,8 @@ fn muscles_have_the_capacities_of_their_whole_and_unknown_ones_names_and_colours
     assert_eq!((muscles.published(" hGA "), muscles.published("mylohyoid")), (Some((6, "HGa")), None));
     let infos = muscles.info(&asked);
     assert_eq!(infos.iter().map(|i| &i.name).collect::<Vec<_>>(), asked.iter().collect::<Vec<_>>());
-    let mut colours: Vec<String> = infos[..8].iter().map(|i| i.colour.to_string()).collect();
+    let mut colours: Vec<String> = infos[..8].iter().map(|i| i.colour.clone()).collect();
     colours.sort();
     colours.dedup();
     assert!(colours.len() == 8 && muscles.get("T1").is_none());
-    assert!(PALETTE.iter().all(|colour| Colour::try_from(colour.to_string()) == Ok(*colour)));
-    assert!(
-        ["D55E00", "#D55E0", "#D55E0G", "#ééé"]
-            .map(String::from)
-            .map(Colour::try_from)
-            .iter()
-            .all(Result::is_err)
-    );
 }

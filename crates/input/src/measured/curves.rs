@@ -44,7 +44,7 @@ impl Curves {
         for (field, name) in cells.header.cells.iter().enumerate() {
             let Some(column) = known(name) else {
                 let hint = choice::hint(name, names.iter().map(String::as_str).chain([TIME]));
-                let at = cells.place_of(&cells.header, field);
+                let at = cells.header.place(field);
                 return Err(at.error(format!("unknown muscle \"{name}\""), hint));
             };
             if let Some(first) = columns.iter().position(|c| *c == column) {
@@ -54,7 +54,7 @@ impl Curves {
         }
         if !columns.contains(&None) {
             let help = "name the column of times time_s";
-            return Err(cells.place_of(&cells.header, 0).error("there is no column time_s", help));
+            return Err(cells.header.place(0).error("there is no column time_s", help));
         }
         let mark = cells.decimal_mark(&(0..columns.len()).collect::<Vec<_>>());
         let (mut times, mut values): (Vec<f64>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
@@ -63,29 +63,29 @@ impl Curves {
             let mut row = vec![0.0; names.len()];
             for (field, column) in columns.iter().enumerate() {
                 let (name, text) = (cells.header.cell(field), line.cell(field));
-                let wrong =
-                    |help: &str| Err(cells.place_of(line, field).error(format!("{name} is {text}"), help));
                 if is_missing(text) {
-                    return Err(cells
-                        .place_of(line, field)
-                        .error(format!("{name} is missing"), "give a number"));
+                    return Err(line.place(field).error(format!("{name} is missing"), "give a number"));
                 }
                 let value = cells.number(line, field, mark, "a number")?;
-                match (column, times.last()) {
-                    _ if !value.is_finite() => return wrong("it must be finite"),
-                    (Some(_), _) if value < 0.0 => {
-                        return wrong("it must not be negative: muscles pull, they do not push");
-                    }
-                    (Some(muscle), _) => row[*muscle] = value,
+                let fault = match (column, times.last()) {
+                    _ if !value.is_finite() => "it must be finite",
+                    (Some(_), _) if value < 0.0 => "it must not be negative: muscles pull, they do not push",
                     (None, None) if value > 0.0 && value < SHORTEST_S => {
-                        return wrong("it is too short; take 0 for the start");
+                        "it is too short; take 0 for the start"
                     }
                     (None, Some(last)) if value < last + SHORTEST_S => {
-                        let help = "it does not come after that of the row before by at least 1e-9 s; sort the rows by time, each time once";
-                        return wrong(help);
+                        "it does not come after that of the row before by at least 1e-9 s; sort the rows by time, each time once"
                     }
-                    (None, _) => times.push(value),
-                }
+                    (Some(muscle), _) => {
+                        row[*muscle] = value;
+                        continue;
+                    }
+                    (None, _) => {
+                        times.push(value);
+                        continue;
+                    }
+                };
+                return Err(line.place(field).error(format!("{name} is {text}"), fault));
             }
             values.push(row);
         }

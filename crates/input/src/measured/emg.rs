@@ -102,13 +102,13 @@ impl Activity {
             };
             let what = format!("it has no column muscle, no vowel or no row; {}", cells.header_quoted());
             let help = "write a header like muscle,i,a and a row for each muscle with its activity, 0 to 1";
-            return Err(cells.place_of(&cells.header, 0).error(what, format!("{help}{lists}")));
+            return Err(cells.header.place(0).error(what, format!("{help}{lists}")));
         };
         let mark = cells.decimal_mark(&columns.iter().map(|(field, ..)| *field).collect::<Vec<_>>());
         let mut rows: Vec<ActivityRow> = Vec::new();
         for line in &cells.rows {
             cells.check_shape(line)?;
-            let (muscle, at) = (line.cell(of_muscle).to_owned(), cells.place_of(line, of_muscle));
+            let (muscle, at) = (line.cell(of_muscle).to_owned(), line.place(of_muscle));
             if muscle.is_empty() || muscle.contains(char::is_control) {
                 let what = format!("the muscle is {:?}", clip(&muscle));
                 return Err(at.error(what, "give it a name, like GGa"));
@@ -120,10 +120,10 @@ impl Activity {
             let full = of_full.map_or(Ok(None), |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0));
             let activity =
                 columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit)).collect();
-            rows.push(ActivityRow { line: line.number, full, activity, muscle });
+            rows.push(ActivityRow { line: line.at.line, full, activity, muscle });
         }
         let vowels = columns.into_iter().map(|(_, vowel, _)| vowel).collect();
-        Ok(Self { origin: origin.to_owned(), header: cells.header.number, vowels, rows })
+        Ok(Self { origin: origin.to_owned(), header: cells.header.at.line, vowels, rows })
     }
 
     /// Tensions of a vowel, N per metre of thickness: activity times the tension at activity 1, which is that of the row or else `full`. A
@@ -217,7 +217,7 @@ impl Activity {
 /// The number in a cell divided by `unit`, which must be from 0 to `most`.
 fn cell(
     cells: &TableLines<'_>,
-    line: &TableLine,
+    line: &TableLine<'_>,
     field: usize,
     mark: DecimalMark,
     most: f64,
@@ -231,7 +231,7 @@ fn cell(
     if value.is_finite() && (0.0..=most).contains(&value) {
         return Ok(Some(value));
     }
-    let (what, at) = (format!("{} is {}", clip(name), clip(text)), cells.place_of(line, field));
+    let (what, at) = (format!("{} is {}", clip(name), clip(text)), line.place(field));
     Err(if most.is_finite() {
         let help = "divide by the largest activity of the muscle, or end the column's name with (%)";
         at.error(format!("{what}, but an activity lies between 0 and 1"), help)

@@ -1,7 +1,6 @@
 //! Facts about muscles (full names, groups, force capacities, colours), from `targets/takano2007_muscles.csv`, and values by muscle name.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -9,24 +8,19 @@ use super::lengths::position_of;
 
 const REFERENCE: &str = include_str!("../../../../targets/takano2007_muscles.csv");
 
-/// A colour as red, green and blue; written `#D55E00`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub struct Colour(pub u8, pub u8, pub u8);
-
 /// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), for muscles that the table lacks.
-pub const PALETTE: [Colour; 8] = [
-    Colour(0xD5, 0x5E, 0x00), // vermillion
-    Colour(0xE6, 0x9F, 0x00), // orange
-    Colour(0xF0, 0xE4, 0x42), // yellow
-    Colour(0x56, 0xB4, 0xE9), // sky blue
-    Colour(0x00, 0x72, 0xB2), // blue
-    Colour(0xCC, 0x79, 0xA7), // reddish purple
-    Colour(0x00, 0x9E, 0x73), // bluish green
-    Colour(0x00, 0x00, 0x00), // black
+pub const PALETTE: [&str; 8] = [
+    "#D55E00", // vermillion
+    "#E69F00", // orange
+    "#F0E442", // yellow
+    "#56B4E9", // sky blue
+    "#0072B2", // blue
+    "#CC79A7", // reddish purple
+    "#009E73", // bluish green
+    "#000000", // black
 ];
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct MuscleInfo {
     #[serde(rename = "muscle")]
     pub name: String,
@@ -37,10 +31,11 @@ pub struct MuscleInfo {
     pub capacity_group: Option<String>,
     /// Largest force of the capacity group, all portions and both sides together, N.
     pub capacity_n: Option<f64>,
-    pub colour: Colour,
+    /// As in SVG and HTML, like `#D55E00`.
+    pub colour: String,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Capacity {
     pub muscle: String,
     /// Positions of its portions in the given names.
@@ -54,13 +49,9 @@ pub struct Muscles(Vec<MuscleInfo>);
 
 impl Muscles {
     /// The eight portions that Takano and Honda (2007) measured; capacities are those of the public ArtiSynth tongue.
-    pub fn reference() -> Result<Self, csv::Error> {
-        csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
-    }
-
-    /// [`Muscles::reference`], but empty if the table is damaged.
     pub fn built_in() -> Self {
-        Self::reference().unwrap_or(Self(Vec::new()))
+        let rows = csv::Reader::from_reader(REFERENCE.as_bytes()).into_deserialize();
+        Self(rows.collect::<Result<_, _>>().unwrap_or_default())
     }
 
     pub fn all(&self) -> &[MuscleInfo] {
@@ -81,7 +72,7 @@ impl Muscles {
     /// The facts about `names`, in their order. An unknown muscle has its own name, is a group of its own without capacity, and gets the
     /// next colour of [`PALETTE`] that no known muscle of `names` has; when these are used up, colours repeat.
     pub fn info(&self, names: &[String]) -> Vec<MuscleInfo> {
-        let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
+        let taken: Vec<&str> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour.as_str()).collect();
         let free = PALETTE.into_iter().filter(|c| !taken.contains(c));
         let mut colours = free.chain(PALETTE.into_iter().cycle());
         Vec::from_iter(names.iter().map(|name| match self.get(name) {
@@ -92,7 +83,7 @@ impl Muscles {
                 group: name.clone(),
                 capacity_group: None,
                 capacity_n: None,
-                colour: colours.next().unwrap_or(PALETTE[0]),
+                colour: colours.next().unwrap_or(PALETTE[0]).to_owned(),
             },
         }))
     }
@@ -109,32 +100,6 @@ impl Muscles {
             }
         }
         all
-    }
-}
-
-impl fmt::Display for Colour {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(red, green, blue) = self;
-        write!(f, "#{red:02X}{green:02X}{blue:02X}")
-    }
-}
-
-impl From<Colour> for String {
-    fn from(colour: Colour) -> Self {
-        colour.to_string()
-    }
-}
-
-impl TryFrom<String> for Colour {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, Self::Error> {
-        let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii());
-        let channel = |at: usize| u8::from_str_radix(digits?.get(at..at + 2)?, 16).ok();
-        match (channel(0), channel(2), channel(4)) {
-            (Some(red), Some(green), Some(blue)) => Ok(Self(red, green, blue)),
-            _ => Err(format!("{text:?} is not a colour like #D55E00")),
-        }
     }
 }
 

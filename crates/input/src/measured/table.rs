@@ -14,15 +14,19 @@ const MOST_COLUMNS: usize = 10_000;
 /// The header is one of so many lines; the lines before it are a title.
 pub(super) const HEADER_WITHIN: usize = 20;
 
-pub(super) struct TableLine {
-    pub number: u64,
+pub(super) struct TableLine<'a> {
+    pub at: SourcePlace<'a>,
     pub cells: StringRecord,
 }
 
-impl TableLine {
+impl<'a> TableLine<'a> {
     /// The text in a column; empty if the line ends before it.
     pub fn cell(&self, field: usize) -> &str {
         self.cells.get(field).unwrap_or_default()
+    }
+
+    pub fn place(&self, field: usize) -> SourcePlace<'a> {
+        self.at.at_column(field + 1)
     }
 }
 
@@ -31,8 +35,8 @@ pub(super) struct TableLines<'a> {
     pub encoding: Encoding,
     pub line_ends: LineEnds,
     pub separator: Separator,
-    pub header: TableLine,
-    pub rows: Vec<TableLine>,
+    pub header: TableLine<'a>,
+    pub rows: Vec<TableLine<'a>>,
     last: u64,
 }
 
@@ -68,26 +72,25 @@ impl<'a> TableLines<'a> {
         }
         let candidates = declared.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
         let known =
-            |line: &TableLine| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
+            |line: &TableLine<'_>| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
         let scored = candidates.into_iter().rev().flat_map(|separator| {
-            let first = lines(body, separator, before, HEADER_WITHIN);
-            let score = |(n, line): (usize, &TableLine)| (known(line), Reverse(n), line.cells.len());
+            let first = lines(body, separator, start, before, HEADER_WITHIN);
+            let score = |(n, line): (usize, &TableLine<'_>)| (known(line), Reverse(n), line.cells.len());
             first.iter().enumerate().map(score).map(|score| (score, separator)).collect::<Vec<_>>()
         });
         // `max_by_key` returns the last of equal scores, which is the first of `ALL`.
         let best = scored.max_by_key(|(score, _)| *score);
         let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
-        let mut rows = lines(body, separator, before, n + MOST_ROWS + 2).split_off(n);
-        let none = TableLine { number: 1, cells: StringRecord::new() };
+        let mut rows = lines(body, separator, start, before, n + MOST_ROWS + 2).split_off(n);
+        let none = TableLine { at: start, cells: StringRecord::new() };
         let header = if rows.is_empty() { none } else { rows.remove(0) };
-        let at = SourcePlace { line: header.number, ..start };
         if header.cells.len() > MOST_COLUMNS {
             let what = format!("the header has {} columns", header.cells.len());
-            return Err(at.error(what, format!("give at most {MOST_COLUMNS}, one a muscle")));
+            return Err(header.at.error(what, format!("give at most {MOST_COLUMNS}, one a muscle")));
         }
         if let Some(line) = rows.get(MOST_ROWS) {
             let what = format!("the table has more than {MOST_ROWS} rows");
-            return Err(SourcePlace { line: line.number, ..start }.error(what, "split it into smaller files"));
+            return Err(line.at.error(what, "split it into smaller files"));
         }
         rows.retain(|row| !(row.cell(0).starts_with('#') && row.cells.len() < header.cells.len()));
         let last = 1 + text.matches('\n').count() as u64;
@@ -103,13 +106,9 @@ impl<'a> TableLines<'a> {
         if cells.header.cells.len() < 2 {
             let what = format!("the table has fewer than two columns; {}", cells.header_quoted());
             let help = format!("put commas, semicolons or tabs between the fields, as in {wanted}");
-            return Err(cells.place_of(&cells.header, 0).error(what, help));
+            return Err(cells.header.at.error(what, help));
         }
         Ok(cells)
-    }
-
-    pub fn place_of(&self, line: &TableLine, field: usize) -> SourcePlace<'a> {
-        SourcePlace { origin: self.origin, line: line.number, column: field + 1 }
     }
 
     pub fn end(&self) -> SourcePlace<'a> {
@@ -119,7 +118,7 @@ impl<'a> TableLines<'a> {
     pub fn header_quoted(&self) -> String {
         let between = char::from(self.separator.byte()).to_string();
         let names = self.header.cells.iter().collect::<Vec<_>>().join(&between);
-        format!("line {} was taken for the header: {:?}", self.header.number, clip(&names))
+        format!("line {} was taken for the header: {:?}", self.header.at.line, clip(&names))
     }
 
     /// The error for two columns of the same meaning.
@@ -130,7 +129,7 @@ impl<'a> TableLines<'a> {
         } else {
             format!("column {name} says the same as column {} ({earlier})", first + 1)
         };
-        self.place_of(&self.header, second).error(what, "keep one of the two")
+        self.header.place(second).error(what, "keep one of the two")
     }
 
     /// The decimal mark of most numbers in some columns.
@@ -145,20 +144,20 @@ impl<'a> TableLines<'a> {
 
     pub fn number(
         &self,
-        line: &TableLine,
+        line: &TableLine<'_>,
         field: usize,
         mark: DecimalMark,
         like: &str,
     ) -> Result<f64, Malformed> {
         let number = number::number(self.header.cell(field), line.cell(field), mark, like);
-        number.map_err(|(what, help)| self.place_of(line, field).error(what, help))
+        number.map_err(|(what, help)| line.place(field).error(what, help))
     }
 
     /// Refuses a row with content behind the fields of the header, or without a field for a named column.
-    pub fn check_shape(&self, row: &TableLine) -> Result<(), Malformed> {
+    pub fn check_shape(&self, row: &TableLine<'_>) -> Result<(), Malformed> {
         let (header, width) = (&self.header.cells, row.cells.len());
-        let at = self.place_of(row, width.min(header.len()));
-        let (line, wanted) = (self.header.number, header.len());
+        let at = row.place(width.min(header.len()));
+        let (line, wanted) = (self.header.at.line, header.len());
         let message = format!("the line has {width} fields where the header, line {line}, has {wanted}");
         if row.cells.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
             let help = match self.separator {
@@ -173,7 +172,7 @@ impl<'a> TableLines<'a> {
         let (own, first) = (self.separator, row.cell(0).as_bytes());
         let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&s.byte()));
         Err(match other.filter(|_| width == 1) {
-            Some(other) => self.place_of(row, 0).error(
+            Some(other) => row.at.error(
                 format!("the fields are separated by {}", other.plural()),
                 format!("separate them by {}, as in the header", own.plural()),
             ),
@@ -184,7 +183,13 @@ impl<'a> TableLines<'a> {
 }
 
 /// At most the first `most` lines that are not empty; their cells are folded ([`fold`]).
-fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<TableLine> {
+fn lines<'a>(
+    body: &str,
+    separator: Separator,
+    start: SourcePlace<'a>,
+    before: u64,
+    most: usize,
+) -> Vec<TableLine<'a>> {
     let mut reader = csv::ReaderBuilder::new();
     reader.delimiter(separator.byte()).has_headers(false).flexible(true).trim(csv::Trim::All);
     // Records of any number of fields in UTF-8 text cannot fail.
@@ -196,7 +201,7 @@ fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<Tabl
         let blank = from.unwrap_or_default().iter().take_while(|b| **b == b'\n').count() as u64;
         let is_ascii = record.as_slice().is_ascii();
         let cells = if is_ascii { record } else { record.iter().map(fold).collect() };
-        TableLine { number: before + line + blank, cells }
+        TableLine { at: SourcePlace { line: before + line + blank, ..start }, cells }
     });
     lines.take(most).collect()
 }

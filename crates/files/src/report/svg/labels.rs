@@ -97,5 +97,5 @@ fn samples(line: &[Px]) -> Vec<Px> {
 }
 
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
-    Muscles::built_in().info(names).iter().map(|m| m.colour.to_string().to_lowercase()).collect()
+    Muscles::built_in().info(names).iter().map(|m| m.colour.to_lowercase()).collect()
 }

@@ -55,7 +55,7 @@ pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
     let mut labels: Vec<(f64, usize)> = Vec::new();
     for (m, info) in Muscles::built_in().info(names).iter().enumerate() {
         let mut points = way.iter().enumerate().map(|(p, x)| [*x, tension(p, m)]);
-        svg.stroke(&upper.path(points.clone()), &info.colour.to_string(), 3.0);
+        svg.stroke(&upper.path(points.clone()), &info.colour, 3.0);
         labels.extend(points.next_back().map(|[x, y]| (upper.place(x, y)[1], m)));
     }
     svg.stroke(&lower.path(rms), INK, 3.0);

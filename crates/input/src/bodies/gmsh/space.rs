@@ -72,21 +72,20 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
         }
         mesh.hexahedra.push(corners);
     }
-    let mut assembly = SpaceAssembly { raw, unit, parts, numbers, mesh };
+    let assembly = SpaceAssembly { raw, unit, parts, numbers, mesh };
     let (mut muscles, mut chains): (Vec<Muscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
     for given in assembly.muscle_groups()? {
         let (muscle, ends) = assembly.muscle(&given)?;
         chains.push(MuscleChain { name: muscle.name.clone(), nodes: ends.to_vec() });
         muscles.push(muscle);
     }
-    let SpaceAssembly { parts, numbers, mesh, .. } = &mut assembly;
+    let SpaceAssembly { parts, numbers, mut mesh, .. } = assembly;
     let edges = mesh.hexahedra.iter().flat_map(|c| hexahedron::EDGES.map(|e| e.map(|i| c[i])));
     let outside = muscles.iter().flat_map(|m| &m.segments).filter(|s| s.outside).map(|s| s.nodes);
-    parts.check_held(edges.chain(outside), &mesh.fixed, numbers)?;
+    parts.check_held(edges.chain(outside), &mesh.fixed, &numbers)?;
     mesh.muscles = chains;
     mesh.connect();
-    let (what, mesh) = (format!("the mesh of \"{origin}\""), std::mem::take(mesh));
-    let body = Body { what, mesh, bones, muscles, ..Body::default() };
+    let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, muscles, ..Body::default() };
     body.check().map_err(|fault| wrong!(None, "{fault}"))?;
     Ok(body)
 }
@@ -208,18 +207,28 @@ impl<'a> SpaceAssembly<'a> {
         let elements = self.raw.elements.iter().rev().filter(|e| !view.of_nodes && e.dimension == 3);
         let of_elements: BTreeMap<Vec<u64>, Vector3<f64>> =
             elements.filter_map(|e| Some((sorted(&e.nodes), of_tag(&e.tag)?))).collect();
-        region.iter().map(|&element| {
+        let mut all = Vec::new();
+        for &element in region {
             let cell = self.parts.cells[element];
-            let directions: Directions = if view.of_nodes { hexahedron::points().map(|at| {
-                    let corners = cell.nodes.iter().zip(hexahedron::values(at));
-                    unit(mean_axis(corners.filter_map(|(tag, share)| Some(of_tag(tag)? * share))))
-                }) } else { [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS] };
-            if directions.iter().all(Option::is_some) { Ok(directions) } else { Err(wrong!(
+            let of_point = |at| {
+                let corners = cell.nodes.iter().zip(hexahedron::values(at));
+                mean_axis(corners.filter_map(|(tag, share)| Some(of_tag(tag)? * share)))
+            };
+            let directions: Directions = if view.of_nodes {
+                hexahedron::points().map(|at| unit(of_point(at)))
+            } else {
+                [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS]
+            };
+            if directions.contains(&None) {
+                return Err(wrong!(
                     view.at,
                     "the view \"fibre:{name}\" has no direction in element {}, or one of length zero; give every element of the muscle one",
                     cell.tag
-                )) }
-        }).collect()
+                ));
+            }
+            all.push(directions);
+        }
+        Ok(all)
     }
 }
 

@@ -68,11 +68,8 @@ fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
     let mut tag = 0;
     let mut element = |out: &mut String, nodes: &[usize]| {
         tag += 1;
-        let _ = write!(out, "{tag}");
-        nodes.iter().for_each(|n| {
-            let _ = write!(out, " {}", n + 1);
-        });
-        out.push('\n');
+        let nodes: String = nodes.iter().map(|n| format!(" {}", n + 1)).collect();
+        let _ = writeln!(out, "{tag}{nodes}");
     };
     for cell in cells {
         let mut nodes = cell.to_vec();
@@ -97,12 +94,9 @@ fn point<const D: usize>(x: &SVector<f64, D>) -> String {
     format!("{} {} {}", x[0], x[1], x.get(2).unwrap_or(&0.0))
 }
 
-fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) -> String {
-    let around = nodes.fold(None, |around: Option<(SVector<f64, D>, SVector<f64, D>)>, x| match around {
-        None => Some((*x, *x)),
-        Some((low, high)) => Some((low.inf(x), high.sup(x))),
-    });
-    let (low, high) = around.unwrap_or((SVector::zeros(), SVector::zeros()));
+fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>> + Clone) -> String {
+    let low = nodes.clone().copied().reduce(|low, x| low.inf(&x)).unwrap_or(SVector::zeros());
+    let high = nodes.copied().reduce(|high, x| high.sup(&x)).unwrap_or(SVector::zeros());
     format!("{} {}", point(&low), point(&high))
 }
 

@@ -82,7 +82,7 @@ impl LengthColumns {
             let (name, quoted) = (clip(cells.header.cell(field)), cells.header_quoted());
             let what = format!("column {name} names muscles, so that each has rows of its own; {quoted}");
             let help = "give each muscle a column and each subject and vowel one row, as in subject,vowel,GGa_mm,GGm_mm";
-            return Err(cells.place_of(&cells.header, field).error(what, help));
+            return Err(cells.header.place(field).error(what, help));
         }
         let (Some(subject), Some(vowel), false) = (subject, vowel, lengths.is_empty()) else {
             let missing = [
@@ -125,14 +125,14 @@ fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
     what.push_str(&near.unwrap_or_default());
     if missing.iter().any(|name| name.contains(' ')) {
         let has_numbers = |field: &usize| {
-            let starts = |line: &TableLine| line.cell(*field).starts_with(|c: char| c.is_ascii_digit());
+            let starts = |line: &TableLine<'_>| line.cell(*field).starts_with(|c: char| c.is_ascii_digit());
             meaning(cells.header.cell(*field)).is_none() && cells.rows.iter().take(ROWS_SEARCHED).any(starts)
         };
         if let Some(name) = (0..cells.header.cells.len()).find(has_numbers).map(|f| cells.header.cell(f)) {
             what += &format!("; if column {:?} has lengths, its name must end with their unit", clip(name));
         }
     }
-    cells.place_of(&cells.header, cells.header.cells.len()).error(
+    cells.header.place(cells.header.cells.len()).error(
         format!("{what}; {}", cells.header_quoted()),
         "it must name, in any order, subject, vowel, and for each muscle its length with the unit, like \
          subject,vowel,GGa_mm,GGm_mm",

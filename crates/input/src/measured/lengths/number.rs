@@ -106,15 +106,6 @@ fn with_point(cell: &str, mark: DecimalMark) -> Option<String> {
     }
 }
 
-/// Number of decimals of `cell` in millimetres: 0 for 57 mm and 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
-pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Option<i32> {
-    let text = with_point(cell, mark)?.to_ascii_lowercase();
-    text.parse().ok().filter(|number: &f64| number.is_finite())?;
-    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let decimals = digits.split_once('.').map_or(0, |(_, after)| after.len());
-    i32::try_from(decimals).ok()?.checked_sub(exponent.parse().ok()?)?.checked_sub(unit.facts().2)
-}
-
 #[derive(Clone, Copy)]
 pub(super) struct LengthNumbers<'a> {
     pub column: &'a str,
@@ -123,6 +114,15 @@ pub(super) struct LengthNumbers<'a> {
 }
 
 impl LengthNumbers<'_> {
+    /// Number of decimals of a length in millimetres: 0 for 57 mm and 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
+    pub fn decimals_of_mm(self, cell: &str) -> Option<i32> {
+        let text = with_point(cell, self.mark)?.to_ascii_lowercase();
+        text.parse().ok().filter(|number: &f64| number.is_finite())?;
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        let decimals = digits.split_once('.').map_or(0, |(_, after)| after.len());
+        i32::try_from(decimals).ok()?.checked_sub(exponent.parse().ok()?)?.checked_sub(self.unit.facts().2)
+    }
+
     /// The length in mm, with the same bits as if it had been written in mm; `None` if it was not measured.
     fn in_mm(self, cell: &str) -> Result<Option<f64>, CellFault> {
         if is_missing(cell) {

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::columns::{LengthColumns, LengthField, is_known};
-use super::number::{CellFault, DecimalMark, LengthNumbers, TableUnit, decimals_mm};
+use super::number::{CellFault, DecimalMark, LengthNumbers, TableUnit};
 use super::reading::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::text::clip;
 use super::vowel::Vowel;
@@ -73,7 +73,12 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     let columns = LengthColumns::of(&cells)?;
     let mark = cells.decimal_mark(&columns.lengths.iter().map(|l| l.field).collect::<Vec<_>>());
     let name = |field: usize| clip(cells.header.cell(field));
-    let by_digits = TableUnit::ALL.map(|unit| half_width_by_digits(&cells, &columns, mark, unit));
+    let by_digits = TableUnit::ALL.map(|unit| {
+        let of_unit = columns.lengths.iter().filter(|l| l.unit == unit);
+        let lengths: Vec<&str> =
+            of_unit.flat_map(|l| cells.rows.iter().map(|row| row.cell(l.field))).collect();
+        half_width_by_digits(&lengths, LengthNumbers { column: "", unit, mark })
+    });
     let read = columns.lengths.iter().map(|l| {
         let half_width = match (l.half_width.or(columns.half_width), &by_digits[l.unit as usize]) {
             (Some((field, _)), digits) => HalfWidth::Column { name: name(field), else_mm: digits.1 },
@@ -94,7 +99,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
             line_ends: cells.line_ends,
             separator: cells.separator,
             decimal_mark: mark,
-            header_line: cells.header.number,
+            header_line: cells.header.at.line,
             subject: name(columns.subject),
             vowel: name(columns.vowel),
             columns: read.collect(),
@@ -132,40 +137,21 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
 }
 
 /// Whether the digits of lengths in a unit show their half width, and the half width, mm.
-fn half_width_by_digits(
-    cells: &TableLines<'_>,
-    columns: &LengthColumns,
-    mark: DecimalMark,
-    unit: TableUnit,
-) -> (bool, f64) {
-    let of_unit = columns.lengths.iter().filter(|l| l.unit == unit);
-    let decimals = of_unit
-        .flat_map(|l| cells.rows.iter().filter_map(move |row| decimals_mm(row.cell(l.field), mark, unit)));
+fn half_width_by_digits(lengths: &[&str], numbers: LengthNumbers<'_>) -> (bool, f64) {
+    let decimals = lengths.iter().filter_map(|cell| numbers.decimals_of_mm(cell)).max();
     // Parsing text gives the `f64` that is nearest to the decimal number.
     let mm: Option<f64> =
-        decimals.max().filter(|n| *n <= MOST_DECIMALS).and_then(|n| format!("5e{}", -n - 1).parse().ok());
+        decimals.filter(|n| *n <= MOST_DECIMALS).and_then(|n| format!("5e{}", -n - 1).parse().ok());
     let by_digits = mm.unwrap_or(DEFAULT_HALF_WIDTH_MM);
-    let half_width =
-        half_of_common_step(cells, columns, mark, unit).map_or(by_digits, |mm| mm.max(by_digits));
-    (mm.is_some(), half_width)
+    (mm.is_some(), half_of_common_step(lengths, numbers).map_or(by_digits, |mm| mm.max(by_digits)))
 }
 
 /// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever digits they are written with. Of fewer than eight
 /// lengths this may be chance.
-fn half_of_common_step(
-    cells: &TableLines<'_>,
-    columns: &LengthColumns,
-    mark: DecimalMark,
-    unit: TableUnit,
-) -> Option<f64> {
+fn half_of_common_step(lengths: &[&str], numbers: LengthNumbers<'_>) -> Option<f64> {
     const FEWEST: usize = 8;
     const STEPS_MM: [f64; 2] = [10.0, 5.0];
-    let lengths_mm: Vec<f64> = (columns.lengths.iter().filter(|l| l.unit == unit))
-        .flat_map(|l| {
-            let numbers = LengthNumbers { column: "", unit, mark };
-            cells.rows.iter().filter_map(move |row| numbers.length(row.cell(l.field)).ok()?)
-        })
-        .collect();
+    let lengths_mm: Vec<f64> = lengths.iter().filter_map(|cell| numbers.length(cell).ok()?).collect();
     let is_common = |step: &f64| lengths_mm.iter().all(|mm| mm % step == 0.0);
     STEPS_MM.into_iter().filter(|_| lengths_mm.len() >= FEWEST).find(is_common).map(|step| step / 2.0)
 }
@@ -182,28 +168,28 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Adds a row to the table, or to the rows that cannot be used. `seen` has the lines of earlier rows.
-    fn add(&self, line: &TableLine, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
+    fn add(&self, line: &TableLine<'_>, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
         let mut bad_cells = Vec::new();
         let lengths = self.lengths(line, &data.muscles, &mut bad_cells);
         bad_cells.sort_by_key(|fault| fault.column);
         let measured = lengths.as_ref().map_or(0, |l| l.length_mm.iter().flatten().count());
         let fault = match lengths {
             Ok(_) if measured + bad_cells.len() == 0 => {
-                return data.reading.rows_without_lengths.push(line.number);
+                return data.reading.rows_without_lengths.push(line.at.line);
             }
             // Mostly bad cells mean a wrong unit or shifted columns, so that the other cells cannot be trusted either.
             Ok(_) if bad_cells.len() > measured => bad_cells.remove(0),
             Ok(lengths) => {
                 let Lengths { subject, vowel, .. } = &lengths;
-                let first = *seen.entry((subject.clone(), vowel.clone())).or_insert(line.number);
-                if first == line.number {
+                let first = *seen.entry((subject.clone(), vowel.clone())).or_insert(line.at.line);
+                if first == line.at.line {
                     data.bad_cells.append(&mut bad_cells);
-                    return data.rows.push(Row { line: line.number, lengths });
+                    return data.rows.push(Row { line: line.at.line, lengths });
                 }
                 let what = format!("{subject} /{vowel}/ is given twice, here and on line {first}");
                 let help = "keep one of the two lines, or give repetitions different labels, as in a1 and a2";
                 // The first of the two rows is found by its vowel, so this one gets none.
-                let fault = self.cells.place_of(line, 0).error(what, help);
+                let fault = line.place(0).error(what, help);
                 let subject = Some(subject.clone());
                 return data.broken.push(BrokenRow { subject, vowel: None, fault });
             }
@@ -221,13 +207,13 @@ impl Reader<'_> {
     /// The lengths of a row. Faults of cells are added to `bad`, and these cells count as not measured.
     fn lengths(
         &self,
-        line: &TableLine,
+        line: &TableLine<'_>,
         muscles: &Arc<[String]>,
         bad: &mut Vec<Malformed>,
     ) -> Result<Lengths, Malformed> {
         let LengthColumns { subject, vowel, lengths, half_width, .. } = self.columns;
         self.cells.check_shape(line)?;
-        let at = |field: usize| self.cells.place_of(line, field);
+        let at = |field: usize| line.place(field);
         let name = line.cell(*subject).to_owned();
         if name.is_empty() || name.contains(char::is_control) {
             let what = format!("the subject is {:?}", clip(&name));

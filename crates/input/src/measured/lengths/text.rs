@@ -57,19 +57,8 @@ pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<T
         Some(at) if text[at..].starts_with('\r') => LineEnds::Cr,
         _ => LineEnds::Lf,
     };
-    let text = if text.contains('\r') { Cow::Owned(with_line_feeds(&text)) } else { text };
+    let text = if text.contains('\r') { text.replace("\r\n", "\n").replace('\r', "\n").into() } else { text };
     Ok(Text { text, encoding, line_ends })
-}
-
-fn with_line_feeds(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for (n, piece) in text.split('\r').enumerate() {
-        if n > 0 && !piece.starts_with('\n') {
-            out.push('\n');
-        }
-        out.push_str(piece);
-    }
-    out
 }
 
 fn utf8<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a str, Malformed> {

@@ -17,7 +17,7 @@ const KANA: [([&str; 3], &str); 5] = [
 /// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC (in which letters that look
 /// the same are equal), with a Latin letter for the kana of a Japanese vowel. Ordered as text.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[serde(try_from = "String")]
 pub struct Vowel(String);
 
 impl Vowel {
@@ -93,11 +93,5 @@ impl TryFrom<String> for Vowel {
 
     fn try_from(label: String) -> Result<Self, Self::Error> {
         Self::as_written(&label)
-    }
-}
-
-impl From<Vowel> for String {
-    fn from(vowel: Vowel) -> Self {
-        vowel.0
     }
 }

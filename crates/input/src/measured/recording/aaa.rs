@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::numbers::{self, is_missing};
-use super::{Budget, Format, Label, Recording, Sample, limits};
+use super::{Budget, Format, Label, Recording, Sample, limits, rows};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -28,12 +28,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let start = SourcePlace::start(origin);
     let csv = &mut csv::ReaderBuilder::new();
     let help = "export the table from AAA again, separated by tabs";
-    let (separator, title_lines) = limits::header(&text, |name| {
+    let (separator, title_lines) = rows::header(&text, |name| {
         spline_of(name).is_some() || TIMES.iter().any(|t| name.eq_ignore_ascii_case(t))
     });
     let csv = csv.delimiter(separator).flexible(true);
-    let mut records = limits::records(&text, origin, title_lines, csv, help);
-    let header = records.next().transpose()?.map(|(_, header)| header).unwrap_or_default();
+    let mut table = rows::records(&text, origin, title_lines, csv, help);
+    let header = table.next().transpose()?.map(|header| header.cells).unwrap_or_default();
     let column = |title: &str| header.iter().position(|h| h.eq_ignore_ascii_case(title));
     let begins = |word: &str| header.iter().position(|h| h.starts_with(word));
     let time = TIMES.iter().find_map(|t| column(t)).ok_or_else(|| {
@@ -46,38 +46,32 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
     let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
-    let mut rows = RecordingRows::new(
+    let mut recordings = RecordingRows::new(
         points.iter().map(|p| p.name.clone()).collect(),
         ![TIMES[0], "time_s"].iter().any(|title| title.eq_ignore_ascii_case(&header[time])),
         begins(OF_RECORDING[0]).is_some(),
     );
     let mut short: Vec<u64> = Vec::new();
     let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
-    for record in records {
-        let (at, record) = record?;
-        if record.iter().all(str::is_empty) {
+    for row in table {
+        let row = row?;
+        if row.cells.iter().all(str::is_empty) {
             continue;
         }
-        let is_short = record.len() <= last_column;
-        let has_surplus = separator == b',' && record.iter().skip(header.len()).any(|cell| !cell.is_empty());
-        if is_short && record.len() > time && at.line != last_line {
-            short.push(at.line);
+        let (width, wanted) = (row.cells.len(), header.len());
+        let is_short = width <= last_column;
+        let has_surplus = separator == b',' && row.cells.iter().skip(wanted).any(|cell| !cell.is_empty());
+        if is_short && width > time && row.at.line != last_line {
+            short.push(row.at.line);
         } else if is_short || has_surplus {
-            let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
+            let what = format!("the line has {width} fields where the header has {wanted}");
             let comma = "decimals with a comma cannot be distinguished from separators; export the table separated by tabs";
-            let (column, help) = if is_short { (record.len(), CUT) } else { (header.len() + 1, comma) };
-            return Err(at.at_column(column).error(what, help));
+            let (column, help) = if is_short { (width, CUT) } else { (wanted + 1, comma) };
+            return Err(row.at.at_column(column).error(what, help));
         }
-        let cell = |field: usize| record.get(field).unwrap_or_default();
-        let time_s = numbers::seconds(cell(time), at.at_column(time + 1))?;
-        let place = |p: &PointColumns| {
-            let [x, y] = [p.x, p.y].map(|field| {
-                let what = format_args!("a coordinate of {}", p.name);
-                numbers::value(cell(field), what, at.at_column(field + 1))
-            });
-            Ok(x?.zip(y?).map(|(x, y)| [x, y, 0.0]))
-        };
-        let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
+        let time_s = row.seconds(time)?;
+        let place = |p: &PointColumns| row.point([p.x, p.y], format_args!("a coordinate of {}", p.name));
+        let places = points.iter().map(place).collect::<Result<Vec<_>, _>>()?;
         for (first, second) in &shared {
             let both = places[*first].zip(place(second)?);
             let apart_mm = both.map_or(0.0, |([x, y, _], [u, v, _])| (u - x).hypot(v - y));
@@ -86,18 +80,22 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 let what =
                     format!("{b:?} lies {apart_mm:.0} mm from {a:?}, though both are the {}", second.name);
                 let help = "points of a spline are exchanged, or it has another's name; correct the header, or leave it out";
-                return Err(at.at_column(second.x + 1).error(what, help));
+                return Err(row.place(second.x).error(what, help));
             }
         }
-        if let Some(x) = without_y.iter().find(|x| !is_missing(cell(**x))) {
+        if let Some(x) = without_y.iter().find(|x| !is_missing(row.cell(**x))) {
             let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
-            return Err(at.at_column(x + 1).error(what, "export both, or leave the spline out"));
+            return Err(row.place(*x).error(what, "export both, or leave the spline out"));
         }
-        let number =
-            rows.add(of_recording.iter().map(|f| cell(*f).to_owned()).collect(), time_s, places, at)?;
+        let key = of_recording.iter().map(|field| row.cell(*field).to_owned()).collect();
+        let number = recordings.add(key, time_s, places, row.at)?;
         for (tier, column) in tiers {
-            if let Some(name) = column.map(cell).filter(|name| !name.is_empty()) {
-                rows.found[number].runs.last_mut().into_iter().for_each(|run| run.label(tier, name, time_s));
+            if let Some(name) = column.map(|field| row.cell(field)).filter(|name| !name.is_empty()) {
+                recordings.found[number]
+                    .runs
+                    .last_mut()
+                    .into_iter()
+                    .for_each(|run| run.label(tier, name, time_s));
             }
         }
     }
@@ -106,7 +104,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let at = SourcePlace { line: last_line, column, ..start };
         return Err(at.error("the last number is cut off", CUT));
     }
-    let mut found = rows.recordings(Format::Aaa, start)?;
+    let mut found = recordings.recordings(Format::Aaa, start)?;
     if let (Some(line), Some(first)) = (short.first(), found.first_mut()) {
         first.notes.push(format!(
             "{} rows of {origin} end before the last column (the first is line {line}); the points that they lack count as not seen",

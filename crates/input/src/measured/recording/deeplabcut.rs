@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, Times, limits, names, numbers};
+use super::{Budget, Format, Recording, Sample, Times, limits, names, rows};
 
 const LEAST_LIKELIHOOD: f64 = 0.05;
 /// A computed likelihood of 1 may be larger by rounding.
@@ -39,34 +39,31 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let mut parts: Vec<BodyPart> = Vec::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for record in limits::records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
-        let (at, record) = record?;
+    for row in rows::records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
+        let row = row?;
         if parts.is_empty() {
-            let first = record.get(0).unwrap_or_default().to_ascii_lowercase();
-            titles.push(record.clone());
-            match first.as_str() {
+            titles.push(row.cells.clone());
+            match row.cell(0).to_ascii_lowercase().as_str() {
                 "scorer" | "individuals" | "bodyparts" => {}
-                "coords" => parts = parts_of(&titles, at)?,
+                "coords" => parts = parts_of(&titles, row.at)?,
                 _ => {
-                    let first = record.get(0).unwrap_or_default();
-                    return Err(at.error(format!("{first:?} where a line of titles is due"), HELP));
+                    let what = format!("{:?} where a line of titles is due", row.cell(0));
+                    return Err(row.at.error(what, HELP));
                 }
             }
             continue;
         }
-        budget.frame(samples.len() + 1, parts.len(), at)?;
+        budget.frame(samples.len() + 1, parts.len(), row.at)?;
         let mut sample = Sample::new(samples.len() as f64, Vec::with_capacity(parts.len()));
         for part in &parts {
-            let value = |field: usize| {
-                numbers::value(record.get(field).unwrap_or_default(), &part.name, at.at_column(field + 1))
-            };
-            let likelihood = part.likelihood.map(value).transpose()?.map(|l| l.unwrap_or(0.0));
+            let likelihood = part.likelihood.map(|field| row.number(field, &part.name));
+            let likelihood = likelihood.transpose()?.map(|l| l.unwrap_or(0.0));
             if let Some((field, l)) = part.likelihood.zip(likelihood).filter(|(_, l)| *l > MOST_LIKELIHOOD) {
                 let what = format!("the likelihood of {} is {l}", part.name);
-                return Err(at.at_column(field + 1).error(what, "give it as a part of 1, not of 100"));
+                return Err(row.place(field).error(what, "give it as a part of 1, not of 100"));
             }
             let sure = likelihood.is_none_or(|l| l >= LEAST_LIKELIHOOD);
-            let place = value(part.x)?.zip(value(part.x + 1)?).map(|(x, y)| [x, y, 0.0]);
+            let place = row.point([part.x, part.x + 1], &part.name)?;
             sample.places.push(place.filter(|_| sure));
             sample.likelihood.push(likelihood.unwrap_or(1.0).clamp(LEAST_LIKELIHOOD, 1.0) as f32);
         }

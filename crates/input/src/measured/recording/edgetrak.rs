@@ -3,33 +3,33 @@
 //! accepted, too, and of Faytak's `ssanova-formatter.py`.
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, Times, limits, numbers};
+use super::{Budget, Format, Recording, Sample, Times, limits, rows};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
+    let mut points: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();
-    for (at, line) in limits::lines(&text, SourcePlace::start(origin)) {
-        let cells = line.split([' ', '\t', ',']).filter(|c| !c.is_empty());
-        if rows.is_empty() && cells.clone().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
+    let cells = |line| str::split(line, [' ', '\t', ',']).filter(|c| !c.is_empty());
+    for row in rows::split(&text, SourcePlace::start(origin), cells) {
+        if points.is_empty() && row.cells.iter().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
             continue;
         }
-        let row =
-            (1..).zip(cells).map(|(column, cell)| numbers::value(cell, "a coordinate", at.at_column(column)));
-        let row = row.collect::<Result<Vec<_>, _>>()?;
-        let width = rows.first().map_or(row.len(), Vec::len);
-        if row.len() != width || !width.is_multiple_of(2) {
-            let what = format!("the line has {} values where the first has {width}", row.len());
-            return Err(at.at_column(row.len()).error(what, "give two columns (x, y) a frame in every line"));
+        let values = (0..row.cells.len()).map(|field| row.number(field, "a coordinate"));
+        let values = values.collect::<Result<Vec<_>, _>>()?;
+        let width = points.first().map_or(values.len(), Vec::len);
+        if values.len() != width || !width.is_multiple_of(2) {
+            let what = format!("the line has {} values where the first has {width}", values.len());
+            let help = "give two columns (x, y) a frame in every line";
+            return Err(row.at.at_column(values.len()).error(what, help));
         }
-        rows.push(row);
-        budget.channel(width / 2, rows.len(), at)?;
+        points.push(values);
+        budget.channel(width / 2, points.len(), row.at)?;
     }
     // EdgeTrak writes zeros for a frame that was not traced.
-    let names = (0..rows.len()).map(|n| format!("tongue_{n}"));
-    let samples = Vec::from_iter((0..rows.first().map_or(0, |r| r.len() / 2)).map(|frame| {
-        let places = rows.iter().map(|row| {
-            let (x, y) = row[2 * frame].zip(row[2 * frame + 1])?;
+    let names = (0..points.len()).map(|n| format!("tongue_{n}"));
+    let samples = Vec::from_iter((0..points.first().map_or(0, |p| p.len() / 2)).map(|frame| {
+        let places = points.iter().map(|point| {
+            let (x, y) = point[2 * frame].zip(point[2 * frame + 1])?;
             ((x, y) != (0.0, 0.0)).then_some([x, y, 0.0])
         });
         Sample::new(frame as f64, places.collect())

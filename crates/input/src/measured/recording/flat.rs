@@ -29,10 +29,6 @@ impl<'a> Flat<'a> {
         self.roles.iter().position(|role| matches!(role, Role::Bone(bone) if bone == name))
     }
 
-    pub fn of_role(&self, is_wanted: fn(&Role) -> bool) -> Vec<usize> {
-        (0..self.roles.len()).filter(|&channel| is_wanted(&self.roles[channel])).collect()
-    }
-
     /// Median position of a channel, m.
     pub fn place(&self, channel: usize) -> Option<Point> {
         upper_median_point(self.places.iter().filter_map(|frame| frame[channel]))
@@ -49,7 +45,7 @@ impl<'a> Flat<'a> {
         }
         let ((metres, note), seconds) = (map.metres(recording)?, map.seconds(recording)?);
         let roles = map.roles(&recording.channels);
-        if !roles.iter().any(|r| matches!(r, Role::Contour | Role::Surface(_) | Role::Coil(_))) {
+        if !roles.iter().any(Role::is_of_tongue) {
             let known = recording.channels.join(", ");
             return Err(wrong(format!(
                 "no channel is known as a point of the tongue (channels: {known}); name them in a map (--map) with lines such as {:?} = \"coil\" (or \"contour\") below [points]",
@@ -94,7 +90,7 @@ impl<'a> Flat<'a> {
         let mut places: Places =
             recording.samples.iter().map(|s| s.places.iter().map(|p| p.map(flat)).collect()).collect();
         let times: Vec<f64> = recording.samples.iter().map(|s| s.time_s * seconds).collect();
-        let references: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Reference).collect();
+        let references = Role::channels(&roles, |role| *role == Role::Reference);
         if let Some(&tongue) = references.iter().find(|&&r| moves_as_a_tongue(&places, &times, r)) {
             let name = &recording.channels[tongue];
             return Err(wrong(format!(
@@ -103,7 +99,7 @@ impl<'a> Flat<'a> {
             )));
         }
         remove_head_motion(&mut places, &references);
-        let mut contour: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Contour).collect();
+        let mut contour = Role::channels(&roles, |role| *role == Role::Contour);
         contour.sort_by_key(|&c| number(&recording.channels[c]));
         let unknown = recording.channels.iter().filter(|c| names::is_unknown(c) && !map.names(c));
         let unknown: Vec<&str> = unknown.map(String::as_str).collect();
@@ -136,8 +132,7 @@ fn upward_axis(
     /// middle, and their heights differ by 10 mm and more.
     const RATIO: f64 = 2.0;
     const LEAST_MM: f64 = 4.0;
-    let coils: Vec<usize> =
-        (0..roles.len()).filter(|c| matches!(roles[*c], Role::Surface(_) | Role::Coil(_))).collect();
+    let coils = Role::channels(roles, Role::is_sensor);
     let spreads = [0, 1, 2].map(|axis| {
         let seen =
             recording.samples.iter().flat_map(|s| coils.iter().filter_map(|c| Some(s.places[*c]?[axis])));
@@ -166,8 +161,8 @@ fn upward_axis(
 /// the other.
 fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) -> usize {
     let spread = |axis: usize| {
-        let medians = (0..roles.len())
-            .filter(|c| matches!(roles[*c], Role::Contour | Role::Surface(_) | Role::Coil(_)))
+        let medians = Role::channels(roles, Role::is_of_tongue)
+            .into_iter()
             .filter_map(|c| upper_median(recording.samples.iter().filter_map(|s| Some(s.places[c]?[axis]))));
         let [least, most] = medians.fold([f64::INFINITY, -f64::INFINITY], |[a, b], v| [v.min(a), v.max(b)]);
         (most - least).max(0.0)

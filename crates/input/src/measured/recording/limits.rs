@@ -1,18 +1,16 @@
 //! Limits of the size of recordings.
 
 use std::borrow::Cow;
-use std::cmp::Reverse;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::super::lengths::text::decode;
-pub(super) use super::super::table::HEADER_WITHIN;
 
 /// Largest number of frames in a file: twenty minutes at 80 Hz. The results of a frame take about 20 kB.
 pub const MOST_FRAMES: usize = 100_000;
 pub const MOST_CHANNELS: usize = 2048;
 /// Largest number of positions in a file (frames times channels, over all recordings), so that reading it needs at most 300 MB.
 pub(super) const MOST_VALUES: usize = 2_500_000;
-/// Largest size of a file, bytes: its text may be in memory twice.
+/// Largest size of a file, bytes: its text may be in memory three times.
 pub(super) const LARGEST: u64 = 96 << 20;
 /// Plausible rates of electromagnetic systems, Hz.
 pub(super) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
@@ -31,50 +29,6 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
         let at = SourcePlace { origin, line: n as u64 + 1, column: MOST_FIELDS + 1 };
         let help = format!("a line may have {MOST_FIELDS}; give a table with a line for every frame");
         Err(at.error(format!("the line has more than {MOST_FIELDS} fields"), help))
-    })
-}
-
-pub(super) fn lines<'a>(
-    text: &'a str,
-    start: SourcePlace<'a>,
-) -> impl Iterator<Item = (SourcePlace<'a>, &'a str)> + Clone {
-    let places = (start.line..).map(move |line| SourcePlace { line, ..start });
-    places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
-}
-
-/// The separator of a table (tab, comma or semicolon) and the number of lines before its header: those with which most fields are known
-/// names of columns.
-pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {
-    let known = |line: &str, separator: u8| {
-        let names = line.split(char::from(separator)).map(|name| name.trim_matches([' ', '"']));
-        names.filter(|name| is_known(name)).count()
-    };
-    let scores = text
-        .lines()
-        .take(HEADER_WITHIN)
-        .enumerate()
-        .flat_map(|(n, line)| b"\t,;".map(|separator| (known(line, separator), Reverse(n), separator)));
-    let best = scores.filter(|(known, ..)| *known > 0).max_by_key(|(known, n, _)| (*known, *n));
-    best.map_or((b'\t', 0), |(_, Reverse(n), separator)| (separator, n))
-}
-
-pub(super) fn records<'a>(
-    text: &'a str,
-    origin: &'a str,
-    title_lines: usize,
-    builder: &mut csv::ReaderBuilder,
-    help: &'static str,
-) -> impl Iterator<Item = Result<(SourcePlace<'a>, csv::StringRecord), Malformed>> {
-    let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
-    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(&text.as_bytes()[begin..]);
-    let place = move |at: Option<&csv::Position>| SourcePlace {
-        origin,
-        line: title_lines as u64 + at.map_or(1, csv::Position::line),
-        column: 1,
-    };
-    reader.into_records().map(move |record| match record {
-        Ok(record) => Ok((place(record.position()), record)),
-        Err(e) => Err(place(e.position()).error(e.to_string(), help)),
     })
 }
 

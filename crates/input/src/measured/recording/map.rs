@@ -32,15 +32,11 @@ pub struct Stated {
     pub axes: bool,
 }
 
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Map {
-    file: MapFile,
-    origin: String,
-}
-
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MapFile {
+pub struct Map {
+    #[serde(skip)]
+    origin: String,
     unit_mm: Option<f64>,
     rate_hz: Option<f64>,
     back: Option<MappedAxis>,
@@ -108,7 +104,7 @@ impl Map {
         let wrong = |place: String, problem: String| {
             ReadError::Refused(format!("the map {origin}{place}: {problem}"))
         };
-        let file: MapFile = toml_text::read(text).map_err(|e| {
+        let file: Self = toml_text::read(text).map_err(|e| {
             let line = clip(text.lines().nth(e.line - 1).unwrap_or_default());
             wrong(format!(":{}", e.line), format!("{} (in `{line}`)", toml_text::with_nearest(&e.problem)))
         })?;
@@ -133,13 +129,13 @@ impl Map {
         if file.back.zip(file.up).is_some_and(|(back, up)| back.0 == up.0) {
             return at("up", "back and up are the same axis; give two".to_owned());
         }
-        Ok(Self { file, origin: origin.to_owned() })
+        Ok(Self { origin: origin.to_owned(), ..file })
     }
 
     /// The transformation of the recording (m, in the axes of the body) that the map states. Only with a shift does it lead to the body's
     /// frame ([`Map::is_in_frame`]).
     pub fn placement(&self) -> Option<Similarity> {
-        let MapFile { scale, turn_deg, shift_mm, .. } = &self.file;
+        let Self { scale, turn_deg, shift_mm, .. } = self;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
             return None;
         }
@@ -149,15 +145,15 @@ impl Map {
 
     /// Whether the recording is in the body's frame after [`Map::placement`]; one that is only turned or multiplied is not.
     pub fn is_in_frame(&self) -> bool {
-        self.file.shift_mm.is_some()
+        self.shift_mm.is_some()
     }
 
     pub(super) fn stated(&self) -> Stated {
-        Stated { unit: self.file.unit_mm.is_some(), axes: self.file.up.is_some() }
+        Stated { unit: self.unit_mm.is_some(), axes: self.up.is_some() }
     }
 
     pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
-        let mut names = self.file.points.keys().filter(|name| !channels.contains(name));
+        let mut names = self.points.keys().filter(|name| !channels.contains(name));
         let name = names.find(|n| ![HYOID, MANDIBLE].contains(&n.as_str()) || !self.ignores(n))?;
         Some(format!(
             "the map {} names the point {name:?}; {}",
@@ -167,11 +163,11 @@ impl Map {
     }
 
     pub(super) fn names(&self, channel: &str) -> bool {
-        self.file.points.contains_key(channel)
+        self.points.contains_key(channel)
     }
 
     pub(super) fn contour_frame(&self) -> Option<ContourFrame> {
-        self.file.contour_frame
+        self.contour_frame
     }
 
     /// The roles of channels, by the map or by their names. A coil whose name says that it is on the jaw moves with the mandible; beside a
@@ -196,31 +192,28 @@ impl Map {
     }
 
     fn role(&self, channel: &str) -> Role {
-        self.file.points.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
+        self.points.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
     }
 
     fn ignores(&self, name: &str) -> bool {
-        self.file.points.get(name).is_some_and(|e| e.role == Role::Ignored)
+        self.points.get(name).is_some_and(|e| e.role == Role::Ignored)
     }
 
     /// Standard deviation of a channel, m: that of the map's point, else of the file, else of the map, else the usual one.
     pub(super) fn sd(&self, channel: &str, role: &Role, in_file: Option<f64>) -> f64 {
-        let own = self.file.points.get(channel).and_then(|e| e.noise_mm);
-        own.map(|mm| mm * 1e-3).or(in_file).or(self.file.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(match role {
-            Role::Surface(_) | Role::Coil(_) => SENSOR_SD_M,
-            _ => CONTOUR_SD_M,
-        })
+        let own = self.points.get(channel).and_then(|e| e.noise_mm);
+        let usual = if role.is_sensor() { SENSOR_SD_M } else { CONTOUR_SD_M };
+        own.map(|mm| mm * 1e-3).or(in_file).or(self.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(usual)
     }
 
     /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the unit, it is found from the
     /// distances of coils.
     pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), ReadError> {
-        if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
+        if let Some(metres) = self.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
         }
-        let coils: Vec<usize> = (0..recording.channels.len())
-            .filter(|c| matches!(self.role(&recording.channels[*c]), Role::Coil(_) | Role::Surface(_)))
-            .collect();
+        let roles: Vec<Role> = recording.channels.iter().map(|c| self.role(c)).collect();
+        let coils = Role::channels(&roles, Role::is_sensor);
         let gap = recording.middle_gap(&coils).ok_or_else(|| {
             let problem = "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or in a pixel) into a map and give \
                            that with --map";
@@ -238,7 +231,7 @@ impl Map {
 
     pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, ReadError> {
         let wrong = |problem: &str| Err(recording.uninterpreted(problem.to_owned()));
-        match (self.file.rate_hz, recording.times) {
+        match (self.rate_hz, recording.times) {
             (Some(_), Times::InFile) => wrong("the file has its own times; take rate_hz out of the map"),
             (Some(rate), Times::Usual(usual)) => Ok(usual / rate),
             (Some(rate), Times::Frames) => Ok(1.0 / rate),
@@ -260,7 +253,7 @@ impl Map {
             Format::Est if flat => (None, MappedAxis(2, 1.0)),
             _ => (None, MappedAxis(1, 1.0)),
         };
-        (self.file.back.or(back), self.file.up.unwrap_or(up))
+        (self.back.or(back), self.up.unwrap_or(up))
     }
 }
 

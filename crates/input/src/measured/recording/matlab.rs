@@ -2,7 +2,7 @@
 //!
 //! A file is a header of 128 bytes and elements: a type, a size and that many bytes, padded to a multiple of eight. Variables are elements
 //! of type `miMATRIX`, plain or compressed (MathWorks, *MAT-File Format*, level 5). Every size is checked against the available bytes and
-//! decompression is limited, so that no file needs more memory than [`MOST_INFLATED`] and its own size.
+//! decompression is limited, so that no file needs more memory than twice its own size and [`MOST_INFLATED`] together.
 
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
 
@@ -18,23 +18,22 @@ const HELP: &str = "save it in MATLAB with save(file, '-v7'), or copy it again";
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
-#[derive(Debug, PartialEq)]
-pub(super) enum MatValue<'a> {
+pub(super) enum MatValue {
     /// In column-major order.
     Numbers {
         /// Rows and columns; further dimensions are multiplied into the columns.
         size: [usize; 2],
         kind: u32,
         big_endian: bool,
-        bytes: &'a [u8],
+        bytes: Vec<u8>,
     },
     Text(String),
     /// The fields of each structure of an array.
-    Structures(Vec<Vec<(String, MatValue<'a>)>>),
+    Structures(Vec<Vec<(String, MatValue)>>),
     Other,
 }
 
-impl MatValue<'_> {
+impl MatValue {
     pub fn number(&self, n: usize) -> Option<f64> {
         let Self::Numbers { kind, big_endian, bytes, .. } = self else { return None };
         let width = width_of(*kind)?;
@@ -64,13 +63,6 @@ fn width_of(kind: u32) -> Option<usize> {
         9 | 12 | 13 => 8,
         _ => return None,
     })
-}
-
-pub(super) struct MatFile<'a> {
-    origin: &'a str,
-    big_endian: bool,
-    /// The bytes of every variable, decompressed and without its tag.
-    variables: Vec<std::borrow::Cow<'a, [u8]>>,
 }
 
 #[derive(Clone, Copy)]
@@ -106,61 +98,47 @@ impl<'a> Piece<'a> {
     }
 }
 
-impl<'a> MatFile<'a> {
-    pub fn read(bytes: &'a [u8], origin: &'a str) -> Result<Self, Malformed> {
-        let fail =
-            |byte: usize, what: &str| SourcePlace { origin, line: 1, column: byte + 1 }.error(what, HELP);
-        if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
-            return Err(fail(0, "the file is of MATLAB's version 7.3 (HDF5)"));
-        }
-        let big_endian = match bytes.get(124..128) {
-            Some([.., b'I', b'M']) => false,
-            Some([.., b'M', b'I']) => true,
-            _ => return Err(fail(0, "the file is not a MATLAB level 5 file")),
-        };
-        let mut rest = Piece { bytes: &bytes[128..], big_endian };
-        let mut variables = Vec::new();
-        let mut left = MOST_INFLATED;
-        while !rest.bytes.is_empty() {
-            let at = bytes.len() - rest.bytes.len();
-            let (kind, data) = rest.next().ok_or_else(|| fail(at, "a variable is cut off"))?;
-            if kind == MATRIX {
-                variables.push(data.into());
-            }
-            if kind != COMPRESSED {
-                continue;
-            }
-            let all = decompress_to_vec_zlib_with_limit(data, left).map_err(|e| match e.status {
+/// The variables of a file, with their names.
+pub(super) fn variables(bytes: &[u8], origin: &str) -> Result<Vec<(String, MatValue)>, Malformed> {
+    let fail = |byte: usize, what: &str| SourcePlace { origin, line: 1, column: byte + 1 }.error(what, HELP);
+    if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
+        return Err(fail(0, "the file is of MATLAB's version 7.3 (HDF5)"));
+    }
+    let big_endian = match bytes.get(124..128) {
+        Some([.., b'I', b'M']) => false,
+        Some([.., b'M', b'I']) => true,
+        _ => return Err(fail(0, "the file is not a MATLAB level 5 file")),
+    };
+    let mut rest = Piece { bytes: &bytes[128..], big_endian };
+    let mut variables = Vec::new();
+    let (mut most_bytes, mut most_elements) = (MOST_INFLATED, MOST_ELEMENTS);
+    while !rest.bytes.is_empty() {
+        let at = bytes.len() - rest.bytes.len();
+        let inflated;
+        let (mut kind, mut data) = rest.next().ok_or_else(|| fail(at, "a variable is cut off"))?;
+        if kind == COMPRESSED {
+            inflated = decompress_to_vec_zlib_with_limit(data, most_bytes).map_err(|e| match e.status {
                 TINFLStatus::HasMoreOutput => {
                     let most = MOST_INFLATED >> 20;
                     fail(at, &format!("the decompressed variables are larger than {most} MB"))
                 }
                 _ => fail(at, "a compressed variable is damaged or cut off"),
             })?;
-            left -= all.len();
+            most_bytes -= inflated.len();
             // A decompressed variable has the same tag as one that is not compressed.
-            match (Piece { bytes: &all, big_endian }).next() {
-                Some((MATRIX, data)) => variables.push(data.to_vec().into()),
-                Some(_) => {}
-                None => return Err(fail(at, "a compressed variable is cut off")),
-            }
+            let whole = Piece { bytes: &inflated, big_endian }.next();
+            (kind, data) = whole.ok_or_else(|| fail(at, "a compressed variable is cut off"))?;
         }
-        Ok(Self { origin, big_endian, variables })
+        if kind == MATRIX {
+            let value = matrix(Piece { bytes: data, big_endian }, DEEPEST, &mut most_elements);
+            let unreadable = || fail(0, &format!("variable {} cannot be read", variables.len() + 1));
+            variables.push(value.ok_or_else(unreadable)?);
+        }
     }
-
-    pub fn variables(&self) -> Result<Vec<(String, MatValue<'_>)>, Malformed> {
-        let start = SourcePlace::start(self.origin);
-        let mut left = MOST_ELEMENTS;
-        let read = self.variables.iter().enumerate().map(|(n, bytes)| {
-            let piece = Piece { bytes, big_endian: self.big_endian };
-            matrix(piece, DEEPEST, &mut left)
-                .ok_or_else(|| start.error(format!("variable {} cannot be read", n + 1), HELP))
-        });
-        read.collect()
-    }
+    Ok(variables)
 }
 
-fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(String, MatValue<'a>)> {
+fn matrix(mut piece: Piece<'_>, depth: usize, left: &mut usize) -> Option<(String, MatValue)> {
     *left = left.checked_sub(1)?;
     // An empty field has no bytes.
     if piece.bytes.is_empty() {
@@ -218,7 +196,8 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
             if count.checked_mul(width_of(kind)?)? > bytes.len() {
                 return None;
             }
-            MatValue::Numbers { size: [rows, columns], kind, big_endian: whole.big_endian, bytes }
+            let (size, bytes) = ([rows, columns], bytes.to_vec());
+            MatValue::Numbers { size, kind, big_endian: whole.big_endian, bytes }
         }
         _ => MatValue::Other,
     };

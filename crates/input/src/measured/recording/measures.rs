@@ -6,6 +6,7 @@ use tongue_core::statistics::{least_by, upper_median};
 
 use super::dynamics::{FEWEST_FRAMES, NamedValue, PointTracks, unnamed};
 use super::flat::{steep_deg, upper_median_point};
+use super::limits::MOST_CHANNELS;
 use super::{AlignedFrame, AlignedRecording, names};
 
 pub(super) struct Measures<'a> {
@@ -264,9 +265,12 @@ impl<'a> Measures<'a> {
     }
 }
 
-/// The length of a contour over that of a path which begins at its outermost point and always goes on to the nearest remaining one.
+/// The length of a contour over that of a path which begins at its outermost point and always goes on to the nearest remaining one. Of a
+/// contour with very many points only every n-th is taken, because the time grows with the square of their number.
 pub(super) fn detour(contour: &[Point]) -> f64 {
-    let mut left = contour.to_vec();
+    let every = contour.len().div_ceil(MOST_CHANNELS).max(1);
+    let contour: Vec<Point> = contour.iter().copied().step_by(every).collect();
+    let mut left = contour.clone();
     let mut path: Vec<Point> = Vec::with_capacity(left.len());
     let centre = contour.iter().sum::<Point>() / contour.len() as f64;
     while !left.is_empty() {
@@ -276,7 +280,7 @@ pub(super) fn detour(contour: &[Point]) -> f64 {
         });
         path.push(left.swap_remove(next.unwrap_or(0)));
     }
-    length(contour) / length(&path)
+    length(&contour) / length(&path)
 }
 
 fn depth([first, p, last]: [Point; 3]) -> f64 {

@@ -28,6 +28,7 @@ mod numbers;
 mod orientation;
 mod outliers;
 mod plausibility;
+mod rows;
 mod sensor_table;
 mod tidy;
 mod txy;
@@ -39,6 +40,7 @@ use serde::Serialize;
 use tongue_core::statistics::distinct;
 
 use super::error::{Malformed, ReadError, SourcePlace};
+use super::table::HEADER_WITHIN;
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
 pub(crate) use flat::{STEEPEST_BONES_DEG, steep_deg};
@@ -102,7 +104,7 @@ impl Format {
             () if bytes.starts_with(b"EST_File") => Self::Est,
             () if bytes.starts_with(b"MATLAB ") => Self::Mview,
             () if ends("con") => Self::Edgetrak,
-            () if head.lines().take(limits::HEADER_WITHIN).any(is_aaa) => Self::Aaa,
+            () if head.lines().take(HEADER_WITHIN).any(is_aaa) => Self::Aaa,
             () if line.starts_with("scorer,") => Self::DeepLabCut,
             () if sensor_table::is_head(line) => Self::Sensors,
             () if fan::is_row(line) => Self::AaaFan,

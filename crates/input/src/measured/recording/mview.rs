@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::RATES_HZ;
-use super::matlab::{MatFile, MatValue};
+use super::matlab::{self, MatValue};
 use super::{Budget, Format, Recording, Sample, is_coordinate};
 
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
@@ -17,13 +17,12 @@ struct Channel<'a> {
     rate_hz: f64,
     frames: usize,
     columns: usize,
-    signal: &'a MatValue<'a>,
+    signal: &'a MatValue,
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let start = SourcePlace::start(origin);
-    let file = MatFile::read(bytes, origin)?;
-    let variables = file.variables()?;
+    let variables = matlab::variables(bytes, origin)?;
     let mut budget = Budget::default();
     let mut found = Vec::new();
     for (name, value) in &variables {
@@ -75,7 +74,7 @@ fn place(channel: &Channel<'_>, frame: usize) -> Option<[f64; 3]> {
 }
 
 /// `None` for the sound and other signals that are not of a sensor.
-fn channel<'a>(structure: &'a [(String, MatValue<'a>)]) -> Option<Channel<'a>> {
+fn channel(structure: &[(String, MatValue)]) -> Option<Channel<'_>> {
     let field = |name: &str| structure.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v);
     let Some(MatValue::Text(name)) = field("NAME") else { return None };
     let rate_hz = field("SRATE")?.number(0)?;

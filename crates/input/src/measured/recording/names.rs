@@ -15,6 +15,22 @@ pub enum Role {
     Ignored,
 }
 
+impl Role {
+    /// Whether the channel is a sensor that is glued to the tongue.
+    pub(super) fn is_sensor(&self) -> bool {
+        matches!(self, Self::Surface(_) | Self::Coil(_))
+    }
+
+    pub(super) fn is_of_tongue(&self) -> bool {
+        *self == Self::Contour || self.is_sensor()
+    }
+
+    /// The numbers of the channels with a role that `is_wanted`.
+    pub(super) fn channels(roles: &[Self], is_wanted: fn(&Self) -> bool) -> Vec<usize> {
+        (0..roles.len()).filter(|&channel| is_wanted(&roles[channel])).collect()
+    }
+}
+
 /// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and usual protocols of NDI and Carstens.
 #[rustfmt::skip]
 const COILS: [&str; 25] = [

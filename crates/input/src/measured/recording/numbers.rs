@@ -1,10 +1,8 @@
-//! Numbers in the cells of tables, and tables of numbers without a header, separated by spaces, tabs or commas.
-
-use std::fmt::Display;
+//! Numbers as text, and tables of numbers without a header, separated by spaces, tabs or commas.
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::{self, Budget};
-use super::{Sample, coordinate, is_coordinate};
+use super::{Sample, coordinate, is_coordinate, rows};
 
 pub(super) fn is_missing(text: &str) -> bool {
     matches!(text, "" | "*" | "NA" | "NaN" | "nan")
@@ -14,21 +12,6 @@ pub(super) fn is_missing(text: &str) -> bool {
 pub(super) fn number(text: &str) -> Option<f64> {
     let comma = text.matches(',').count() == 1 && !text.contains('.');
     coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
-}
-
-/// The number in a cell; `None` if the cell says that nothing was measured. `what` names the cell in errors.
-pub(super) fn value(text: &str, what: impl Display, at: SourcePlace<'_>) -> Result<Option<f64>, Malformed> {
-    if is_missing(text) {
-        return Ok(None);
-    }
-    number(text).map(Some).ok_or_else(|| {
-        let help = "give a finite number, or leave the cell empty where the point was not seen";
-        at.error(format!("{what} is {text:?}"), help)
-    })
-}
-
-pub(super) fn seconds(text: &str, at: SourcePlace<'_>) -> Result<f64, Malformed> {
-    number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
 }
 
 /// The last number of a text that has no line end behind it, and the last numbers of the lines above; each with its number of decimals.
@@ -102,17 +85,16 @@ impl NumberTable {
         let mut budget = Budget::default();
         let text = limits::text(bytes, start.origin)?;
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
-        for (at, line) in limits::lines(&text, start) {
-            let cells = line.split([' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
-            if at.line == start.line && cells.clone().all(|c| c.parse::<f64>().is_err()) {
+        let cells = |line| str::split(line, [' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
+        for row in rows::split(&text, start, cells) {
+            if row.at.line == start.line && row.cells.iter().all(|c| c.parse::<f64>().is_err()) {
                 continue;
             }
-            let before = out.values.len();
-            for (column, cell) in (1..).zip(cells.clone()) {
-                let wrong = |_| at.at_column(column).error(format!("{cell:?} is not a number"), help);
+            for (field, cell) in row.cells.iter().enumerate() {
+                let wrong = |_| row.place(field).error(format!("{cell:?} is not a number"), help);
                 out.values.push(cell.parse::<f64>().map_err(wrong)?);
             }
-            let width = out.values.len() - before;
+            let width = row.cells.len();
             if out.width == 0 && widths.contains(&width) {
                 out.width = width;
             }
@@ -122,10 +104,10 @@ impl NumberTable {
                     width => width.to_string(),
                 };
                 let what = format!("the line has {width} numbers where {wanted} are needed");
-                return Err(at.at_column(width.max(1)).error(what, help));
+                return Err(row.at.at_column(width.max(1)).error(what, help));
             }
-            out.lines.push(at.line);
-            budget.frame(out.lines.len(), width, at)?;
+            out.lines.push(row.at.line);
+            budget.frame(out.lines.len(), width, row.at)?;
         }
         Ok(out)
     }

@@ -71,8 +71,8 @@ impl AlignedRecording {
     ) -> Result<Self, ReadError> {
         let recording = flat.recording;
         let wrong = |problem: String| recording.uninterpreted(problem);
-        let mut sensors = flat.of_role(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
-        let mut bones = flat.of_role(|r| matches!(r, Role::Bone(_)));
+        let mut sensors = Role::channels(&flat.roles, Role::is_sensor);
+        let mut bones = Role::channels(&flat.roles, |role| matches!(role, Role::Bone(_)));
         if let Some(frame) = frame.map_err(wrong)? {
             frame.move_to_bones(&mut flat.places, &flat.contour);
             flat.notes.push(contour_frame::NOTE.to_owned());
@@ -167,7 +167,7 @@ impl AlignedRecording {
             sensors: sensors.iter().zip(behind).map(|(&c, m)| (recording.channels[c].clone(), m)).collect(),
             measured: sensors.iter().map(|&c| matches!(flat.roles[c], Role::Surface(_))).collect(),
             bones: bone_names.collect(),
-            ignored: names(&flat.of_role(|r| *r == Role::Ignored)),
+            ignored: names(&Role::channels(&flat.roles, |role| *role == Role::Ignored)),
             mirrored: mirrored != (flat.back.1 < 0.0),
             stated: map.stated(),
             labels: recording.labels.clone(),

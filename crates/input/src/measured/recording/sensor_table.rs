@@ -4,7 +4,7 @@
 //! x, y, z or Tx, Ty, Tz before or behind the name of the sensor.
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, limits, numbers};
+use super::{Budget, Format, Recording, Sample, limits, rows};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
                     Ch1_z), separated by tabs, semicolons or commas";
@@ -120,33 +120,31 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for (at, line) in limits::lines(&text, start).filter(|(at, _)| at.line > 1) {
-        let cells: Vec<&str> = line.split(separator).map(str::trim).collect();
-        if cells.len() < last_field && at.line == last_line {
-            let what =
-                format!("the line has {} fields where positions end in field {last_field}", cells.len());
-            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it again"));
+    let cells = |line| str::split(line, separator).map(str::trim);
+    for row in rows::split(&text, start, cells).filter(|row| row.at.line > 1) {
+        let width = row.cells.len();
+        if width < last_field && row.at.line == last_line {
+            let what = format!("the line has {width} fields where positions end in field {last_field}");
+            return Err(row.at.at_column(width).error(what, "the file is cut off; export it again"));
         }
-        let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
-        let time_at = at.at_column(time + 1);
-        let time_s = numbers::seconds(cell(time), time_at)? * unit_s;
+        let time_s = row.seconds(time)? * unit_s;
         if let Some(last) = samples.last().map(|s| s.time_s).filter(|last| *last >= time_s) {
             let what = format!("the time {time_s} s comes after {last} s");
-            return Err(time_at.error(what, "times must ascend from row to row; export the table again"));
+            return Err(row
+                .place(time)
+                .error(what, "times must ascend from row to row; export the table again"));
         }
-        budget.frame(samples.len() + 1, sensors.len(), at)?;
+        budget.frame(samples.len() + 1, sensors.len(), row.at)?;
         let places = sensors.iter().map(|sensor: &TableSensor| -> Result<Option<[f64; 3]>, Malformed> {
-            let state = sensor.state.map(cell).filter(|s| s.contains(char::is_alphabetic));
+            let state = sensor.state.map(|field| row.cell(field)).filter(|s| s.contains(char::is_alphabetic));
             let is_bad = state.is_some_and(|s| !s.eq_ignore_ascii_case("ok"));
             let mut place = [0.0; 3];
             for (value, column) in place.iter_mut().zip(sensor.columns.iter().flatten()) {
-                let text = cell(*column);
                 // For a sensor that was not seen NDI writes -3.7e28, other systems NaN.
-                if is_bad || text.parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
+                if is_bad || row.cell(*column).parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
                     return Ok(None);
                 }
-                let what = format_args!("a coordinate of {}", sensor.name);
-                match numbers::value(text, what, at.at_column(column + 1))? {
+                match row.number(*column, format_args!("a coordinate of {}", sensor.name))? {
                     Some(number) => *value = number,
                     None => return Ok(None),
                 }

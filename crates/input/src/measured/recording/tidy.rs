@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, limits, numbers};
+use super::{Budget, Format, Recording, Sample, limits, rows};
 
 const COLUMNS: [&str; 6] = ["recording", "time_s", "point", "x_mm", "y_mm", "sigma_mm"];
 const LEAST_SIGMA_MM: f64 = 1e-3;
@@ -13,10 +13,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let csv = &mut csv::ReaderBuilder::new();
     let help = "give every row as many fields as the header";
     let (separator, title_lines) =
-        limits::header(&text, |name| COLUMNS.iter().any(|c| name.eq_ignore_ascii_case(c)));
+        rows::header(&text, |name| COLUMNS.iter().any(|c| name.eq_ignore_ascii_case(c)));
     let csv = csv.comment(Some(b'#')).delimiter(separator);
-    let mut records = limits::records(&text, origin, title_lines, csv, help);
-    let header = records.next().transpose()?.map(|(_, header)| header).unwrap_or_default();
+    let mut rows = rows::records(&text, origin, title_lines, csv, help);
+    let header = rows.next().transpose()?.map(|header| header.cells).unwrap_or_default();
     let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
     let needed = |name: &str| {
         let help = "begin with recording,time_s,point,x_mm,y_mm (and sigma_mm, where it is known)";
@@ -31,12 +31,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     // Numbers of the recordings by name, and of each recording's channels.
     let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
     let mut channels: Vec<BTreeMap<String, usize>> = Vec::new();
-    for record in records {
-        let (at, record) = record?;
-        let field = |f: usize| record.get(f).unwrap_or_default();
-        let wrong = |f: usize, what: String, help: &str| at.at_column(f + 1).error(what, help);
-        let value = |f: usize, what: &str| numbers::value(field(f), what, at.at_column(f + 1));
-        let named = recording.map(field).filter(|n| !n.is_empty());
+    for row in rows {
+        let row = row?;
+        let wrong = |field: usize, what: String, help: &str| row.place(field).error(what, help);
+        let named = recording.map(|field| row.cell(field)).filter(|n| !n.is_empty());
         let named = named.map_or_else(|| Recording::stem(origin), str::to_owned);
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
             budget.recording();
@@ -46,7 +44,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             found.len() - 1
         });
         let this = &mut found[nth];
-        let name = field(point);
+        let name = row.cell(point);
         if name.is_empty() || name.contains(char::is_control) {
             return Err(wrong(
                 point,
@@ -57,7 +55,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let channel = match channels[nth].get(name) {
             Some(known) => *known,
             None => {
-                budget.channel(this.samples.len(), this.channels.len() + 1, at)?;
+                budget.channel(this.samples.len(), this.channels.len() + 1, row.at)?;
                 channels[nth].insert(name.to_owned(), this.channels.len());
                 this.channels.push(name.to_owned());
                 this.sigma.push(None);
@@ -66,7 +64,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         };
         // A table without times has one posture.
-        let time_s = time.map_or(Ok(0.0), |f| numbers::seconds(field(f), at.at_column(f + 1)))?;
+        let time_s = time.map_or(Ok(0.0), |field| row.seconds(field))?;
         match this.samples.last().map(|s| s.time_s) {
             Some(last) if last == time_s => {}
             Some(last) if last > time_s => {
@@ -74,11 +72,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 return Err(wrong(time.unwrap_or(0), what, "sort the rows of each recording by time"));
             }
             _ => {
-                budget.frame(this.samples.len() + 1, this.channels.len(), at)?;
+                budget.frame(this.samples.len() + 1, this.channels.len(), row.at)?;
                 this.samples.push(Sample::new(time_s, vec![None; this.channels.len()]));
             }
         }
-        let place = value(x, "x_mm")?.zip(value(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
+        let place = row.number(x, "x_mm")?.zip(row.number(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
         let Some(slot) = this.samples.last_mut().and_then(|s| s.places.get_mut(channel)) else { continue };
         if slot.is_some() {
             return Err(wrong(
@@ -88,12 +86,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             ));
         }
         *slot = place;
-        if let Some(f) = sigma
-            && let Some(sd) = value(f, "sigma_mm")?
+        if let Some(field) = sigma
+            && let Some(sd) = row.number(field, "sigma_mm")?
         {
             if sd < LEAST_SIGMA_MM {
                 let help = format!("give a standard deviation of at least {LEAST_SIGMA_MM} mm, or nothing");
-                return Err(wrong(f, format!("sigma_mm is {sd:?}"), &help));
+                return Err(wrong(field, format!("sigma_mm is {sd:?}"), &help));
             }
             this.sigma[channel] = Some(this.sigma[channel].map_or(sd, |before| before.max(sd)));
         }

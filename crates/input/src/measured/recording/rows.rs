@@ -1,0 +1,88 @@
+//! Rows of tables of recordings, and the numbers in their cells.
+
+use std::cmp::Reverse;
+use std::fmt::Display;
+
+use super::super::error::{Malformed, SourcePlace};
+use super::super::table::{HEADER_WITHIN, TableLine};
+use super::numbers::{is_missing, number};
+
+/// The lines of a text that are not blank, each divided into cells; the first one is at `start`.
+pub(super) fn split<'a, I: Iterator<Item = &'a str>>(
+    text: &'a str,
+    start: SourcePlace<'a>,
+    cells: impl Fn(&'a str) -> I,
+) -> impl Iterator<Item = TableLine<'a>> {
+    let lines = (start.line..).zip(text.lines()).filter(|(_, text)| !text.trim().is_empty());
+    lines.map(move |(line, text)| TableLine {
+        at: SourcePlace { line, ..start },
+        cells: cells(text).collect(),
+    })
+}
+
+/// The separator of a table (tab, comma or semicolon) and the number of lines before its header: those with which most fields are known
+/// names of columns.
+pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {
+    let known = |line: &str, separator: u8| {
+        let names = line.split(char::from(separator)).map(|name| name.trim_matches([' ', '"']));
+        names.filter(|name| is_known(name)).count()
+    };
+    let scores = text
+        .lines()
+        .take(HEADER_WITHIN)
+        .enumerate()
+        .flat_map(|(n, line)| b"\t,;".map(|separator| (known(line, separator), Reverse(n), separator)));
+    let best = scores.filter(|(known, ..)| *known > 0).max_by_key(|(known, n, _)| (*known, *n));
+    best.map_or((b'\t', 0), |(_, Reverse(n), separator)| (separator, n))
+}
+
+/// The rows of a table below its title, as the reader of CSV divides them; the header is the first of them.
+pub(super) fn records<'a>(
+    text: &'a str,
+    origin: &'a str,
+    title_lines: usize,
+    builder: &mut csv::ReaderBuilder,
+    help: &'static str,
+) -> impl Iterator<Item = Result<TableLine<'a>, Malformed>> {
+    let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
+    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(&text.as_bytes()[begin..]);
+    let place = move |at: Option<&csv::Position>| SourcePlace {
+        line: title_lines as u64 + at.map_or(1, csv::Position::line),
+        ..SourcePlace::start(origin)
+    };
+    reader.into_records().map(move |record| match record {
+        Ok(cells) => Ok(TableLine { at: place(cells.position()), cells }),
+        Err(e) => Err(place(e.position()).error(e.to_string(), help)),
+    })
+}
+
+impl TableLine<'_> {
+    /// The number in a cell; `None` if the cell says that nothing was measured. `what` names the cell in errors.
+    pub(super) fn number(&self, field: usize, what: impl Display) -> Result<Option<f64>, Malformed> {
+        let text = self.cell(field);
+        if is_missing(text) {
+            return Ok(None);
+        }
+        number(text).map(Some).ok_or_else(|| {
+            let help = "give a finite number, or leave the cell empty where the point was not seen";
+            self.place(field).error(format!("{what} is {text:?}"), help)
+        })
+    }
+
+    /// The position of a point in the plane; `None` if a coordinate was not measured. `what` names a coordinate in errors.
+    pub(super) fn point(
+        &self,
+        [x, y]: [usize; 2],
+        what: impl Display,
+    ) -> Result<Option<[f64; 3]>, Malformed> {
+        let (x, y) = (self.number(x, &what)?, self.number(y, &what)?);
+        Ok(x.zip(y).map(|(x, y)| [x, y, 0.0]))
+    }
+
+    pub(super) fn seconds(&self, field: usize) -> Result<f64, Malformed> {
+        let text = self.cell(field);
+        number(text).ok_or_else(|| {
+            self.place(field).error(format!("the time is {text:?}"), "give a finite number of seconds")
+        })
+    }
+}
