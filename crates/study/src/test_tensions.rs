@@ -5,6 +5,7 @@ use nalgebra::SVector;
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
 use tongue_core::dynamics::{Motion, Tensions};
 use tongue_core::effect::Incompressibility;
+use tongue_core::material::Constants;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Additions, Model, System, SystemError};
 use tongue_infer::inverse::FitError;
@@ -117,6 +118,10 @@ pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 
 pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
+}
+
+pub fn with_poisson_ratio(poisson_ratio: f64) -> Model {
+    Model { constants: Constants { poisson_ratio, ..Constants::TONGUE } }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, Method};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::runs::Ended;
+use super::runs::DONE;
 use crate::measure::{Effort, measure};
 
 /// Tolerances of tensions in Nelder-Mead, N.
@@ -36,7 +36,7 @@ pub struct TimedFit {
     pub equilibria: usize,
     pub factorisations: usize,
     pub iterations: u64,
-    pub ended: Ended,
+    pub ended: String,
 }
 
 /// Fits /a/ of S2 with both kinds of target. The reference is Gauss-Newton with tighter tolerances than in any row.
@@ -86,8 +86,8 @@ fn settings_of_rows() -> Vec<FitSettings> {
 fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
     let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
     let ended = match fit.answer.status {
-        inverse::FitStatus::Converged => Ended::Done,
-        other => Ended::Short(format!("{other:?}")),
+        inverse::FitStatus::Converged => DONE.to_owned(),
+        other => format!("stopped short: {other:?}"),
     };
     TimedFit {
         target: fit.matched.target.kind,

@@ -5,10 +5,11 @@ use std::time::Instant;
 use tongue_core::body::Mesh;
 use tongue_core::statics;
 use tongue_core::system::Model;
+use tongue_files::report::status_name;
 use tongue_infer::inverse::{self, Answer, Fit, FitSettings, FitStatus};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::{HardCase, name_of};
+use super::HardCase;
 use crate::Error;
 use crate::test_tensions::tongue;
 
@@ -136,7 +137,7 @@ pub(super) fn of_fit(
         guarded: replay.solution.guarded,
         wall_s,
         note,
-        ..HardCase::new(case, variant, "fit", name_of(status))
+        ..HardCase::new(case, variant, "fit", status_name(status))
     }
 }
 
