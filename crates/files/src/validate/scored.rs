@@ -105,7 +105,8 @@ pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted
 /// Names the opponent with the highest log score, its gain on the normal distribution, and how the control compares with single rows.
 pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     let is_control = |s: &&Scored| s.name.starts_with("control");
-    let Some(first) = best(&mut scores.iter().filter(|s| !is_control(s))) else { return String::new() };
+    let all = scores.iter().filter(|s| !is_control(s));
+    let Some(first) = all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)) else { return String::new() };
     let control = scores.iter().find(is_control).map_or_else(String::new, |c| {
         let row = scores.iter().find(|s| s.name == OPPONENTS[FIRST_POSTERIOR]);
         let is_behind = row.is_some_and(|row| c.log_score < row.log_score && c.rms > row.rms);
@@ -122,10 +123,6 @@ pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
         first.log_score,
         100.0 * first.coverage_95
     )
-}
-
-fn best(all: &mut dyn Iterator<Item = &Scored>) -> Option<Scored> {
-    all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
 }
 
 /// Why the best posterior is not reliable; empty if it is.

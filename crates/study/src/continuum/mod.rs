@@ -8,14 +8,14 @@ pub use page::{page, picture};
 use serde::Serialize;
 
 use crate::measure::{Effort, Timed, measure};
-use crate::test_tensions::{largest_difference, with_poisson_ratio};
+use crate::test_tensions::{largest_difference, target, with_poisson_ratio};
 use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings as Search, Method};
 use tongue_input::measured::thesis::Thesis;
-use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_input::measured::{Target, TargetKind};
 
 /// A control whose lengths should not converge: muscles are thin, and each bone holds one node.
 const CONTROL: ContinuumSettings =
@@ -110,11 +110,6 @@ fn ratios_if_converged(scene: &TestTensions, load: f64) -> Option<Vec<f64>> {
     (solved.result == SolveStatus::Converged).then_some(ratios)
 }
 
-fn target(subject: &str, vowel: &str) -> Result<Target, Error> {
-    let vowel: Vowel = vowel.parse()?;
-    Ok(Target::new(&Dataset::reference()?, subject, &vowel, TargetKind::Stretch, &TargetOptions::default())?)
-}
-
 fn fit_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> {
     let search = Search { method: Method::GaussNewton, starts: 1, ..Search::default() };
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
@@ -199,7 +194,12 @@ fn spacings_of_nested_meshes(
     settings: Option<&ContinuumSettings>,
 ) -> Result<Vec<Spacing>, Error> {
     let anatomy = Anatomy::reference()?;
-    let kind = BodyKind { name, settings, anatomy: &anatomy, target: &target("S2", "a")? };
+    let kind = BodyKind {
+        name,
+        settings,
+        anatomy: &anatomy,
+        target: &target("S2", "a", TargetKind::Stretch, None)?,
+    };
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
     let mut all: Vec<Spacing> = Vec::new();
     for level in 0..LEVELS {
@@ -262,7 +262,7 @@ fn sensitivity_row(
     let mut tensions = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
-            let fit = fit_target(&body, &model, &target(subject, vowel)?)?;
+            let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, None)?)?;
             tensions
                 .push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
         }
