@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::posterior::PosteriorStudy;
-use super::scored::{JOINT_TILT, OPPONENTS};
+use super::scored::JOINT_TILT;
 use super::{Scored, ScoredBaseline};
 use crate::report::ByMuscle;
 use crate::report::column::Column;
@@ -83,7 +83,7 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     columns.extend(scores_in(|r: &BaselineScore<'s>| r.1));
     // The warning is about the posterior of a speaker's rows with a hyoid that tilts.
     let warning = move |r: &BaselineScore<'s>| {
-        if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
+        if r.1.name == JOINT_TILT { r.0.warning.clone() } else { String::new() }
     };
     columns.push(RowColumn::of_page("", move |r| warning(r).into()).with_text(warning));
     columns
