@@ -36,9 +36,9 @@ struct StudyCli {
 
 #[derive(Debug, Subcommand)]
 enum Study {
-    /// What accuracy costs in time, for every method of solution (two minutes)
+    /// What accuracy costs in time, for every method of solution
     Accuracy {
-        /// A study of half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused
+        /// A shorter study: fewer repeats, no mesh below 1.4 mm, long explicit runs refused
         #[arg(long)]
         quick: bool,
     },
@@ -51,7 +51,7 @@ enum Study {
         #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u8).range(1..=hard_cases::LAST))]
         case: Vec<u8>,
     },
-    /// The mesh of the continuum, and the settings that were chosen without data (a minute or two)
+    /// The mesh of the continuum, and the settings that were chosen without data (minutes)
     Continuum,
     /// A body in space against its own midsagittal plane, muscle by muscle: the error, and the signs of differences (minutes)
     Plane {
@@ -93,7 +93,7 @@ impl Study {
                 out.export(&files, by)?
             }
             Self::Continuum => {
-                let study = continuum::run(continuum::LEVELS)?;
+                let study = continuum::run()?;
                 let picture = continuum::picture(&study.spacings)?;
                 let files: [(&str, &dyn Export); 5] = [
                     ("README.md", &Markdown(continuum::page(&study, &made)?)),

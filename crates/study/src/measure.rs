@@ -4,6 +4,9 @@ use std::time::{Duration, Instant};
 
 use tongue_core::statistics::median;
 
+/// The error that the conclusions are about: of a ratio, or of a tension as a part of it.
+pub const ONE_PER_CENT: f64 = 0.01;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Maximum number of repeats of a run; its time is their median.

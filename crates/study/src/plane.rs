@@ -64,37 +64,6 @@ pub struct PlaneStudy {
     pub inverse: Vec<InverseRow>,
 }
 
-#[derive(Debug)]
-struct PlaneSection {
-    faces: Vec<[usize; 4]>,
-    /// Free nodes of the contour.
-    contour: Vec<usize>,
-}
-
-impl PlaneSection {
-    fn new(body: &Body<3>) -> Self {
-        let mut contour = body.midsagittal_mesh().surface_nodes();
-        contour.retain(|n| body.mesh.fixed.binary_search(n).is_err());
-        Self { faces: body.midsagittal(), contour }
-    }
-
-    fn area(&self, x: &[Vector3<f64>]) -> f64 {
-        self.faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
-    }
-
-    fn displacements(&self, body: &Body<3>, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        self.contour.iter().map(|&n| x[n] - body.mesh.nodes[n]).collect()
-    }
-}
-
-/// The body with all nodes held at their sideways positions.
-fn in_plane(body: &Body<3>, model: &SpaceModel) -> Result<System<3>, Error> {
-    let free: Vec<usize> =
-        (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
-    let held: Vec<Box<dyn Effect<3>>> = vec![Box::new(SymmetryPlane::new(1, HELD, &free, &body.mesh.nodes))];
-    Ok(System::in_space_with(body, model, Additions { effects: held, ..Additions::default() })?)
-}
-
 /// Positions of all nodes; `None` if there is no equilibrium.
 pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
     let mut w = Workspace::new(system);
@@ -103,32 +72,50 @@ pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>
 }
 
 pub fn run(body: &Body<3>) -> Result<PlaneStudy, Error> {
-    let bodies = SpaceAndPlane::new(body, &SpaceModel::default())?;
+    let bodies = SpaceAndPlane::new(body)?;
     Ok(PlaneStudy { body: body.what.clone(), alone: bodies.alone(), inverse: bodies.inverse()? })
 }
 
 #[derive(Debug)]
 struct SpaceAndPlane<'a> {
     body: &'a Body<3>,
-    section: PlaneSection,
+    /// Free nodes of the midsagittal contour.
+    contour: Vec<usize>,
     space: System<3>,
+    /// The body with all nodes held at their sideways positions.
     plane: System<3>,
 }
 
 impl<'a> SpaceAndPlane<'a> {
-    fn new(body: &'a Body<3>, model: &SpaceModel) -> Result<Self, Error> {
-        let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
-        Ok(Self { body, section: PlaneSection::new(body), space, plane })
+    fn new(body: &'a Body<3>) -> Result<Self, Error> {
+        let model = SpaceModel::default();
+        let is_free = |node: &usize| body.mesh.fixed.binary_search(node).is_err();
+        let free: Vec<usize> = (0..body.mesh.nodes.len()).filter(is_free).collect();
+        let held: Box<dyn Effect<3>> = Box::new(SymmetryPlane::new(1, HELD, &free, &body.mesh.nodes));
+        let additions = Additions { effects: vec![held], ..Additions::default() };
+        let mut contour = body.midsagittal_mesh().surface_nodes();
+        contour.retain(is_free);
+        let (space, plane) =
+            (System::in_space(body, &model)?, System::in_space_with(body, &model, additions)?);
+        Ok(Self { body, contour, space, plane })
+    }
+
+    fn displacements(&self, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        self.contour.iter().map(|&n| x[n] - self.body.mesh.nodes[n]).collect()
     }
 
     fn alone(&self) -> Vec<PlaneRow> {
-        let Self { body, section, space, plane } = self;
+        let Self { body, space, plane, .. } = self;
+        let faces = body.midsagittal();
+        let area = |x: &[Vector3<f64>]| -> f64 {
+            faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
+        };
         let mut alone = Vec::new();
         for muscle in body.groups() {
             tell(&format!("{muscle} in space and in the plane"));
             let Ok(activations) = body.activations(&[(&muscle, ALONE)]) else { continue };
             let Some((s, p)) = shape(space, &activations).zip(shape(plane, &activations)) else { continue };
-            let (ways, flat) = (section.displacements(body, &s), section.displacements(body, &p));
+            let (ways, flat) = (self.displacements(&s), self.displacements(&p));
             let dot =
                 |a: &[Vector3<f64>], b: &[Vector3<f64>]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
             let best_scale = dot(&ways, &flat) / dot(&flat, &flat);
@@ -139,7 +126,7 @@ impl<'a> SpaceAndPlane<'a> {
                 way_mm: 1e3 * (squares / ways.len() as f64).sqrt(),
                 best_scale,
                 error: (left / squares).sqrt(),
-                area_change_percent: 100.0 * (section.area(&s) / section.area(&body.mesh.nodes) - 1.0),
+                area_change_percent: 100.0 * (area(&s) / area(&body.mesh.nodes) - 1.0),
             });
         }
         alone
@@ -147,14 +134,14 @@ impl<'a> SpaceAndPlane<'a> {
 
     /// Fits contours in the plane that were simulated in space.
     fn inverse(&self) -> Result<Vec<InverseRow>, Error> {
-        let Self { body, section, space, plane } = self;
+        let Self { body, contour, space, plane } = self;
         let mut inverse = Vec::new();
         for (posture, given) in POSTURES {
             tell(&format!("{posture}: made in space, inverted in the plane"));
             let Ok(truth) = body.activations(given) else { continue };
             let Some(s) = shape(space, &truth) else { continue };
             let marks: Vec<SpaceMark> =
-                section.contour.iter().map(|&node| SpaceMark::node(node, s[node], SD_M)).collect();
+                contour.iter().map(|&node| SpaceMark::node(node, s[node], SD_M)).collect();
             let fit = SpaceSearch::default().fit(body, plane, &marks, None)?;
             for (name, found_in_plane) in fit.names.iter().zip(fit.activations_found()) {
                 let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
@@ -206,7 +193,7 @@ mod tests {
     #[test]
     fn planar_commands_quote_what_the_plane_misses_of_the_built_in_tongue() {
         let body = Body::tongue_in_space(1).unwrap();
-        let rows = SpaceAndPlane::new(&body, &SpaceModel::default()).unwrap().alone();
+        let rows = SpaceAndPlane::new(&body).unwrap().alone();
         assert_eq!(rows.len(), 11);
         let middle = median(rows.iter().map(|r| r.error)).unwrap();
         assert!((middle - MISSED_BY_PLANE).abs() < 5e-3, "{rows:?}");
@@ -219,7 +206,7 @@ mod tests {
         let Ok(body) = tongue_input::bodies::artisynth::read(&folder) else {
             return eprintln!("skipped: ArtiSynth's tongue is not at {}", folder.display());
         };
-        let rows = SpaceAndPlane::new(&body, &SpaceModel::default()).unwrap().alone();
+        let rows = SpaceAndPlane::new(&body).unwrap().alone();
         let of = |name: &str| rows.iter().find(|r| r.muscle == name).unwrap();
         assert_eq!(rows.len(), 11);
         for (name, missed) in [("GGP", 0.25), ("GGM", 0.22), ("IL", 0.27), ("TRANS", 0.91)] {

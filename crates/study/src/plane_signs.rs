@@ -74,10 +74,7 @@ struct SideView<'a> {
 }
 
 pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
-    let section = body.section();
-    let surface = TongueSurface::of(&section).ok_or("the body has no midsagittal contour")?;
-    let system = System::in_space(body, &SpaceModel::default())?;
-    let view = SideView { body, section, surface, system, names: body.groups() };
+    let view = SideView::new(body)?;
     let mut rows = Vec::new();
     for (pulling, others) in [("muscles of the plane", false), ("all muscles", true)] {
         tell(&format!("{PAIRS} pairs of postures: {pulling}"));
@@ -99,32 +96,33 @@ pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
 
 /// Adds a pair to a row: the true difference, and the verdict if the pair could be tracked.
 fn with_pair(mut row: SignRow, (true_difference, verdict): (f64, Option<Certainty>)) -> SignRow {
-    if true_difference.abs() < LEAST_DIFFERENCE {
-        row.alike += 1;
-        match verdict {
-            Some(Certainty::SurelyHarder | Certainty::SurelyNotHarder) => row.surely_where_alike += 1,
-            Some(Certainty::ProbablyHarder | Certainty::ProbablyNotHarder) => row.probably_where_alike += 1,
-            Some(Certainty::NotKnown) | None => {}
-        }
-        return row;
-    }
-    row.pairs += 1;
-    let is_harder = true_difference > 0.0;
+    use Certainty::{NotKnown, ProbablyHarder, ProbablyNotHarder, SurelyHarder, SurelyNotHarder};
+    let is_alike = true_difference.abs() < LEAST_DIFFERENCE;
+    *(if is_alike { &mut row.alike } else { &mut row.pairs }) += 1;
+    let is_right = matches!(verdict, Some(SurelyHarder | ProbablyHarder)) == (true_difference > 0.0);
     let count = match verdict {
+        None | Some(NotKnown) if is_alike => return row,
         None => &mut row.not_tracked,
-        Some(Certainty::NotKnown) => &mut row.not_known,
-        Some(Certainty::SurelyHarder) if is_harder => &mut row.surely_right,
-        Some(Certainty::SurelyNotHarder) if !is_harder => &mut row.surely_right,
-        Some(Certainty::SurelyHarder | Certainty::SurelyNotHarder) => &mut row.surely_wrong,
-        Some(Certainty::ProbablyHarder) if is_harder => &mut row.probably_right,
-        Some(Certainty::ProbablyNotHarder) if !is_harder => &mut row.probably_right,
-        Some(Certainty::ProbablyHarder | Certainty::ProbablyNotHarder) => &mut row.probably_wrong,
+        Some(NotKnown) => &mut row.not_known,
+        Some(SurelyHarder | SurelyNotHarder) if is_alike => &mut row.surely_where_alike,
+        Some(ProbablyHarder | ProbablyNotHarder) if is_alike => &mut row.probably_where_alike,
+        Some(SurelyHarder | SurelyNotHarder) if is_right => &mut row.surely_right,
+        Some(SurelyHarder | SurelyNotHarder) => &mut row.surely_wrong,
+        Some(ProbablyHarder | ProbablyNotHarder) if is_right => &mut row.probably_right,
+        Some(ProbablyHarder | ProbablyNotHarder) => &mut row.probably_wrong,
     };
     *count += 1;
     row
 }
 
-impl SideView<'_> {
+impl<'a> SideView<'a> {
+    fn new(body: &'a Body<3>) -> Result<Self, Error> {
+        let section = body.section();
+        let surface = TongueSurface::of(&section).ok_or("the body has no midsagittal contour")?;
+        let system = System::in_space(body, &SpaceModel::default())?;
+        Ok(Self { body, section, surface, system, names: body.groups() })
+    }
+
     /// For every muscle of the plane, the true difference of activation between two random postures, and the verdict on the difference of
     /// tension.
     fn pair(&self, seed: u64, others: bool) -> Result<[(f64, Option<Certainty>); 8], Error> {
@@ -246,10 +244,7 @@ mod tests {
     #[test]
     fn a_muscle_that_pulls_in_one_posture_alone_is_told_in_the_plane() {
         let body = Body::tongue_in_space(1).unwrap();
-        let section = body.section();
-        let surface = TongueSurface::of(&section).unwrap();
-        let system = System::in_space(&body, &SpaceModel::default()).unwrap();
-        let view = SideView { body: &body, section, surface, system, names: body.groups() };
+        let view = SideView::new(&body).unwrap();
         let postures = [0.12, 0.0].map(|a| {
             let all = body.activations(&[("GGA", a)]).unwrap();
             let positions = shape(&view.system, &all).unwrap();

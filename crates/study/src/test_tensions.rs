@@ -1,14 +1,15 @@
-//! Bodies with given tensions: equilibrium, motion, ratios, and distances between shapes.
+//! Bodies with given tensions (equilibrium, motion, ratios, distances between shapes), and targets of the built-in table.
 
 use nalgebra::SVector;
 
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
 use tongue_core::dynamics::{Motion, Tensions};
 use tongue_core::effect::Incompressibility;
+use tongue_core::material::Constants;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Additions, Model, System, SystemError};
 use tongue_infer::inverse::FitError;
-use tongue_input::measured::{TargetKind, reference_muscle};
+use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel, reference_muscle};
 
 use crate::Error;
 
@@ -37,36 +38,35 @@ pub struct TestTensions {
     pub muscles: Vec<String>,
 }
 
-/// Numbers of the muscles with tension, and tensions of all muscles, N per metre of thickness.
-pub fn contracting_and_tensions(
-    mesh: &Mesh<2>,
-    pull: &[(&str, f64)],
-) -> Result<(Vec<usize>, Vec<f64>), FitError> {
-    let mut tensions = vec![0.0; mesh.muscles.len()];
-    let mut numbers = Vec::with_capacity(pull.len());
-    for (name, tension) in pull {
-        let number = mesh.muscles.iter().position(|m| m.name == *name);
-        let number = number.ok_or_else(|| FitError::MissingMuscle { muscle: (*name).to_owned() })?;
-        tensions[number] = *tension;
-        numbers.push(number);
-    }
-    Ok((numbers, tensions))
-}
-
 impl TestTensions {
     pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, Error> {
-        let (contracting, tensions) = contracting_and_tensions(mesh, pull)?;
-        Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
+        Self::with_additions(mesh, model, pull, Additions::default())
     }
 
     /// The reference tongue with kappa_s as printed in table 4.2, which is a thousand times too large.
     pub fn as_printed(mesh: &Mesh<2>) -> Result<Self, Error> {
-        let (contracting, tensions) = contracting_and_tensions(mesh, &PUBLISHED_A)?;
         let area = Incompressibility::new(PRINTED_KAPPA, &mesh.cells, &mesh.nodes);
         let additions =
             Additions { effects: vec![Box::new(area)], incompressible: false, ..Additions::default() };
-        let system = System::with_additions(mesh, &Model::default(), &contracting, additions)?;
-        Ok(Self { system, tensions, muscles: mesh.muscle_names() })
+        Self::with_additions(mesh, &Model::default(), &PUBLISHED_A, additions)
+    }
+
+    fn with_additions(
+        mesh: &Mesh<2>,
+        model: &Model,
+        pull: &[(&str, f64)],
+        additions: Additions<2>,
+    ) -> Result<Self, Error> {
+        let muscles = mesh.muscle_names();
+        let mut tensions = vec![0.0; muscles.len()];
+        let mut contracting = Vec::with_capacity(pull.len());
+        for (name, tension) in pull {
+            let number = muscles.iter().position(|m| m == name);
+            let number = number.ok_or_else(|| FitError::MissingMuscle { muscle: (*name).to_owned() })?;
+            tensions[number] = *tension;
+            contracting.push(number);
+        }
+        Ok(Self { system: System::with_additions(mesh, model, &contracting, additions)?, tensions, muscles })
     }
 
     /// The motion from rest with the tensions applied at once.
@@ -117,6 +117,22 @@ pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 
 pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
+}
+
+/// The target of a row of the built-in table; `muscles` are the active ones, by default those that contract.
+pub fn target(
+    subject: &str,
+    vowel: &str,
+    kind: TargetKind,
+    muscles: Option<&[&str]>,
+) -> Result<Target, Error> {
+    let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
+    let options = TargetOptions { muscles, ..TargetOptions::default() };
+    Ok(Target::new(&Dataset::reference()?, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
+}
+
+pub fn with_poisson_ratio(poisson_ratio: f64) -> Model {
+    Model { constants: Constants { poisson_ratio, ..Constants::TONGUE } }
 }
 
 #[cfg(test)]

@@ -27,21 +27,26 @@ pub struct Column<'a, R> {
 
 impl<'a, R: 'a> Column<'a, R> {
     /// A column whose heading is its name in words.
+    pub fn named(name: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
+        let name = name.into();
+        let heading = Some(name.replace('_', " ").into());
+        Self { name, unit: "", meaning: "", value: Rc::new(value), heading, text: None, is_text: false }
+    }
+
+    /// The same with the unit and the meaning of its values.
     pub fn new(
         name: impl Into<Cow<'static, str>>,
         unit: &'static str,
         meaning: &'static str,
         value: impl Fn(&R) -> Value + 'a,
     ) -> Self {
-        let (name, value) = (name.into(), Rc::new(value));
-        let heading = Some(name.replace('_', " ").into());
-        Self { name, unit, meaning, value, heading, text: None, is_text: false }
+        Self { unit, meaning, ..Self::named(name, value) }
     }
 
     /// A column that only pages and the terminal have.
     pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let heading = heading.into();
-        Self::new(heading.clone(), "", "", value).with_heading(heading)
+        Self::named(heading.clone(), value).with_heading(heading)
     }
 
     pub(super) fn with_name(self, name: &'static str) -> Self {
@@ -76,14 +81,6 @@ impl<'a, R: 'a> Column<'a, R> {
 
     pub fn in_csv_alone(self) -> Self {
         Self { heading: None, ..self }
-    }
-
-    /// The column for rows that contain a row of this one.
-    pub fn for_rows_with<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
-        let Self { name, unit, meaning, value, heading, text, is_text } = self;
-        let value = Rc::new(move |row: &Q| value(part(row)));
-        let text = text.map(|text| Rc::new(move |row: &Q| text(part(row))) as CellValue<'a, Q, String>);
-        Column { name, unit, meaning, value, heading, text, is_text }
     }
 
     /// The value of a row in CSV; empty if there is none.

@@ -65,19 +65,16 @@ impl Provenance {
 
     /// Names and values, each value on one line.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let tissue = self.tissue.map(|t| ("tissue", t.to_owned()));
-        let inputs = self.inputs_sha256.as_ref().map(|hash| ("inputs_sha256", one_line(hash)));
-        [("version", one_line(self.version)), ("command", one_line(&self.command))]
-            .into_iter()
-            .chain(tissue)
-            .chain(self.body.map(|b| ("body", b.to_owned())))
-            .chain(self.chosen.as_ref().map(|c| ("chosen", one_line(c))))
-            .chain(inputs)
+        let values = [
+            ("version", Some(self.version)),
+            ("command", Some(self.command.as_str())),
+            ("tissue", self.tissue),
+            ("body", self.body),
+            ("chosen", self.chosen.as_deref()),
+            ("inputs_sha256", self.inputs_sha256.as_deref()),
+        ];
+        values.into_iter().filter_map(|(name, value)| Some((name, value?.replace(char::is_control, " "))))
     }
-}
-
-fn one_line(text: &str) -> String {
-    text.replace(char::is_control, " ")
 }
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;

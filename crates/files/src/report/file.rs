@@ -42,7 +42,7 @@ impl OutputDir {
         let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let created = path.ancestors().take_while(is_missing).last().map(Path::to_owned);
         let out = Self { path: path.to_owned(), created };
-        fs::create_dir_all(path).and_then(|()| Staged::begin(path)).map(drop).map_err(|source| {
+        fs::create_dir_all(path).and_then(|()| begin(path)).map(drop).map_err(|source| {
             ReportError::Folder {
                 path: path.to_owned(),
                 reason: match path.ancestors().find(|p| p.is_file()) {
@@ -74,7 +74,7 @@ impl OutputDir {
             if path.is_dir() {
                 return Err(fail(io::ErrorKind::IsADirectory.into()));
             }
-            let mut file = BufWriter::new(Staged::begin(&self.path).map_err(fail)?);
+            let mut file = BufWriter::new(begin(&self.path).map_err(fail)?);
             let ending = path.extension().and_then(|e| e.to_str());
             if ending.is_some_and(|e| TEXT.contains(&e)) {
                 write(&mut EscapeControl::new(&mut file))
@@ -82,9 +82,8 @@ impl OutputDir {
                 write(&mut file)
             }
             .map_err(fail)?;
-            let mut staged = file.into_inner().map_err(|e| fail(e.into_error()))?;
-            staged.close();
-            ready.push((staged, path));
+            // Closed, to keep the number of open files below the limit of a process.
+            ready.push((file.into_inner().map_err(|e| fail(e.into_error()))?.into_temp_path(), path));
         }
         persist(ready)
     }
@@ -121,7 +120,8 @@ pub fn write(
 
 pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
-/// The temporary names in use by this process; static, because a signal concerns the whole process.
+/// Temporary names that this process has begun and not renamed, whether or not the file still exists; static, because a signal concerns
+/// the whole process.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
@@ -148,67 +148,31 @@ pub fn discard_unfinished() -> InterruptGuard {
     InterruptGuard { _lock: unfinished }
 }
 
-/// A file under a temporary name, which is removed unless it is renamed.
-#[derive(Debug)]
-pub(super) struct Staged {
-    file: Option<NamedTempFile>,
-    /// The closed file before it is renamed. It is closed to keep the number of open files below the limit of a process.
-    closed: Option<TempPath>,
+/// Begins a file under a temporary name, which is removed unless it is renamed. It has the permissions of an ordinary file (by the umask),
+/// not a temporary file's 0600.
+fn begin(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(".tongue-fit-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut unfinished = unfinished();
+    let file = builder.tempfile_in(folder)?;
+    unfinished.insert(file.path().to_owned());
+    Ok(file)
 }
 
-impl Staged {
-    /// Begins a file with the permissions of an ordinary file (by the umask), not with a temporary file's 0600.
-    pub(super) fn begin(folder: &Path) -> io::Result<Self> {
-        let mut builder = Builder::new();
-        builder.prefix(".tongue-fit-");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let mut unfinished = unfinished();
-        let file = builder.tempfile_in(folder)?;
-        unfinished.insert(file.path().to_owned());
-        Ok(Self { file: Some(file), closed: None })
-    }
-
-    pub(super) fn close(&mut self) {
-        if let Some(file) = self.file.take() {
-            self.closed = Some(file.into_temp_path());
-        }
-    }
-}
-
-impl Write for Staged {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.as_mut().map_or(Ok(0), |f| f.write(bytes))
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.as_mut().map_or(Ok(()), Write::flush)
-    }
-}
-
-impl Drop for Staged {
-    fn drop(&mut self) {
-        self.close();
-        if let Some(path) = self.closed.take() {
-            unfinished().remove(&*path);
-        }
-    }
-}
-
-pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
+/// Renames the files of a set, each to its path, and returns the paths.
+fn persist(ready: Vec<(TempPath, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
     // Locked until the end, so that an interruption cannot separate the files of a set.
     let mut unfinished = unfinished();
-    let mut written = Vec::with_capacity(ready.len());
-    for (staged, path) in &mut ready {
-        staged.close();
-        let Some(file) = staged.closed.take() else { continue };
+    let renamed = ready.into_iter().map(|(file, path)| {
         unfinished.remove(&*file);
-        match file.persist(&*path) {
-            Ok(()) => written.push(path.clone()),
-            Err(refused) => return Err(ReportError::File { path: path.clone(), source: refused.error }),
+        match file.persist(&path) {
+            Ok(()) => Ok(path),
+            Err(refused) => Err(ReportError::File { path, source: refused.error }),
         }
-    }
-    Ok(written)
+    });
+    renamed.collect()
 }
 
 #[cfg(test)]

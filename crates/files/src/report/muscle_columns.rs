@@ -127,18 +127,3 @@ pub(super) fn select_columns<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle
     debug_assert_eq!(selected.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
     selected
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_name_in_the_list_for_one_fit_is_a_column() {
-        let all = columns();
-        for name in OF_ONE_FIT.split(',') {
-            let (column, _) = name.split_once(' ').unwrap_or((name, name));
-            assert!(all.iter().any(|c| c.name == column), "{column:?}");
-        }
-        assert_eq!(select_columns(OF_ONE_FIT).len(), OF_ONE_FIT.split(',').count());
-    }
-}

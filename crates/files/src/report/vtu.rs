@@ -33,16 +33,11 @@ const HEXAHEDRON: u8 = 12;
 pub struct Vtu<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     positions: &'a [SVector<f64, D>],
+    /// In a body of hexahedra activations.
     tensions: &'a [f64],
     stresses: Vec<Stress<D>>,
-    hexahedra: Vec<Hexahedron>,
-}
-
-/// The most active muscle through a hexahedron, and the direction and stretch of its fibres at the centre.
-#[derive(Debug, Clone)]
-struct Hexahedron {
-    muscle: Option<usize>,
-    fibre: Option<(Vector3<f64>, f64)>,
+    /// The body, if it is of hexahedra.
+    hexahedral: Option<&'a Body<D>>,
 }
 
 /// Values of the cells of a grid, then of the connections of the muscles, one muscle after another.
@@ -61,7 +56,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
         tensions: &'a [f64],
     ) -> Result<Self, ReportError> {
         check(mesh, positions, tensions)?;
-        Ok(Self { mesh, positions, tensions, stresses: Vec::new(), hexahedra: Vec::new() })
+        Ok(Self { mesh, positions, tensions, stresses: Vec::new(), hexahedral: None })
     }
 
     /// A shape of a body; `pulls` are tensions, or activations of a body of hexahedra.
@@ -70,13 +65,8 @@ impl<'a, const D: usize> Vtu<'a, D> {
         positions: &'a [SVector<f64, D>],
         pulls: &'a [f64],
     ) -> Result<Self, ReportError> {
-        let vtu = Self::new(&body.mesh, positions, pulls)?;
-        let muscles = most_active(body, pulls).into_iter().enumerate();
-        let hexahedra = muscles.map(|(e, muscle)| {
-            let fibre = muscle.and_then(|muscle| fibre(body, positions, e, muscle));
-            Hexahedron { muscle, fibre }
-        });
-        Ok(Self { hexahedra: hexahedra.collect(), ..vtu })
+        let hexahedral = (!body.mesh.hexahedra.is_empty()).then_some(body);
+        Ok(Self { hexahedral, ..Self::new(&body.mesh, positions, pulls)? })
     }
 
     /// Adds strain and stress of every cell, which are known in a continuum ([`tongue_core::system::System::stresses`]): `strain`
@@ -111,42 +101,48 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let [ratio, tension] =
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
         let mut all = vec![
-            floats(ratio, 1, texts(&mut mean(ratios.collect()).into_iter()), repeat("1", lines)),
-            floats("stretch", 1, repeat("1", count), texts(&mut { stretches })),
-            floats(tension, 1, repeat("0", count), texts(&mut { tensions })),
+            floats(ratio, 1, texts(mean(ratios.collect())), repeat("1", lines)),
+            floats("stretch", 1, repeat("1", count), texts(stretches)),
+            floats(tension, 1, repeat("0", count), texts(tensions)),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
             let fibres = mesh.fibres(self.positions).into_iter().step_by(parts);
             let strain = stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
             let cauchy = stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
-            let mises = texts(&mut stresses.iter().map(|s| s.von_mises_pa));
-            let pressure = texts(&mut stresses.iter().map(Stress::pressure_pa));
-            let fibre =
-                texts(&mut stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f))));
+            let mises = texts(stresses.iter().map(|s| s.von_mises_pa));
+            let pressure = texts(stresses.iter().map(Stress::pressure_pa));
+            let along = stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f)));
             all.extend([
                 floats("strain", 9, strain, repeat(NO_TENSOR, lines)),
                 floats("cauchy_stress_pa", 9, cauchy, repeat(NO_TENSOR, lines)),
                 floats("von_mises_pa", 1, mises, repeat("0", lines)),
                 floats("pressure_pa", 1, pressure, repeat("0", lines)),
-                floats("fibre_stress_pa", 1, fibre, repeat("0", lines)),
+                floats("fibre_stress_pa", 1, texts(along), repeat("0", lines)),
             ]);
         }
         all
     }
 
-    fn arrays_of_hexahedra(&self) -> Vec<Array> {
-        let (mesh, each) = (self.mesh, || self.hexahedra.iter());
+    fn arrays_of_hexahedra(&self, body: &Body<D>) -> Vec<Array> {
+        let mesh = self.mesh;
         let ratios = mesh.hexahedra.iter().map(|c| volume(self.positions, c) / volume(&mesh.nodes, c));
-        let active = each().map(|h| h.fibre.and(h.muscle).map_or(0.0, |muscle| self.tensions[muscle]));
-        let stretches = each().map(|h| h.fibre.map_or(1.0, |(_, stretch)| stretch));
-        let fibres = each().map(|h| point(&h.fibre.map_or_else(Vector3::zeros, |(direction, _)| direction)));
-        let muscles = each().map(|h| h.muscle.map_or_else(|| "-1".to_owned(), |m| m.to_string()));
+        let muscles = most_active(body, self.tensions);
+        // The muscle, and the direction and the stretch of its fibres at the centre.
+        let fibres = muscles.iter().enumerate().map(|(element, muscle)| {
+            let (direction, stretch) = fibre(body, self.positions, element, (*muscle)?)?;
+            Some(((*muscle)?, direction, stretch))
+        });
+        let fibres: Vec<Option<(usize, Vector3<f64>, f64)>> = fibres.collect();
+        let active = fibres.iter().map(|f| f.map_or(0.0, |(muscle, ..)| self.tensions[muscle]));
+        let stretches = fibres.iter().map(|f| f.map_or(1.0, |(.., stretch)| stretch));
+        let directions = fibres.iter().map(|f| point(&f.map_or_else(Vector3::zeros, |(_, along, _)| along)));
+        let muscles = muscles.iter().map(|m| m.map_or_else(|| "-1".to_owned(), |m| m.to_string()));
         vec![
-            floats("volume_ratio", 1, texts(&mut { ratios }), Vec::new()),
-            floats("activation", 1, texts(&mut { active }), Vec::new()),
-            floats("stretch", 1, texts(&mut { stretches }), Vec::new()),
-            floats("fibre", 3, fibres.collect(), Vec::new()),
+            floats("volume_ratio", 1, texts(ratios), Vec::new()),
+            floats("activation", 1, texts(active), Vec::new()),
+            floats("stretch", 1, texts(stretches), Vec::new()),
+            floats("fibre", 3, directions.collect(), Vec::new()),
             Array { name: "muscle", kind: "Int64", components: 1, values: muscles.collect() },
         ]
     }
@@ -162,8 +158,8 @@ fn repeat(value: &str, count: usize) -> Vec<String> {
     vec![value.to_owned(); count]
 }
 
-fn texts(values: &mut dyn Iterator<Item = f64>) -> Vec<String> {
-    values.map(|v| v.to_string()).collect::<Vec<_>>()
+fn texts(values: impl IntoIterator<Item = f64>) -> Vec<String> {
+    values.into_iter().map(|v| v.to_string()).collect()
 }
 
 fn floats(name: &'static str, components: usize, cells: Vec<String>, lines: Vec<String>) -> Array {
@@ -185,9 +181,10 @@ fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
 impl<const D: usize> Export for Vtu<'_, D> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let mesh = self.mesh;
-        if !self.hexahedra.is_empty() {
+        if let Some(body) = self.hexahedral {
             let cells: Vec<_> = mesh.hexahedra.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
-            return write_grid(out, by, [&mesh.nodes, self.positions], &cells, &self.arrays_of_hexahedra());
+            let arrays = self.arrays_of_hexahedra(body);
+            return write_grid(out, by, [&mesh.nodes, self.positions], &cells, &arrays);
         }
         let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
         let lines = self.pairs().map(|(_, pair)| (pair, LINE));

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::posterior::PosteriorStudy;
-use super::scored::{JOINT_TILT, OPPONENTS};
+use super::scored::JOINT_TILT;
 use super::{Scored, ScoredBaseline};
 use crate::report::ByMuscle;
 use crate::report::column::Column;
@@ -18,53 +18,35 @@ pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     type RowColumn<'a> = Column<'a, ScoredOpponent>;
     vec![
-        RowColumn::new("name", "", "the opponent", |o| o.name.as_str().into())
+        RowColumn::named("name", |o| o.name.as_str().into())
             .with_heading("opponent")
             .with_text(|o| o.name.replace('_', " ")),
-        RowColumn::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
-            o.tuned_parameters.into()
-        })
-        .with_heading("tuned"),
-        RowColumn::new("rms", "", "root mean square error over fits", |o| o.rms.into())
-            .with_heading("RMS")
-            .decimals(3),
-        RowColumn::new("low", "", "lower end of the middle 95 % of its bootstraps over fits", |o| {
-            o.low.into()
-        })
-        .with_heading("95 % of bootstraps")
-        .with_text_on_the_left(|o| format!("{:.3}–{:.3}", o.low, o.high)),
-        RowColumn::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
-        RowColumn::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
-            o.worse_than_no_change.into()
-        })
-        .with_text(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
-        RowColumn::new(
-            "better_than_constant",
-            "",
-            "part of the bootstraps in which it is better than the constant",
-            |o| o.better_than_constant.into(),
-        )
-        .with_heading("better than the constant")
-        .per_cent(1),
-        RowColumn::new("correlation", "", "correlation of predicted and measured stretches", |o| {
-            o.correlation.into()
-        })
-        .with_heading("r")
-        .decimals(2),
+        RowColumn::named("tuned_parameters", |o| o.tuned_parameters.into()).with_heading("tuned"),
+        RowColumn::named("rms", |o| o.rms.into()).with_heading("RMS").decimals(3),
+        RowColumn::named("low", |o| o.low.into())
+            .with_heading("95 % of bootstraps")
+            .with_text_on_the_left(|o| format!("{:.3}–{:.3}", o.low, o.high)),
+        RowColumn::named("high", |o| o.high.into()).in_csv_alone(),
+        RowColumn::named("worse_than_no_change", |o| o.worse_than_no_change.into())
+            .with_text(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
+        RowColumn::named("better_than_constant", |o| o.better_than_constant.into())
+            .with_heading("better than the constant")
+            .per_cent(1),
+        RowColumn::named("correlation", |o| o.correlation.into()).with_heading("r").decimals(2),
     ]
 }
 
 pub fn predictions(study: &ValidationStudy) -> Vec<Column<'_, Prediction>> {
     type RowColumn<'a> = Column<'a, Prediction>;
     let mut columns = vec![
-        RowColumn::new("subject", "", "subject", |p| p.subject.as_str().into()),
-        RowColumn::new("vowel", "", "vowel", |p| p.vowel.to_string().into()),
-        RowColumn::new("muscle", "", "muscle", |p| p.muscle.as_str().into()),
-        RowColumn::new("measured", "", "measured stretch", |p| brief(p.measured)),
+        RowColumn::named("subject", |p| p.subject.as_str().into()),
+        RowColumn::named("vowel", |p| p.vowel.to_string().into()),
+        RowColumn::named("muscle", |p| p.muscle.as_str().into()),
+        RowColumn::named("measured", |p| brief(p.measured)),
     ];
     columns.extend(study.opponents.iter().map(|o| {
         let predicted = move |p: &Prediction| p.predicted.get(&o.name).map_or(Value::Null, |v| brief(*v));
-        RowColumn::new(o.name.clone(), "", "its predicted stretch", predicted)
+        RowColumn::named(o.name.clone(), predicted)
     }));
     columns
 }
@@ -75,15 +57,19 @@ fn brief(stretch: f64) -> Value {
 }
 
 pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
-    type RowColumn<'a> = Column<'a, Scored>;
+    scores_in(|scored| scored)
+}
+
+/// The columns of the scores for rows that contain them.
+fn scores_in<'a, R: 'a>(scored: fn(&R) -> &Scored) -> Vec<Column<'a, R>> {
     vec![
-        RowColumn::of_page("opponent", |s| format!("`{}`", s.name).into()),
-        RowColumn::of_page("RMS", |s| s.rms.into()).decimals(3),
-        RowColumn::of_page("CRPS", |s| s.crps.into()).decimals(3),
-        RowColumn::of_page("log score", |s| s.log_score.into()).decimals(2),
-        RowColumn::of_page("in 50 %", |s| s.coverage_50.into()).per_cent(0),
-        RowColumn::of_page("in 95 %", |s| s.coverage_95.into()).per_cent(0),
-        RowColumn::of_page("muscles", |s| s.predictions.into()),
+        Column::of_page("opponent", move |r| format!("`{}`", scored(r).name).into()),
+        Column::of_page("RMS", move |r| scored(r).rms.into()).decimals(3),
+        Column::of_page("CRPS", move |r| scored(r).crps.into()).decimals(3),
+        Column::of_page("log score", move |r| scored(r).log_score.into()).decimals(2),
+        Column::of_page("in 50 %", move |r| scored(r).coverage_50.into()).per_cent(0),
+        Column::of_page("in 95 %", move |r| scored(r).coverage_95.into()).per_cent(0),
+        Column::of_page("muscles", move |r| scored(r).predictions.into()),
     ]
 }
 
@@ -94,10 +80,10 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
         RowColumn::of_page("baseline", |r| format!("/{}/", r.0.baseline).into()),
         RowColumn::of_page("subjects", |r| r.0.subjects.join(", ").into()),
     ];
-    columns.extend(scores().into_iter().map(|column| column.for_rows_with(|r: &BaselineScore<'s>| r.1)));
+    columns.extend(scores_in(|r: &BaselineScore<'s>| r.1));
     // The warning is about the posterior of a speaker's rows with a hyoid that tilts.
     let warning = move |r: &BaselineScore<'s>| {
-        if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
+        if r.1.name == JOINT_TILT { r.0.warning.clone() } else { String::new() }
     };
     columns.push(RowColumn::of_page("", move |r| warning(r).into()).with_text(warning));
     columns
@@ -108,12 +94,16 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
 pub struct ScoredOpponent {
     pub name: String,
     pub what: String,
+    /// Numbers learned from the other subjects.
     pub tuned_parameters: usize,
+    /// Root mean square error over fits.
     pub rms: f64,
     /// Lower end of the middle 95 % of bootstraps over fits.
     pub low: f64,
     pub high: f64,
+    /// Number of fits in which it is worse than no change.
     pub worse_than_no_change: usize,
+    /// Part of the bootstraps in which it is better than the constant.
     pub better_than_constant: f64,
     /// Pearson's correlation of predicted and measured stretches; null if the predictions do not vary.
     pub correlation: Option<f64>,

@@ -19,7 +19,7 @@ use tongue_input::measured::{Dataset, Vowel};
 
 use super::cases::{Case, cases, of_rows, permutations, subjects, with_muscle_order};
 use super::scored::{
-    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, score, scored_predictions,
+    GAUSSIAN, JOINT_TILT, Opponent, ROW, Scored, ScoredPrediction, all_scored, score, scored_predictions,
     verdict, warning,
 };
 use super::statistics::{best_shrunk, conditional_normal};
@@ -72,6 +72,15 @@ enum PosteriorKind {
 impl PosteriorKind {
     const ALL: [Self; 4] = [Self::Row, Self::Joint, Self::JointTilt, Self::OtherSpeakers];
 
+    fn name(self) -> &'static str {
+        match self {
+            Self::Row => ROW,
+            Self::Joint => "posterior_joint",
+            Self::JointTilt => JOINT_TILT,
+            Self::OtherSpeakers => "control_other_speakers",
+        }
+    }
+
     fn groups(self, all: &[Case]) -> Vec<Vec<usize>> {
         let of = |subject: &str| (0..all.len()).filter(|&i| all[i].subject == subject).collect::<Vec<_>>();
         let speakers: Vec<Vec<usize>> = subjects(all).into_iter().map(of).collect();
@@ -102,7 +111,7 @@ struct Predictors {
 
 impl Predictors {
     /// Predicts every muscle of all cases, each from all others that are taken together with it.
-    fn predict(&self, kind: PosteriorKind, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
+    fn predict(&self, kind: PosteriorKind, all: &[Case]) -> Result<Opponent, PosteriorError> {
         let posterior_model = if matches!(kind, PosteriorKind::Row | PosteriorKind::Joint) {
             &self.without_tilt
         } else {
@@ -116,38 +125,36 @@ impl Predictors {
             let predicted = predict_each_from_others(&density, &map_estimate)?;
             Ok(Vec::from_iter((0..group.len()).map(|posture| {
                 let own = density.measurements.of_posture(posture).into_iter().map(|i| predicted[i].clone());
-                (group[posture], own.collect::<Vec<_>>())
+                (group[posture], own.map(Some).collect::<Vec<_>>())
             })))
         });
         let predictions: Vec<Vec<_>> = predictions.into_iter().collect::<Result<_, PosteriorError>>()?;
-        let mut out = vec![Vec::new(); all.len()];
-        predictions.into_iter().flatten().for_each(|(case, predicted)| out[case] = predicted);
-        Ok(out)
+        let mut predicted = vec![Vec::new(); all.len()];
+        predictions.into_iter().flatten().for_each(|(case, own)| predicted[case] = own);
+        Ok(Opponent { name: kind.name(), predicted })
     }
 
-    fn predict_all(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Predicted>, PosteriorError> {
-        let posteriors: Vec<Option<Vec<Vec<LeftOut>>>> = PosteriorKind::ALL
-            .into_iter()
-            .map(|kind| kinds.contains(&kind).then(|| self.predict(kind, all)).transpose())
-            .collect::<Result<_, _>>()?;
-        let rows = (0..all.len()).map(|i| {
-            let case = &all[i];
+    /// No change, the normal distribution, and these posteriors.
+    fn opponents(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Opponent>, PosteriorError> {
+        let statistical = all.iter().map(|case| {
             let others: Vec<&Case> = all.iter().filter(|c| c.subject != case.subject).collect();
-            let statistical = statistical(&others, case, self.seed).into_iter().enumerate();
-            statistical
-                .map(|(m, statistical)| {
-                    let own = posteriors.iter().map(|p| p.as_ref().and_then(|p| p[i].get(m).cloned()));
-                    statistical.into_iter().chain(own).collect()
-                })
-                .collect()
+            statistical(&others, case, self.seed).into_iter().unzip()
         });
-        Ok(rows.collect())
+        let (no_change, gaussian) = statistical.unzip();
+        let mut opponents = vec![
+            Opponent { name: "no_change", predicted: no_change },
+            Opponent { name: GAUSSIAN, predicted: gaussian },
+        ];
+        for kind in kinds {
+            opponents.push(self.predict(*kind, all)?);
+        }
+        Ok(opponents)
     }
 }
 
 /// Predictions of every muscle of a case by no change and by the normal distribution of the others. "No change" has the spread of the
 /// others' stretches about one.
-fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>; 2]> {
+fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<(Option<LeftOut>, Option<LeftOut>)> {
     let how = best_shrunk(others);
     let squares = others.iter().flat_map(|c| c.target().values.iter().map(|v| (v - 1.0).powi(2)));
     let squares: Vec<f64> = squares.collect();
@@ -160,7 +167,7 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
         let measured = case.target().values[m];
         let gaussian =
             conditional_normal(others, &unseen, how).map(|e| normal(e[m].0, e[m].1.sqrt(), measured));
-        [(spread > 0.0).then(|| normal(1.0, spread, measured)), gaussian]
+        ((spread > 0.0).then(|| normal(1.0, spread, measured)), gaussian)
     }))
 }
 
@@ -179,17 +186,18 @@ pub fn study(
     let without_tilt = PosteriorModel::new(body, model, &fixed_tilt)?;
     let predictors = Predictors { posterior_model, without_tilt, seed };
     let all = cases(data, &body.mesh, baseline);
-    let predicted = predictors.predict_all(&all, &PosteriorKind::ALL)?;
+    let opponents = predictors.opponents(&all, &PosteriorKind::ALL)?;
     progress.add(all.len(), "posterior");
-    let scores = all_scored(&all, &predicted, |_| true);
-    let mut predictions = scored_predictions(baseline, &all, &predicted);
-    let log_score =
-        |name: &str| scores.iter().find(|s| s.name == name).map_or(f64::NEG_INFINITY, |s| s.log_score);
-    let best = (FIRST_POSTERIOR..OPPONENTS.len() - 1)
-        .max_by(|a, b| log_score(OPPONENTS[*a]).total_cmp(&log_score(OPPONENTS[*b])))
-        .unwrap_or(FIRST_POSTERIOR);
-    let gains: Vec<f64> =
-        predicted.iter().map(|row| mean_log_score(best, row) - mean_log_score(1, row)).collect();
+    let scores = all_scored(&opponents, &all, |_| true);
+    let mut predictions = scored_predictions(baseline, &opponents, &all);
+    let log_score = |opponent: &Opponent| {
+        scores.iter().find(|s| s.name == opponent.name).map_or(f64::NEG_INFINITY, |s| s.log_score)
+    };
+    let (gaussian, posteriors) = (&opponents[1], &opponents[2..]);
+    let real = posteriors.iter().filter(|o| o.name != PosteriorKind::OtherSpeakers.name());
+    let best = real.max_by(|a, b| log_score(a).total_cmp(&log_score(b))).unwrap_or(&posteriors[0]);
+    let both = best.predicted.iter().zip(&gaussian.predicted);
+    let gains: Vec<f64> = both.map(|(best, normal)| mean_log_score(best) - mean_log_score(normal)).collect();
     let mean = gains.iter().sum::<f64>() / gains.len().max(1) as f64;
     let spread = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>();
     let error = (spread / (gains.len().max(2) - 1) as f64 / gains.len().max(1) as f64).sqrt();
@@ -200,11 +208,11 @@ pub fn study(
         if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
-        let predicted = predictors.predict_all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
-        predictions.extend(scored_predictions(&vowel, &all, &predicted));
+        let opponents = predictors.opponents(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
+        predictions.extend(scored_predictions(&vowel, &opponents, &all));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
-            let scores = all_scored(&all, &predicted, |c| names.contains(&c.subject.as_str()));
+            let scores = all_scored(&opponents, &all, |c| names.contains(&c.subject.as_str()));
             let warning = warning(&scores);
             let subjects = names.iter().map(|s| (*s).to_owned()).collect();
             other_baselines.push(ScoredBaseline { baseline: vowel.clone(), subjects, warning, scores });
@@ -213,8 +221,8 @@ pub fn study(
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in permutations(data.muscles().len(), most_permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
-        if let Ok(predicted) = predictors.predict_all(&all, &[PosteriorKind::Row]) {
-            let permuted = score(FIRST_POSTERIOR, &all, &predicted, |_| true);
+        if let Ok(posterior) = predictors.predict(PosteriorKind::Row, &all) {
+            let permuted = score(&posterior, &all, |_| true);
             permuted_rms.push(permuted.rms);
             permuted_log_score.push(permuted.log_score);
         }
@@ -234,8 +242,8 @@ pub fn study(
     })
 }
 
-fn mean_log_score(which: usize, row: &Predicted) -> f64 {
-    let logs: Vec<f64> = row.iter().filter_map(|p| Some(p[which].as_ref()?.log_score)).collect();
+fn mean_log_score(row: &[Option<LeftOut>]) -> f64 {
+    let logs: Vec<f64> = row.iter().flatten().map(|p| p.log_score).collect();
     logs.iter().sum::<f64>() / logs.len().max(1) as f64
 }
 

@@ -7,20 +7,18 @@ use tongue_input::measured::Vowel;
 
 use super::cases::Case;
 
-pub const OPPONENTS: [&str; 6] = [
-    "no_change",
-    "gaussian",
-    "posterior",
-    "posterior_joint",
-    "posterior_joint_tilt",
-    "control_other_speakers",
-];
-pub const FIRST_POSTERIOR: usize = 2;
-/// Index of the posterior of a speaker's rows with a hyoid that tilts.
-pub(super) const JOINT_TILT: usize = 4;
+/// The normal distribution of the other subjects' stretches.
+pub const GAUSSIAN: &str = "gaussian";
+/// The posterior of each row.
+pub const ROW: &str = "posterior";
+/// The posterior of a speaker's rows with a hyoid that tilts.
+pub const JOINT_TILT: &str = "posterior_joint_tilt";
 
-/// The predictions of every muscle of a case by each opponent; `None` for opponents that were not asked.
-pub type Predicted = Vec<Vec<Option<LeftOut>>>;
+pub struct Opponent {
+    pub name: &'static str,
+    /// For every case its predictions of the muscles; `None` if it has none.
+    pub predicted: Vec<Vec<Option<LeftOut>>>,
+}
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
@@ -53,15 +51,15 @@ pub struct ScoredPrediction {
     pub effective: f64,
 }
 
-pub fn score(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
-    let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
+pub fn score(opponent: &Opponent, all: &[Case], is_in: impl Fn(&Case) -> bool) -> Scored {
+    let rows = all.iter().zip(&opponent.predicted).filter(|(case, _)| is_in(case));
     let each: Vec<(f64, &LeftOut)> = Vec::from_iter(rows.flat_map(|(case, row)| {
-        row.iter().enumerate().filter_map(|(m, p)| Some((case.target().values[m], p[which].as_ref()?)))
+        case.target().values.iter().zip(row).filter_map(|(measured, p)| Some((*measured, p.as_ref()?)))
     }));
     let mean =
         |of: &dyn Fn(&(f64, &LeftOut)) -> f64| each.iter().map(of).sum::<f64>() / each.len().max(1) as f64;
     Scored {
-        name: OPPONENTS[which].to_owned(),
+        name: opponent.name.to_owned(),
         rms: mean(&|(y, p)| (p.spread.mean - y).powi(2)).sqrt(),
         crps: mean(&|(_, p)| p.crps),
         log_score: mean(&|(_, p)| p.log_score),
@@ -72,24 +70,24 @@ pub fn score(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn
     }
 }
 
-pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
-    let each = (0..OPPONENTS.len()).map(|which| score(which, all, predicted, &is_in));
+pub fn all_scored(opponents: &[Opponent], all: &[Case], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
+    let each = opponents.iter().map(|opponent| score(opponent, all, &is_in));
     each.filter(|s| s.predictions > 0).collect()
 }
 
-pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<ScoredPrediction> {
+pub fn scored_predictions(baseline: &Vowel, opponents: &[Opponent], all: &[Case]) -> Vec<ScoredPrediction> {
     let mut out = Vec::new();
-    for (case, row) in all.iter().zip(predicted) {
-        for (m, of_muscle) in row.iter().enumerate() {
-            for (which, left_out) in of_muscle.iter().enumerate() {
-                let Some(left_out) = left_out else { continue };
+    for (row, case) in all.iter().enumerate() {
+        for m in 0..case.target().muscles.len() {
+            for Opponent { name, predicted } in opponents {
+                let Some(Some(left_out)) = predicted[row].get(m) else { continue };
                 out.push(ScoredPrediction {
                     baseline: baseline.clone(),
                     subject: case.subject.clone(),
                     vowel: case.vowel.clone(),
                     muscle: case.target().muscles[m].clone(),
                     measured: case.target().values[m],
-                    opponent: OPPONENTS[which].to_owned(),
+                    opponent: (*name).to_owned(),
                     mean: left_out.spread.mean,
                     low_95: left_out.spread.interval_95[0],
                     high_95: left_out.spread.interval_95[1],
@@ -105,9 +103,10 @@ pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted
 /// Names the opponent with the highest log score, its gain on the normal distribution, and how the control compares with single rows.
 pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     let is_control = |s: &&Scored| s.name.starts_with("control");
-    let Some(first) = best(&mut scores.iter().filter(|s| !is_control(s))) else { return String::new() };
+    let all = scores.iter().filter(|s| !is_control(s));
+    let Some(first) = all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)) else { return String::new() };
     let control = scores.iter().find(is_control).map_or_else(String::new, |c| {
-        let row = scores.iter().find(|s| s.name == OPPONENTS[FIRST_POSTERIOR]);
+        let row = scores.iter().find(|s| s.name == ROW);
         let is_behind = row.is_some_and(|row| c.log_score < row.log_score && c.rms > row.rms);
         let word = if is_behind { "behind" } else { "not behind" };
         format!(
@@ -124,13 +123,9 @@ pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     )
 }
 
-fn best(all: &mut dyn Iterator<Item = &Scored>) -> Option<Scored> {
-    all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
-}
-
 /// Why the best posterior is not reliable; empty if it is.
 pub fn warning(scores: &[Scored]) -> String {
-    let both = [1, JOINT_TILT].map(|n| scores.iter().find(|s| s.name == OPPONENTS[n]));
+    let both = [GAUSSIAN, JOINT_TILT].map(|name| scores.iter().find(|s| s.name == name));
     let [Some(normal), Some(joint)] = both else { return String::new() };
     if joint.coverage_95 < 0.9 {
         format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)

@@ -8,6 +8,7 @@ use super::mesh::{MeshRun, SCENES, order};
 use super::runs::{Run, fastest};
 use super::search::TimedFit;
 use crate::Error;
+use crate::measure::ONE_PER_CENT;
 use crate::table::{duration, markdown, number};
 use tongue_core::dynamics;
 use tongue_files::report::column::{self, Column};
@@ -100,9 +101,6 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
     let _ = writeln!(p, "{}", column::markdown(&columns, &SCENES.map(|(scene, _)| scene)));
     Ok(())
 }
-
-/// Largest difference of a ratio that counts as 1 %.
-const ONE_PER_CENT: f64 = 0.01;
 
 pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
     let mut p = format!(

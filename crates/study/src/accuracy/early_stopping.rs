@@ -34,7 +34,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<Vec<Stopp
     let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
     let outcome = integrate(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
     if let Some(why) = outcome.missing {
-        return Err(format!("the reference trajectory was not found: {}", why.words()).into());
+        return Err(format!("the reference trajectory was not found: {why}").into());
     }
     let (moved, _) = scene.differences(scene.system.rest(), &reference);
     let stopped = outcome.stops.into_iter().map(|stop| {

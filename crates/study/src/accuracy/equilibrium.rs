@@ -6,7 +6,7 @@ use crate::{Error, TestTensions};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
-use super::runs::Run;
+use super::runs::{DONE, Run, ending};
 use super::time_stepping::{controls, integrate, words};
 use crate::measure::{Effort, Timed, measure};
 
@@ -38,12 +38,9 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
             ..StepCounts::default()
         };
         let setting = format!("force tolerance {tolerance:.0e} N");
-        let run = Run { method: NEWTON, setting, ended: s.status.into(), ..Run::default() };
-        runs.push(run.with_measurements(
-            scene.differences(workspace.positions(), &reference),
-            (seconds, repeats),
-            counts,
-        ));
+        let run = Run { method: NEWTON, setting, ended: ending(s.status), ..Run::default() };
+        let errors = scene.differences(workspace.positions(), &reference);
+        runs.push(run.with_measurements(errors, (seconds, repeats), counts));
     }
     let motion = scene.motion()?;
     for method in IntegrationMethod::ALL {
@@ -66,6 +63,7 @@ fn runs_to_equilibrium(
     let to = |time: f64| Run {
         method: method.name(),
         setting: format!("{}, to {time} s", words(control)),
+        ended: DONE.to_owned(),
         ..Run::default()
     };
     let mut runs: Vec<Run> = Vec::new();

@@ -13,7 +13,7 @@ use tongue_core::sparse::cholesky::Factor;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
 
-use super::runs::Ended;
+use super::runs::ending;
 
 /// The posture /a/ as published, and one muscle of the back and one of the tip alone; tensions in N per metre of thickness.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
@@ -44,7 +44,7 @@ pub struct MeshRun {
     pub iterations: usize,
     pub factorisations: usize,
     pub matrix_bytes: usize,
-    pub ended: Ended,
+    pub ended: String,
 }
 
 pub fn work_precision(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
@@ -103,7 +103,7 @@ fn mesh_run(
         iterations: solution.iterations,
         factorisations: solution.factorisations,
         matrix_bytes: 2 * (system.pattern().blocks() + 1) * size_of::<[[f64; 2]; 2]>(),
-        ended: solution.status.into(),
+        ended: ending(solution.status),
     })
 }
 

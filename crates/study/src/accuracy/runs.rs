@@ -1,49 +1,24 @@
 //! A run of a method, and how it ended.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use tongue_core::dynamics::StepCounts;
 use tongue_core::statics::SolveStatus;
 
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum Ended {
-    #[default]
-    Done,
-    /// The method stopped before its tolerance; its last state is measured.
-    Short(String),
-    Failed(String),
-    /// Not started or not finished, because the run would take too long or cannot work.
-    Refused(String),
-}
+/// How a run ended that reached its tolerance.
+pub const DONE: &str = "done";
 
-impl Ended {
-    pub fn words(&self) -> String {
-        match self {
-            Self::Done => "done".into(),
-            Self::Short(why) => format!("stopped short: {why}"),
-            Self::Failed(why) => format!("failed: {why}"),
-            Self::Refused(why) => format!("refused: {why}"),
-        }
-    }
-}
-
-impl From<SolveStatus> for Ended {
-    fn from(status: SolveStatus) -> Self {
-        Self::Short(match status {
-            SolveStatus::Converged => return Self::Done,
-            SolveStatus::IterationLimit => "iteration limit".into(),
-            SolveStatus::Stalled => "rounding stops the descent before the force tolerance is reached".into(),
-            SolveStatus::Inverted => "a cell is inverted".into(),
-            SolveStatus::Unstable => "an unstable equilibrium".into(),
-            SolveStatus::NotFinite => "a number is not finite".into(),
-        })
-    }
-}
-
-impl Serialize for Ended {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&self.words())
-    }
+/// How a solve ended, in words. If it stopped before its tolerance, its last state is measured.
+pub fn ending(status: SolveStatus) -> String {
+    let why = match status {
+        SolveStatus::Converged => return DONE.to_owned(),
+        SolveStatus::IterationLimit => "iteration limit",
+        SolveStatus::Stalled => "rounding stops the descent before the force tolerance is reached",
+        SolveStatus::Inverted => "a cell is inverted",
+        SolveStatus::Unstable => "an unstable equilibrium",
+        SolveStatus::NotFinite => "a number is not finite",
+    };
+    format!("stopped short: {why}")
 }
 
 /// A run of a method: a point in the diagram of time against accuracy.
@@ -62,20 +37,21 @@ pub struct Run {
     /// Evaluations of the force; in Newton's method, of the energy.
     pub force_evaluations: u64,
     pub factorisations: u64,
-    pub ended: Ended,
+    /// `done`, or whether and why it stopped short, failed or was refused.
+    pub ended: String,
 }
 
 impl Run {
     /// Sets the errors (of a position, mm, and of a ratio), the median time (s) with the number of repeats, and the cost.
     pub fn with_measurements(
         self,
-        errors: (f64, f64),
+        (error_mm, ratio_error): (f64, f64),
         (seconds, repeats): (f64, usize),
         counts: StepCounts,
     ) -> Self {
         Self {
-            error_mm: Some(errors.0),
-            ratio_error: Some(errors.1),
+            error_mm: Some(error_mm),
+            ratio_error: Some(ratio_error),
             seconds: Some(seconds),
             repeats,
             steps: counts.steps,

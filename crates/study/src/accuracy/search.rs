@@ -6,10 +6,11 @@ use crate::Error;
 use tongue_core::body::Mesh;
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, Method};
-use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_input::measured::TargetKind;
 
-use super::runs::Ended;
+use super::runs::DONE;
 use crate::measure::{Effort, measure};
+use crate::test_tensions::target;
 
 /// Tolerances of tensions in Nelder-Mead, N.
 const SIMPLEX_TOLERANCES: [f64; 5] = [1.0, 1e-1, 1e-2, 1e-4, 1e-6];
@@ -36,16 +37,14 @@ pub struct TimedFit {
     pub equilibria: usize,
     pub factorisations: usize,
     pub iterations: u64,
-    pub ended: Ended,
+    pub ended: String,
 }
 
 /// Fits /a/ of S2 with both kinds of target. The reference is Gauss-Newton with tighter tolerances than in any row.
 pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, Error> {
-    let data = Dataset::reference()?;
-    let vowel = Vowel::new("a")?;
     let mut runs = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
-        let target = Target::new(&data, "S2", &vowel, kind, &TargetOptions::default())?;
+        let target = target("S2", "a", kind, None)?;
         let tight = FitSettings {
             method: Method::GaussNewton,
             tension_tolerance: 1e-8,
@@ -86,8 +85,8 @@ fn settings_of_rows() -> Vec<FitSettings> {
 fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
     let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
     let ended = match fit.answer.status {
-        inverse::FitStatus::Converged => Ended::Done,
-        other => Ended::Short(format!("{other:?}")),
+        inverse::FitStatus::Converged => DONE.to_owned(),
+        other => format!("stopped short: {other:?}"),
     };
     TimedFit {
         target: fit.matched.target.kind,

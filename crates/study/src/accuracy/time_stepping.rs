@@ -6,8 +6,8 @@ use nalgebra::SVector;
 
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, StepCounts};
 use tongue_core::statistics::median;
+use tongue_core::system::SystemError;
 
-use super::runs::Ended;
 use crate::measure::Effort;
 use crate::table::duration;
 
@@ -23,12 +23,12 @@ pub struct Stop {
     pub counts: StepCounts,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct TimeSteppingRun {
     pub stops: Vec<Stop>,
     pub repeats: usize,
-    /// Why later times were not reached.
-    pub missing: Option<Ended>,
+    /// Why later times were not reached: the run failed or was refused.
+    pub missing: Option<String>,
 }
 
 /// Integrates to each of the ascending `times` (s), with as many repeats as the effort allows. A run with fixed steps that would take
@@ -41,21 +41,18 @@ pub fn integrate(
     effort: &Effort,
 ) -> TimeSteppingRun {
     // The check of the step computes a spectrum, whose time is not part of the run.
-    if let Err(error) = method.checked_integrator(motion, control) {
-        return TimeSteppingRun {
-            stops: Vec::new(),
-            repeats: 0,
-            missing: Some(Ended::Refused(error.to_string())),
-        };
-    }
+    let checked = method.checked_integrator(motion, control);
     let begin = Instant::now();
-    let mut run = once(motion, method, control, times, effort);
+    let mut run = match checked.and_then(|_| once(motion, method, control, times, effort)) {
+        Ok(run) => run,
+        Err(error) => return refused(&error.to_string()),
+    };
     let mut seconds: Vec<Vec<f64>> = run.stops.iter().map(|s| vec![s.seconds]).collect();
     while run.missing.is_none()
         && run.repeats < effort.repeats
         && begin.elapsed().as_secs_f64() < effort.repeat_within_s
     {
-        let again = once(motion, method, control, times, effort);
+        let Ok(again) = once(motion, method, control, times, effort) else { break };
         seconds.iter_mut().zip(&again.stops).for_each(|(all, s)| all.push(s.seconds));
         run.repeats += 1;
     }
@@ -63,6 +60,10 @@ pub fn integrate(
         stop.seconds = median(all).unwrap_or(stop.seconds);
     }
     run
+}
+
+fn refused(why: &str) -> TimeSteppingRun {
+    TimeSteppingRun { missing: Some(format!("refused: {why}")), ..TimeSteppingRun::default() }
 }
 
 pub fn words(control: Control) -> String {
@@ -91,12 +92,8 @@ fn once(
     control: Control,
     times: &[f64],
     effort: &Effort,
-) -> TimeSteppingRun {
-    let mut run = TimeSteppingRun { stops: Vec::new(), repeats: 1, missing: None };
-    let mut integrator = match method.integrator(motion, control) {
-        Ok(integrator) => integrator,
-        Err(error) => return TimeSteppingRun { missing: Some(Ended::Refused(error.to_string())), ..run },
-    };
+) -> Result<TimeSteppingRun, SystemError> {
+    let mut integrator = method.integrator(motion, control)?;
     let mut state = motion.at_rest();
     let mut counts = StepCounts::default();
     if let Control::Fixed(dt) = control {
@@ -113,16 +110,16 @@ fn once(
                 "{steps:.1e} steps to t = {end} s, about {}, are more than one run of this study may take; take tr-bdf2",
                 duration(estimate)
             );
-            return TimeSteppingRun { missing: Some(Ended::Refused(why)), ..run };
+            return Ok(refused(&why));
         }
     }
+    let mut run = TimeSteppingRun { repeats: 1, ..TimeSteppingRun::default() };
     let clock = Instant::now();
     for &time in times {
         let so_far = clock.elapsed().as_secs_f64();
         if so_far > effort.longest_run_s {
-            let why = format!("cut off after {}", duration(so_far));
-            run.missing = Some(Ended::Refused(why));
-            return run;
+            run.missing = Some(format!("refused: cut off after {}", duration(so_far)));
+            break;
         }
         let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, time, &[], &mut ());
         counts.steps += outcome.counts.steps;
@@ -130,12 +127,11 @@ fn once(
         counts.force_evaluations += outcome.counts.force_evaluations;
         counts.factorisations += outcome.counts.factorisations;
         if outcome.status != MotionStatus::Completed {
-            let why = format!("{:?} at t = {:.3} s", outcome.status, outcome.time_s);
-            run.missing = Some(Ended::Failed(why));
-            return run;
+            run.missing = Some(format!("failed: {:?} at t = {:.3} s", outcome.status, outcome.time_s));
+            break;
         }
         let seconds = clock.elapsed().as_secs_f64();
         run.stops.push(Stop { time, positions: state.positions.clone(), seconds, counts });
     }
-    run
+    Ok(run)
 }

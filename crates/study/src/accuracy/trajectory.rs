@@ -4,7 +4,7 @@ use crate::measure::Effort;
 use crate::{Error, TestTensions};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
-use super::runs::{Ended, Run};
+use super::runs::{DONE, Run};
 use super::time_stepping::{Stop, TimeSteppingRun, controls, integrate, words};
 
 /// Times at which trajectories are compared, s.
@@ -24,7 +24,7 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
     let [reference, check] =
         REFERENCE.map(|t| integrate(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(t), &TIMES, &once));
     if let Some(why) = reference.missing.or(check.missing) {
-        return Err(format!("the reference trajectory was not found: {}", why.words()).into());
+        return Err(format!("the reference trajectory was not found: {why}").into());
     }
     let (doubt, _) = largest_errors(scene, &check.stops, &reference.stops);
     let mut runs = Vec::new();
@@ -32,13 +32,14 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
         for control in controls(method, &motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
             let TimeSteppingRun { stops, repeats, missing } =
                 integrate(&motion, method, control, &TIMES, effort);
-            let run = Run { method: method.name(), setting: words(control), ..Run::default() };
-            runs.push(match (missing, stops.last()) {
-                (None, Some(last)) => {
+            let ended = missing.unwrap_or_else(|| DONE.to_owned());
+            let run = Run { method: method.name(), setting: words(control), ended, ..Run::default() };
+            runs.push(match stops.last().filter(|_| run.ended == DONE) {
+                Some(last) => {
                     let errors = largest_errors(scene, &stops, &reference.stops);
                     run.with_measurements(errors, (last.seconds, repeats), last.counts)
                 }
-                (why, _) => Run { ended: why.unwrap_or_else(|| Ended::Failed("no state".into())), ..run },
+                None => run,
             });
         }
     }

@@ -8,15 +8,14 @@ pub use page::{page, picture};
 use serde::Serialize;
 
 use crate::measure::{Effort, Timed, measure};
-use crate::test_tensions::largest_difference;
+use crate::test_tensions::{largest_difference, target, with_poisson_ratio};
 use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
-use tongue_core::material::Constants;
 use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings as Search, Method};
 use tongue_input::measured::thesis::Thesis;
-use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_input::measured::{Target, TargetKind};
 
 /// A control whose lengths should not converge: muscles are thin, and each bone holds one node.
 const CONTROL: ContinuumSettings =
@@ -27,7 +26,7 @@ const DEFAULT_M: f64 = 4e-3;
 const POISSON_RATIOS: [f64; 6] = [0.3, 0.45, 0.49, 0.499, 0.4998, 0.4999];
 pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
 /// Number of nested meshes, from 11 mm to 1.4 mm.
-pub const LEVELS: usize = 4;
+const LEVELS: usize = 4;
 const FITS: Effort = Effort { repeats: 3, ..Effort::FULL };
 
 /// A body on a mesh, at the tensions published for /a/.
@@ -51,6 +50,12 @@ pub struct Spacing {
     /// Median time of the fit to the stretches of S2 /a/ (Gauss-Newton, one start), s.
     pub fit_s: f64,
     pub status: String,
+    /// Ratios at the tensions and at twice the tensions; empty if there is no equilibrium.
+    #[serde(skip)]
+    ratios: [Vec<f64>; 2],
+    /// Fitted tensions; `None` if the fit does not reach its stretches.
+    #[serde(skip)]
+    tensions: Option<Vec<f64>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -105,18 +110,12 @@ fn ratios_if_converged(scene: &TestTensions, load: f64) -> Option<Vec<f64>> {
     (solved.result == SolveStatus::Converged).then_some(ratios)
 }
 
-fn target(subject: &str, vowel: &str) -> Result<Target, Error> {
-    let vowel: Vowel = vowel.parse()?;
-    Ok(Target::new(&Dataset::reference()?, subject, &vowel, TargetKind::Stretch, &TargetOptions::default())?)
-}
-
 fn fit_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> {
     let search = Search { method: Method::GaussNewton, starts: 1, ..Search::default() };
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
 }
 
-/// An error on a single mesh is a row. `levels` is the number of nested meshes.
-pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
+pub fn run() -> Result<ContinuumStudy, Error> {
     let mut spacings = Vec::new();
     let bodies: [(&'static str, Option<ContinuumSettings>); 3] = [
         ("springs", None),
@@ -125,11 +124,10 @@ pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     ];
     for (name, settings) in bodies {
         tell(name);
-        spacings.extend(spacings_of_nested_meshes(name, settings.as_ref(), levels)?);
+        spacings.extend(spacings_of_nested_meshes(name, settings.as_ref())?);
     }
     tell("Poisson's ratios");
     let locking = locking()?;
-    let mut sensitivity = Vec::new();
     let default = ContinuumSettings::default();
     let variants = [
         ("default settings, nu 0.49", default, 0.49),
@@ -143,18 +141,12 @@ pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
         ("nu 0.499", default, 0.499),
     ];
     let mut reference = Vec::new();
-    for (name, settings, nu) in variants {
+    let sensitivity = variants.into_iter().map(|(name, settings, nu)| {
         tell(name);
-        sensitivity.push(sensitivity_row(name, &settings, nu, &mut reference)?);
-    }
+        sensitivity_row(name, &settings, nu, &mut reference)
+    });
+    let sensitivity = sensitivity.collect::<Result<_, _>>()?;
     Ok(ContinuumStudy { spacings, locking, sensitivity })
-}
-
-struct MeasuredRow {
-    row: Spacing,
-    /// Ratios at the tensions and at twice the tensions; empty if there is no equilibrium.
-    ratios: [Vec<f64>; 2],
-    tensions: Option<Vec<f64>>,
 }
 
 struct BodyKind<'a> {
@@ -165,7 +157,7 @@ struct BodyKind<'a> {
 }
 
 impl BodyKind<'_> {
-    fn measure_on(&self, mesh: Mesh<2>, h_mm: f64) -> Result<MeasuredRow, Error> {
+    fn measure_on(&self, mesh: Mesh<2>, h_mm: f64) -> Result<Spacing, Error> {
         let plain = Body::new(self.name, mesh);
         let body = match self.settings {
             Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
@@ -179,7 +171,7 @@ impl BodyKind<'_> {
         let fitted = measure(&FITS, || fit_target(&body, &Model::default(), self.target));
         let fit = fitted.result?;
         let tensions = (fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
-        let row = Spacing {
+        Ok(Spacing {
             body: self.name,
             h_mm,
             unknown_nodes: scene.system.pattern().unknowns(),
@@ -191,47 +183,51 @@ impl BodyKind<'_> {
             solve_s: solved.seconds,
             fit_s: fitted.seconds,
             status: format!("{:?}", solved.result),
-        };
-        Ok(MeasuredRow { row, ratios: [once, twice], tensions })
+            ratios: [once, twice],
+            tensions,
+        })
     }
 }
 
 fn spacings_of_nested_meshes(
     name: &'static str,
     settings: Option<&ContinuumSettings>,
-    levels: usize,
 ) -> Result<Vec<Spacing>, Error> {
     let anatomy = Anatomy::reference()?;
-    let kind = BodyKind { name, settings, anatomy: &anatomy, target: &target("S2", "a")? };
+    let kind = BodyKind {
+        name,
+        settings,
+        anatomy: &anatomy,
+        target: &target("S2", "a", TargetKind::Stretch, None)?,
+    };
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
-    let mut all: Vec<MeasuredRow> = Vec::new();
-    for level in 0..levels {
+    let mut all: Vec<Spacing> = Vec::new();
+    for level in 0..LEVELS {
         let mut here = kind.measure_on(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
-        if let Some(MeasuredRow { row, ratios, .. }) = all.last() {
-            let [once, twice] = [0, 1].map(|i| largest_difference(&ratios[i], &here.ratios[i]));
-            here.row.change_of_ratio = Some(once);
-            here.row.change_at_twice =
-                Some(twice).filter(|_| !(ratios[1].is_empty() || here.ratios[1].is_empty()));
-            here.row.order = row.change_of_ratio.map(|before| (before / once).log2());
+        if let Some(coarser) = all.last() {
+            let [once, twice] = [0, 1].map(|i| largest_difference(&coarser.ratios[i], &here.ratios[i]));
+            let has_twice = !coarser.ratios[1].is_empty() && !here.ratios[1].is_empty();
+            here.change_of_ratio = Some(once);
+            here.change_at_twice = has_twice.then_some(twice);
+            here.order = coarser.change_of_ratio.map(|before| (before / once).log2());
         }
         all.push(here);
         mesh = mesh.refined().on_outline(anatomy.outline());
     }
     if settings == Some(&ContinuumSettings::default()) {
         let mesh = Body::tongue(DEFAULT_M)?.mesh.on_outline(anatomy.outline());
-        let finer = all.iter().position(|m| m.row.h_mm < 1e3 * DEFAULT_M).unwrap_or(all.len());
+        let finer = all.iter().position(|row| row.h_mm < 1e3 * DEFAULT_M).unwrap_or(all.len());
         all.insert(finer, kind.measure_on(mesh, 1e3 * DEFAULT_M)?);
     }
     let Some(finest) = all.last() else { return Ok(Vec::new()) };
     let (finest, best) = (finest.ratios[0].clone(), finest.tensions.clone());
-    let with_errors = all.into_iter().map(|MeasuredRow { mut row, ratios, tensions }| {
-        row.error_of_ratio = largest_difference(&ratios[0], &finest);
-        row.error_of_tension = tensions.as_ref().zip(best.as_ref()).map(|(found, best)| {
+    for row in &mut all {
+        row.error_of_ratio = largest_difference(&row.ratios[0], &finest);
+        row.error_of_tension = row.tensions.as_ref().zip(best.as_ref()).map(|(found, best)| {
             found.iter().zip(best).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
         });
-        row
-    });
-    Ok(with_errors.collect())
+    }
+    Ok(all)
 }
 
 fn locking() -> Result<Vec<Locking>, Error> {
@@ -249,8 +245,7 @@ fn locking() -> Result<Vec<Locking>, Error> {
 
 fn ratios_at(h: f64, nu: f64) -> Result<Vec<f64>, Error> {
     let body = Body::continuum(h, &ContinuumSettings::default())?;
-    let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-    let model = Model { constants };
+    let model = with_poisson_ratio(nu);
     let ratios = ratios_if_converged(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0);
     ratios.ok_or_else(|| format!("no equilibrium at a spacing of {h} m and a Poisson's ratio of {nu}").into())
 }
@@ -263,12 +258,11 @@ fn sensitivity_row(
     reference: &mut Vec<Option<Vec<f64>>>,
 ) -> Result<SettingSensitivity, Error> {
     let body = Body::continuum(DEFAULT_M, settings)?;
-    let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-    let model = Model { constants };
+    let model = with_poisson_ratio(nu);
     let mut tensions = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
-            let fit = fit_target(&body, &model, &target(subject, vowel)?)?;
+            let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, None)?)?;
             tensions
                 .push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
         }

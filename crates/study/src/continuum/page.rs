@@ -7,10 +7,8 @@ use super::{ContinuumStudy, NEARLY_INCOMPRESSIBLE, Spacing};
 use tongue_files::report::{PrecisionCurve, ReportError, Svg, work_precision};
 
 use crate::Error;
+use crate::measure::ONE_PER_CENT;
 use crate::table::{duration, markdown, number};
-
-/// Relative error of a tension that the conclusion is about.
-const ONE_PER_CENT: f64 = 0.01;
 
 /// The coarsest mesh whose tensions are within 1 % of those of the finest or, if there is none, the nearest one. The finest mesh itself has
 /// no error.

@@ -7,8 +7,9 @@ use tongue_core::statics::{
     CriticalKind, SolveSettings, SolveStatus, Trace, Workspace, smallest_eigenvalue, trace,
 };
 use tongue_core::system::{Model, System, coefficients};
+use tongue_files::report::status_name;
 
-use super::{HardCase, bodies, name_of};
+use super::{HardCase, bodies};
 use crate::Error;
 
 /// Largest relative error of a critical load.
@@ -17,8 +18,7 @@ const AGREEMENT: f64 = 1e-6;
 /// A strut that buckles and a truss that snaps through, at loads below and above the critical one.
 pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
     let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
-    let k = coefficients(&strut, &Model::default())?;
-    let k = k.tissue_stiffness;
+    let k = coefficients(&strut, &Model::default())?.tissue_stiffness;
     let buckling = buckling_load(k, 0.02, 0.3, 11);
     let snapping = snapping_load(k, 0.02, 0.01, 40);
     let mut rows = Vec::new();
@@ -35,7 +35,7 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
                     let text = format!(
                         "critical load {:.9} N, exact {exact:.9} N, {}",
                         c.load * part * exact,
-                        name_of(&c.kind)
+                        status_name(&c.kind)
                     );
                     (part > 1.0 && c.kind == kind && error.abs() < AGREEMENT, text)
                 }
@@ -66,7 +66,7 @@ fn trace_row(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardC
         smallest_eigenvalue_n_per_m: smallest_eigenvalue,
         guarded: s.guarded,
         wall_s,
-        ..HardCase::new(9, variant, "trace", name_of(&s.status))
+        ..HardCase::new(9, variant, "trace", status_name(&s.status))
     };
     Ok((traced, row))
 }

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use nalgebra::SVector;
 
-use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
+use crate::test_tensions::{PUBLISHED_A, TestTensions, target, tongue};
 use tongue_core::body::{Mesh, largest_distance};
 use tongue_core::parallel;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Answer, FitSettings};
-use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_input::measured::TargetKind;
 
 use super::search::of_fit;
 use super::{HardCase, bodies, equilibrium_row};
@@ -64,9 +64,7 @@ fn with_difference(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector
 }
 
 fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
-    let data = Dataset::reference()?;
-    let target =
-        Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;
+    let target = target("S2", "a", TargetKind::Ratio, None)?;
     let settings = FitSettings { starts: 4, ..FitSettings::default() };
     let mut first: Option<Vec<u64>> = None;
     let mut rows = Vec::new();

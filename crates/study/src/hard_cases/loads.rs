@@ -4,8 +4,9 @@ use crate::test_tensions::{TestTensions, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, System};
+use tongue_files::report::status_name;
 
-use super::{HardCase, HowMany, equilibrium_row, name_of};
+use super::{HardCase, HowMany, equilibrium_row};
 use crate::Error;
 
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N. Each is solved directly and along the branch from rest.
@@ -66,7 +67,9 @@ fn beside_branch(
         return row;
     }
     let text = match traced.critical {
-        Some(c) => format!("the branch from rest ends at {:.4} of the load ({})", c.load, name_of(&c.kind)),
+        Some(c) => {
+            format!("the branch from rest ends at {:.4} of the load ({})", c.load, status_name(&c.kind))
+        }
         None => "the branch from rest leads to another equilibrium".to_owned(),
     };
     row.with_note(&text).with_note(&format!("{apart:.1e} m from there"))

@@ -7,12 +7,11 @@ use nalgebra::SVector;
 use super::loads::CONTINUUM_M;
 use super::{HardCase, HowMany, bodies, equilibrium_row};
 use crate::Error;
-use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
+use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue, with_poisson_ratio};
 use tongue_core::body::{Body, Cells, ContinuumSettings, Mesh};
 use tongue_core::effect::spring::Spring;
 use tongue_core::effect::{Connections, Effect, Incompressibility};
 use tongue_core::geometry::topology;
-use tongue_core::material::Constants;
 use tongue_core::statics::Workspace;
 use tongue_core::system::{Model, System, SystemError, coefficients};
 
@@ -25,13 +24,14 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
         rows.push(equilibrium_row(3, variant, system, &mut Workspace::new(system), tensions));
     };
     for nu in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
-        let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &with_ratio(nu), &PUBLISHED_A)?;
+        let TestTensions { system, tensions, .. } =
+            TestTensions::new(&mesh, &with_poisson_ratio(nu), &PUBLISHED_A)?;
         add_row(format!("nu = {nu}"), &system, &tensions);
     }
     let continuum = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?.mesh;
     for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
         let TestTensions { system, tensions, .. } =
-            TestTensions::new(&continuum, &with_ratio(nu), &PUBLISHED_A)?;
+            TestTensions::new(&continuum, &with_poisson_ratio(nu), &PUBLISHED_A)?;
         add_row(format!("nu = {nu}, continuum"), &system, &tensions);
     }
     let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
@@ -44,14 +44,11 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
         add_row(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
     }
     for nu in [0.0, 0.5] {
-        let refused = TestTensions::new(&mesh, &with_ratio(nu), &PUBLISHED_A).err().map(|e| e.to_string());
+        let refused =
+            TestTensions::new(&mesh, &with_poisson_ratio(nu), &PUBLISHED_A).err().map(|e| e.to_string());
         rows.push(HardCase::refusal(3, &format!("nu = {nu}"), "system", refused));
     }
     Ok(rows)
-}
-
-fn with_ratio(poisson_ratio: f64) -> Model {
-    Model { constants: Constants { poisson_ratio, ..Constants::TONGUE } }
 }
 
 /// The tongue with kappa_s times a factor, and the stiffness of every second connection times another.

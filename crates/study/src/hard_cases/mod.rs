@@ -25,6 +25,7 @@ use tongue_core::statics::{
     SAME_SHAPE_M, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
 };
 use tongue_core::system::System;
+use tongue_files::report::status_name;
 
 pub use table::{markdown, picture};
 
@@ -159,7 +160,7 @@ fn equilibrium_row<const D: usize>(
         guarded: solution.guarded,
         wall_s,
         note: note_of(&solution),
-        ..HardCase::new(case, variant, "equilibrium", name_of(&solution.status))
+        ..HardCase::new(case, variant, "equilibrium", status_name(&solution.status))
     }
 }
 
@@ -187,11 +188,4 @@ fn note_of(solution: &Solution) -> String {
         notes.push(format!("rounding alone makes {:.1e} N", solution.rounding_force));
     }
     notes.join("; ")
-}
-
-fn name_of<T: Serialize>(status: &T) -> String {
-    match serde_json::to_value(status) {
-        Ok(serde_json::Value::String(name)) => name,
-        _ => String::from("unnamed"),
-    }
 }

@@ -5,12 +5,13 @@ use std::time::Instant;
 use tongue_core::body::Mesh;
 use tongue_core::statics;
 use tongue_core::system::Model;
+use tongue_files::report::status_name;
 use tongue_infer::inverse::{self, Answer, Fit, FitSettings, FitStatus};
-use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
+use tongue_input::measured::{Dataset, Target, TargetKind};
 
-use super::{HardCase, name_of};
+use super::HardCase;
 use crate::Error;
-use crate::test_tensions::tongue;
+use crate::test_tensions::{target, tongue};
 
 /// Whether the target can be met, if this is known. A fit must miss a target that cannot be met and meet one that can.
 type Reachable = Option<bool>;
@@ -19,13 +20,8 @@ type Reachable = Option<bool>;
 pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
-    let target = |subject: &str, vowel: &str, kind, muscles: Option<&[&str]>| {
-        let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
-        let options = TargetOptions { muscles, ..TargetOptions::default() };
-        Ok::<_, Error>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
-    };
     let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
-    let a = || target("S2", "a", TargetKind::Stretch, None);
+    let a = target("S2", "a", TargetKind::Stretch, None)?;
     let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
     let of_one = |value| with_values(one.clone(), &[("HGa", value)]);
     let pair = target("S1", "o", TargetKind::Stretch, Some(&["GGa", "SGa"]))?;
@@ -36,7 +32,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
         ("at the bound: HGa as at rest", of_one(1.0), Some(true)),
         (
             "contradictory: GGa half, SGm double, HGa half",
-            with_values(a()?, &[("GGa", 0.5), ("SGm", 2.0), ("HGa", 0.5)]),
+            with_values(a, &[("GGa", 0.5), ("SGm", 2.0), ("HGa", 0.5)]),
             Some(false),
         ),
         ("one muscle", one.clone(), None),
@@ -57,10 +53,8 @@ fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
 /// Case 7.
 pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
-    let data = Dataset::reference()?;
-    let vowel: Vowel = "a".parse()?;
-    let target = Target::new(&data, "S2", &vowel, TargetKind::Ratio, &TargetOptions::default())?;
-    let mut at_rest = Target::new(&data, "S2", &vowel, TargetKind::Stretch, &TargetOptions::default())?;
+    let mut at_rest = target("S2", "a", TargetKind::Stretch, None)?;
+    let target = target("S2", "a", TargetKind::Ratio, None)?;
     at_rest.values.fill(1.0);
     let usual = FitSettings { starts: 2, ..FitSettings::default() };
     let few = |max_iterations| statics::SolveSettings { max_iterations, load_steps: 0, ..Default::default() };
@@ -136,7 +130,7 @@ pub(super) fn of_fit(
         guarded: replay.solution.guarded,
         wall_s,
         note,
-        ..HardCase::new(case, variant, "fit", name_of(status))
+        ..HardCase::new(case, variant, "fit", status_name(status))
     }
 }
 

@@ -25,13 +25,11 @@ const LONG: [u8; 2] = [2, 11];
 /// A summary of all cases, and their rows; of cases with a thousand rows only those that are exceptional.
 pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Error> {
     let mut out = String::from("# Hard cases\n\n");
-    let _ =
-        writeln!(out, "{made} A promise is kept when the run ended in a stable equilibrium or in a status");
-    let _ =
-        writeln!(out, "that says what happened, and contains neither NaN nor an unreported inverted cell.");
     let _ = writeln!(
         out,
-        "Answers are found directly; in cases 2 and 11 (there up to 100 N) the equilibria were also followed from rest, there and back, as the load grows, and \
+        "{made} A promise is kept when the run ended in a stable equilibrium or in a status\n\
+         that says what happened, and contains neither NaN nor an unreported inverted cell.\n\
+         Answers are found directly; in cases 2 and 11 (there up to 100 N) the equilibria were also followed from rest, there and back, as the load grows, and \
          an\nanswer counts as on that branch when it reaches the whole load and ends within {SAME_SHAPE_M:e} m of the answer.\n",
     );
     let mut cases: BTreeMap<u8, Vec<&HardCase>> = BTreeMap::new();
@@ -66,18 +64,11 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
 pub fn picture(rows: &[HardCase]) -> Option<Result<Svg, ReportError>> {
     let case = LONG.into_iter().find(|case| rows.iter().any(|r| r.case == *case))?;
     let rows: Vec<&HardCase> = rows.iter().filter(|r| r.case == case).collect();
-    let load = |r: &HardCase| r.variant.rsplit_once(" at ").map(|(_, load)| load.to_owned());
-    let loads = distinct(rows.iter().filter_map(|r| load(r)));
+    let groups = rows_of_loads(&rows);
+    let loads: Vec<String> = groups.iter().map(|(load, _)| (*load).to_owned()).collect();
     let series = |name: &str, holds: fn(&HardCase) -> bool| Series {
         name: name.to_owned(),
-        values: loads
-            .iter()
-            .map(|at| {
-                let own: Vec<&HardCase> =
-                    rows.iter().copied().filter(|r| load(r).as_ref() == Some(at)).collect();
-                count(&own, holds) as f64 / own.len() as f64
-            })
-            .collect(),
+        values: groups.iter().map(|(_, own)| count(own, holds) as f64 / own.len() as f64).collect(),
     };
     let series = [
         series("stable equilibrium found", |r| r.converged),
@@ -132,16 +123,14 @@ fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
 
 /// The table of answers on the branch from rest, by load; empty if no branch was followed.
 fn branches(rows: &[&HardCase]) -> String {
-    let mut loads: Vec<(&str, Vec<&HardCase>)> = Vec::new();
-    for row in rows.iter().filter(|r| r.branch_ends_at.is_some()) {
-        let Some((_, load)) = row.variant.rsplit_once(" at ") else { continue };
-        match loads.iter_mut().find(|(l, _)| *l == load) {
-            Some((_, same)) => same.push(row),
-            None => loads.push((load, vec![row])),
-        }
-    }
-    if loads.is_empty() {
-        return String::new();
-    }
-    column::markdown(&by_load(), &loads) + "\n"
+    let followed: Vec<&HardCase> = rows.iter().copied().filter(|r| r.branch_ends_at.is_some()).collect();
+    let groups = rows_of_loads(&followed);
+    if groups.is_empty() { String::new() } else { column::markdown(&by_load(), &groups) + "\n" }
+}
+
+/// The loads of subsets of muscles, each with its rows.
+fn rows_of_loads<'r>(rows: &[&'r HardCase]) -> Vec<(&'r str, Vec<&'r HardCase>)> {
+    let load = |r: &'r HardCase| Some(r.variant.rsplit_once(" at ")?.1);
+    let loads = distinct(rows.iter().filter_map(|r| load(r))).into_iter();
+    loads.map(|at| (at, rows.iter().copied().filter(|r| load(r) == Some(at)).collect())).collect()
 }

@@ -148,16 +148,15 @@ pub fn fit_outputs(
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
     let ridges = posterior.and_then(|p| p.ridges.as_deref());
-    let moved = || page::displacements(&record.fit().answer.positions, mesh);
     let shown = on_page.filter(|number| *number < page::MOST_FITS);
-    let shown = shown.map(|number| page::PageFit::new(number, record, (moved(), ridges), muscles));
+    let shown = shown.map(|number| page::PageFit::new(number, record, (mesh, muscles), ridges));
     Ok(Fitted {
         digest: Digest {
             contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
             ..Digest::new(record)
         },
         tables: [
-            tables::of_rows(muscles, &[tables::FitRow::Fit(record)], provenance),
+            tables::of_fit(record, muscles, provenance),
             tables::of_muscles(record, provenance),
             tables::of_posterior(record, provenance),
         ],
@@ -239,7 +238,5 @@ fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<
 
 fn write_fits(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let mut header = write_rows(w, batch, 0)?;
-    let baselines = batch.baselines.iter().map(tables::FitRow::Baseline);
-    let rows: Vec<_> = baselines.chain(batch.refusals.iter().map(tables::FitRow::Refused)).collect();
-    write_table(w, tables::of_rows(batch.muscles, &rows, batch.provenance), &mut header)
+    write_table(w, tables::of_rows_without_fit(batch), &mut header)
 }

@@ -2,12 +2,13 @@
 
 use serde_json::{Value, json};
 
+use super::Batch;
 use super::record::AssessedRecord;
 use crate::report::column::{self, Column};
+use crate::report::csv::text;
 use crate::report::muscle_columns::{self, OfMuscle};
 use crate::report::{Provenance, Table};
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::batch::{BaselineRow, Refusal};
 use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 
 /// The columns of `muscles.csv`: those of every fit ([`muscle_columns::columns`]), and the provenance.
@@ -84,119 +85,73 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     columns
 }
 
-#[derive(Clone, Copy)]
-pub(super) enum FitRow<'a> {
-    Fit(&'a AssessedRecord),
-    Baseline(&'a BaselineRow),
-    Refused(&'a Refusal),
-}
-
-impl FitRow<'_> {
-    fn of(&self, value: impl FnOnce(&AssessedRecord) -> Value) -> Value {
-        match self {
-            Self::Fit(fit) => value(fit),
-            _ => Value::Null,
-        }
-    }
-}
-
-fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, FitRow<'a>>> {
-    use FitRow::{Baseline, Fit, Refused};
-    let before = column::columns::<FitRow<'a>, _>([
-        ("subject", "", "subject", |r| match r {
-            Fit(f) => json!(f.fit().matched.target.subject),
-            Baseline(b) => json!(b.subject),
-            Refused(r) => json!(r.subject),
+fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, AssessedRecord>> {
+    let before = column::columns::<AssessedRecord, _>([
+        ("subject", "", "subject", |r| json!(r.fit().matched.target.subject)),
+        ("vowel", "", "vowel", |r| json!(r.fit().matched.target.vowel)),
+        ("baseline", "", "vowel with which this one is compared", |r| json!(r.fit().matched.target.baseline)),
+        ("substitute_baseline", "", "whether it stands in for a missing /ɯ/", |r| {
+            r.substitute_baseline.into()
         }),
-        ("vowel", "", "vowel", |r| match r {
-            Fit(f) => json!(f.fit().matched.target.vowel),
-            Baseline(b) => json!(b.vowel),
-            Refused(r) => json!(r.vowel),
+        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| {
+            json!(r.fit().matched.target.kind)
         }),
-        ("baseline", "", "vowel with which this one is compared", |r| match r {
-            Fit(f) => json!(f.fit().matched.target.baseline),
-            Baseline(b) => json!(b.vowel),
-            Refused(_) => Value::Null,
+        ("status", "", "how the fit ended; baseline or not_fitted where there is none", |r| {
+            json!(r.fit().answer.status)
         }),
-        ("substitute_baseline", "", "whether it stands in for a missing /ɯ/", |r| match r {
-            Fit(f) => json!(f.substitute_baseline),
-            Baseline(b) => json!(b.substitute),
-            Refused(_) => Value::Null,
-        }),
-        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| match r {
-            Fit(f) => json!(f.fit().matched.target.kind),
-            Baseline(_) => Value::Null,
-            Refused(r) => json!(r.kind),
-        }),
-        ("status", "", "how the fit ended; baseline or not_fitted where there is none", |r| match r {
-            Fit(f) => json!(f.fit().answer.status),
-            Baseline(_) => "baseline".into(),
-            Refused(_) => "not_fitted".into(),
-        }),
-        ("message", "", "why there is no fit", |r| match r {
-            Fit(_) => Value::Null,
-            Baseline(_) => "the baseline itself".into(),
-            Refused(r) => json!(r.message),
-        }),
-        ("active", "", "muscles that may contract", |r| r.of(|f| f.fit().active_names().join("+").into())),
-        ("equations", "", "muscles that the fit has to meet", |r| r.of(|f| f.fitted.len().into())),
+        ("message", "", "why there is no fit", |_| Value::Null),
+        ("active", "", "muscles that may contract", |r| r.fit().active_names().join("+").into()),
+        ("equations", "", "muscles that the fit has to meet", |r| r.fitted.len().into()),
         ("undetermined", "", "directions that the data leave open", |r| {
-            r.of(|f| json!(f.fit().answer.identifiability.as_ref().map(|i| i.null_directions.len())))
+            json!(r.fit().answer.identifiability.as_ref().map(|i| i.null_directions.len()))
         }),
     ]);
-    let after = column::columns::<FitRow<'a>, _>([
-        ("cost", "", "smallest objective", |r| r.of(|f| f.cost.into())),
-        ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit().answer.misfit.into())),
+    let after = column::columns::<AssessedRecord, _>([
+        ("cost", "", "smallest objective", |r| r.cost.into()),
+        ("misfit", "", "RMS residual of the fitted muscles", |r| r.fit().answer.misfit.into()),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", |r| {
-            r.of(|f| json!(f.passive.rms_stretch))
+            json!(r.passive.rms_stretch)
         }),
         ("no_change_rms_stretch", "", "the same if nothing changed", |r| {
-            r.of(|f| json!(f.passive.no_change_rms_stretch))
+            json!(r.passive.no_change_rms_stretch)
         }),
         ("thesis_rms_stretch", "", "the same of the thesis's simulation", |r| {
-            r.of(|f| json!(f.passive.thesis_rms_stretch))
+            json!(r.passive.thesis_rms_stretch)
         }),
-        ("passive_rms_ratio", "", "RMS residual of the passive ratios", |r| {
-            r.of(|f| json!(f.passive.rms_ratio))
-        }),
-        ("no_change_rms_ratio", "", "the same if nothing changed", |r| {
-            r.of(|f| json!(f.passive.no_change_rms_ratio))
-        }),
+        ("passive_rms_ratio", "", "RMS residual of the passive ratios", |r| json!(r.passive.rms_ratio)),
+        ("no_change_rms_ratio", "", "the same if nothing changed", |r| json!(r.passive.no_change_rms_ratio)),
         ("thesis_rms_ratio", "", "the same of the thesis's simulation", |r| {
-            r.of(|f| json!(f.passive.thesis_rms_ratio))
+            json!(r.passive.thesis_rms_ratio)
         }),
         ("rest_to_baseline_rms_ratio", "", "distance of the model at rest from the baseline", |r| {
-            r.of(|f| json!(f.rest_shape.map(|d| d.rms_ratio)))
+            json!(r.rest_shape.map(|d| d.rms_ratio))
         }),
         ("smallest_singular_value_per_n", "1/N", "smallest singular value of the derivatives", |r| {
-            r.of(|f| json!(f.fit().answer.identifiability.as_ref().and_then(|i| i.singular_values.last())))
+            json!(r.fit().answer.identifiability.as_ref().and_then(|i| i.singular_values.last()))
         }),
-        ("other_optima", "", "other local optima", |r| r.of(|f| f.other_optima.len().into())),
+        ("other_optima", "", "other local optima", |r| r.other_optima.len().into()),
         ("pattern_found", "", "muscles of the published pattern that were found", |r| {
-            r.of(|f| json!(f.pattern.as_ref().map(|p| p.found.join("+"))))
+            json!(r.pattern.as_ref().map(|p| p.found.join("+")))
         }),
         ("pattern_missing", "", "muscles of it that were not", |r| {
-            r.of(|f| json!(f.pattern.as_ref().map(|p| p.missing.join("+"))))
+            json!(r.pattern.as_ref().map(|p| p.missing.join("+")))
         }),
         ("pattern_unexpected", "", "muscles that are not in it", |r| {
-            r.of(|f| json!(f.pattern.as_ref().map(|p| p.unexpected.join("+"))))
+            json!(r.pattern.as_ref().map(|p| p.unexpected.join("+")))
         }),
         ("alarms", "", "reasons for doubt", |r| {
-            r.of(|f| f.record.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ").into())
+            r.record.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ").into()
         }),
-        ("evaluations", "", "equilibria that were solved", |r| {
-            r.of(|f| f.fit().answer.counts.evaluations.into())
-        }),
-        ("line", "", "line of the row in its file", |r| match r {
-            Fit(f) => f.line.into(),
-            Baseline(b) => b.line.into(),
-            Refused(r) => r.line.into(),
-        }),
+        ("evaluations", "", "equilibria that were solved", |r| r.fit().answer.counts.evaluations.into()),
+        ("line", "", "line of the row in its file", |r| r.line.into()),
     ]);
     let tensions = muscles.iter().map(|m| {
-        Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", move |r: &FitRow<'a>| {
-            r.of(|f| json!(f.fit().number(m).map(|m| f.fit().tension(m))))
-        })
+        Column::new(
+            format!("tension_{m}_n_per_m"),
+            "N/m",
+            "tension that was found",
+            move |r: &AssessedRecord| json!(r.fit().number(m).map(|m| r.fit().tension(m))),
+        )
     });
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
 }
@@ -211,9 +166,25 @@ pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
     column::table(&posterior_columns(by), &rows)
 }
 
-/// The header of `fits.csv` for a body with these muscles, and some of its rows.
-pub fn of_rows(names: &[String], rows: &[FitRow<'_>], by: &Provenance) -> Table {
-    column::table(&fit_columns(names, by), rows)
+/// The header of `fits.csv` for a body with these muscles, and the row of one fit.
+pub fn of_fit(r: &AssessedRecord, names: &[String], by: &Provenance) -> Table {
+    column::table(&fit_columns(names, by), std::slice::from_ref(r))
+}
+
+/// The header of `fits.csv`, and its rows for baselines and for rows that could not be fitted.
+pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
+    let columns = fit_columns(batch.muscles, batch.provenance);
+    let mut table = column::table(&columns, &[]);
+    let baselines = batch.baselines.iter().map(|row| {
+        (json!(row), json!({"baseline": row.vowel, "status": "baseline", "message": "the baseline itself"}))
+    });
+    let refusals = batch.refusals.iter().map(|row| (json!(row), json!({"status": "not_fitted"})));
+    let by = json!(batch.provenance);
+    for (row, more) in baselines.chain(refusals) {
+        let value = |name: &str| [&row, &more, &by].into_iter().find_map(|values| values.get(name)).cloned();
+        table.rows.push(columns.iter().map(|c| text(value(&c.name).unwrap_or_default())).collect());
+    }
+    table
 }
 
 fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {

@@ -4,14 +4,11 @@ use std::fmt::Write as _;
 
 use nalgebra::SVector;
 
-use super::axes::{BELOW, LEFT, PlotView};
+use super::axes::{BELOW, LEFT};
+use super::body_view::{BodyView, bone};
 use super::labels::point_at;
-use super::muscle_lines::{arrow, bone, bones, label_places, lines, muscle};
-use super::section::{
-    DEFORMED, EDGES, LegendContent, REST, REST_TISSUE, check, dots, draw_palate, legend, picture_bounds,
-    ring, tissue_edges,
-};
-use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH, data};
+use super::section::{LegendContent, check, legend};
+use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
@@ -71,16 +68,13 @@ fn animation_svg(
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
-    let view =
-        PlotView::new(picture_bounds(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
-    svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
-    svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
-    draw_palate(&mut svg, &view, mesh, palate);
-    let edges = tissue_edges(mesh);
+    let body = BodyView::new(mesh, palate, shapes, [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    body.draw_rest(&mut svg);
+    body.draw_palate(&mut svg, palate);
     // Names keep their distance from the middles of their lines.
-    let at_the_end = lines(&view, mesh, &last.positions, &most);
-    let places = label_places(&view, &at_the_end, &bones(&view, mesh, &last.positions));
-    let end = view.end();
+    let at_the_end = body.muscles(&last.positions, &most);
+    let places = body.label_places(&at_the_end, &body.bones(&last.positions));
+    let end = body.view.end();
     let mut arrows = false;
     for (nth, f) in frames.iter().enumerate() {
         let visible = if nth + 1 == frames.len() { "visible" } else { "hidden" };
@@ -89,34 +83,30 @@ fn animation_svg(
             "<g visibility=\"{visible}\">{}",
             while_shown(nth, frames.len(), duration)
         );
-        svg.stroke(&view.path(&f.positions, edges.iter().copied()), EDGES, 1.0);
-        svg.stroke(&ring(&view, mesh, &f.positions), DEFORMED, 2.6);
-        let muscles = lines(&view, mesh, &f.positions, &most);
+        body.draw_tissue(&mut svg, &f.positions);
+        let muscles = body.muscles(&f.positions, &most);
         for line in &muscles {
-            let own = mesh.muscles.iter().position(|m| std::ptr::eq(m.nodes.as_slice(), line.nodes));
-            let part =
-                own.filter(|_| !seen.is_empty() && line.contracting).map(|m| f.tensions[m] / strongest);
-            let _ = write!(svg.elements, "<g stroke-opacity=\"{:.2}\">", 0.12 + 0.88 * part.unwrap_or(1.0));
-            muscle(&mut svg, &data([line.seen.iter().copied()]), &line.colour, line.contracting);
+            let is_faded = !seen.is_empty() && line.contracting;
+            let part = if is_faded { f.tensions[line.index] / strongest } else { 1.0 };
+            let _ = write!(svg.elements, "<g stroke-opacity=\"{:.2}\">", 0.12 + 0.88 * part);
+            line.draw(&mut svg);
             svg.elements += "</g>";
-            if let Some([from, to]) = line.leaves {
-                arrow(&mut svg, from, to, &line.colour);
-                arrows = true;
-            }
+            line.draw_arrow(&mut svg);
+            arrows |= line.leaves.is_some();
         }
-        bones(&view, mesh, &f.positions).into_iter().for_each(|at| bone(&mut svg, at));
+        body.bones(&f.positions).into_iter().for_each(|at| bone(&mut svg, at));
         for ((line, last), place) in muscles.iter().zip(&at_the_end).zip(&places) {
             let Some(at) = place else { continue };
             let [middle, from] = [line, last].map(|line| point_at(&line.seen, 0.5).map(|(p, _)| p));
             let way = middle.zip(from).map_or([0.0; 2], |(a, b)| [a[0] - b[0], a[1] - b[1]]);
             svg.label([at[0] + way[0], at[1] + way[1]], line.face(), &line.name);
         }
-        dots(&mut svg, &view, seen.get(nth).map_or(&[], Vec::as_slice));
+        body.draw_dots(&mut svg, seen.get(nth).map_or(&[], Vec::as_slice));
         let at: Px = [end[0] - MARGIN, top + MARGIN + TEXT];
         svg.text(at, Anchor::End, FontFace::Bold, &format!("{:.2} s", f.time));
         svg.elements += "</g>\n";
     }
-    view.axes(
+    body.view.axes(
         &mut svg,
         [&format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]), "y (mm)"],
     );

@@ -11,6 +11,7 @@ pub(super) const LEFT: f64 = 84.0;
 pub(super) const BELOW: f64 = 76.0;
 const TICK: f64 = 6.0;
 
+/// A rectangle in the plane, m, or on the sheet, px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::report) struct Bounds {
     pub low: [f64; 2],

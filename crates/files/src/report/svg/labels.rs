@@ -1,5 +1,7 @@
+use nalgebra::SVector;
 use tongue_input::measured::muscles::Muscles;
 
+use super::axes::Bounds;
 use super::{FontFace, Px, TEXT};
 
 const GAP: f64 = 7.0;
@@ -12,35 +14,22 @@ pub(super) struct MuscleLabel<'a> {
     pub line: &'a [Px],
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Area {
-    low: Px,
-    high: Px,
+fn around(middle: Px, half: Px) -> Bounds {
+    Bounds { low: [0, 1].map(|i| middle[i] - half[i]), high: [0, 1].map(|i| middle[i] + half[i]) }
 }
 
-impl Area {
-    fn around(middle: Px, half: Px) -> Self {
-        Self { low: [0, 1].map(|i| middle[i] - half[i]), high: [0, 1].map(|i| middle[i] + half[i]) }
-    }
-
-    fn holds(&self, p: Px) -> bool {
-        (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
-    }
-
-    fn shared_area(&self, other: &Self) -> f64 {
-        let [width, height] =
-            [0, 1].map(|i| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0));
-        width * height
-    }
+fn shared_area(a: &Bounds, b: &Bounds) -> f64 {
+    let [width, height] = [0, 1].map(|i| (a.high[i].min(b.high[i]) - a.low[i].max(b.low[i])).max(0.0));
+    width * height
 }
 
 /// The centre of every name, in the order of the lines; `None` for a line without length. Names avoid each other, the lines, `points` and
 /// the outside of the frame (two corners, px) as far as possible.
 pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
-    let frame = Area { low: frame[0], high: frame[1] };
+    let frame = Bounds { low: frame[0], high: frame[1] };
     let obstacles: Vec<Px> =
         lines.iter().flat_map(|l| samples(l.line)).chain(points.iter().copied()).collect();
-    let mut taken: Vec<Area> = Vec::new();
+    let mut taken: Vec<Bounds> = Vec::new();
     Vec::from_iter(lines.iter().map(|named| {
         let half = [0.5 * named.face.width(named.name), 0.5 * TEXT];
         let mut best: Option<(f64, Px)> = None;
@@ -50,7 +39,7 @@ pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) ->
             let reach = across[0].abs() * half[0] + across[1].abs() * half[1] + GAP;
             for side in [1.0, -1.0] {
                 let middle = [0, 1].map(|i| on[i] + side * reach * across[i]);
-                let area = Area::around(middle, half);
+                let area = around(middle, half);
                 let cost = cost(&area, &taken, &obstacles, &frame) + rank as f64;
                 if best.is_none_or(|(least, _)| cost < least) {
                     best = Some((cost, middle));
@@ -58,16 +47,16 @@ pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) ->
             }
         }
         let (_, middle) = best?;
-        taken.push(Area::around(middle, half.map(|h| h + 3.0)));
+        taken.push(around(middle, half.map(|h| h + 3.0)));
         Some(middle)
     }))
 }
 
-fn cost(area: &Area, taken: &[Area], obstacles: &[Px], frame: &Area) -> f64 {
+fn cost(area: &Bounds, taken: &[Bounds], obstacles: &[Px], frame: &Bounds) -> f64 {
     let size = (area.high[0] - area.low[0]) * (area.high[1] - area.low[1]);
-    let hidden: f64 = taken.iter().map(|t| area.shared_area(t)).sum::<f64>() / size;
-    let outside = 1.0 - area.shared_area(frame) / size;
-    let crossed = obstacles.iter().filter(|p| area.holds(**p)).count() as f64;
+    let hidden: f64 = taken.iter().map(|t| shared_area(area, t)).sum::<f64>() / size;
+    let outside = 1.0 - shared_area(area, frame) / size;
+    let crossed = obstacles.iter().filter(|p| area.contains(&SVector::from(**p))).count() as f64;
     1e4 * (hidden + outside) + 4.0 * crossed
 }
 

@@ -2,9 +2,9 @@
 
 mod animation;
 mod axes;
+mod body_view;
 mod changes;
 mod labels;
-mod muscle_lines;
 mod muscles;
 mod plot;
 mod section;
@@ -22,14 +22,14 @@ use std::io::{self, Write};
 use super::export::{Export, Provenance};
 
 pub use animation::{AnimationFrame, animation};
+#[cfg(feature = "files")]
+pub(super) use body_view::picture_bounds;
 pub use changes::{Series, changes, parts, ridges};
 #[cfg(feature = "files")]
 pub(super) use labels::colours;
 pub use muscles::{Panel, panels};
 pub use plot::{Scatter, scatter};
 pub(super) use section::check;
-#[cfg(feature = "files")]
-pub(super) use section::picture_bounds;
 pub use section::{SectionPicture, tongue};
 pub use solution_curve::solution_curve;
 #[cfg(feature = "files")]

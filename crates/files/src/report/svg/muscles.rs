@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 
 use super::axes::PlotView;
-use super::muscle_lines::{arrow, bone, bones, lines, muscle};
-use super::section::{DEFORMED, REST, REST_TISSUE, check, draw_palate, picture_bounds, ring};
+use super::body_view::{BodyView, DEFORMED, bone, picture_bounds};
+use super::section::check;
 use super::{Anchor, FontFace, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -50,14 +50,14 @@ pub fn panels(
         let left = MARGIN + column as f64 * (PANEL + GAP);
         let height = PlotView::new(bounds, [0.0, 0.0], PANEL).end()[1] + HEAD + GAP;
         let upper = top + MARGIN + row as f64 * height;
-        let view = PlotView::new(bounds, [left, upper + HEAD], PANEL);
+        let body = BodyView { mesh, view: PlotView::new(bounds, [left, upper + HEAD], PANEL) };
         svg.text([left, upper + 0.6 * TEXT], Anchor::Start, FontFace::Bold, &panel.title);
         for (line, text) in panel.lines.iter().take(2).enumerate() {
             let y = upper + (1.8 + 1.2 * line as f64) * TEXT;
             svg.text([left, y], Anchor::Start, FontFace::Plain, text);
         }
-        draw(&mut svg, &view, mesh, palate, panel);
-        bottom = view.end()[1];
+        draw(&mut svg, &body, palate, panel);
+        bottom = body.view.end()[1];
     }
     let y = bottom + MARGIN + 0.5 * LEGEND_ROW;
     let met = if palate.is_empty() { "" } else { "; palate: for orientation, without contact" };
@@ -67,7 +67,8 @@ pub fn panels(
     Ok(svg.finish(y + 0.5 * LEGEND_ROW + MARGIN))
 }
 
-fn draw(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], panel: &Panel) {
+fn draw(svg: &mut Svg, body: &BodyView<'_>, palate: &[SVector<f64, 2>], panel: &Panel) {
+    let view = &body.view;
     let [low, high] = [view.bounds.low, view.bounds.high];
     let point = |x: f64, y: f64| view.place(&SVector::from([x, y]));
     let [upright, level] = [0, 1].map(|i| {
@@ -80,17 +81,14 @@ fn draw(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, palate: &[SVector<f64, 2
     if (high[0] - low[0]) < 20.0 * GRID {
         svg.stroke(&data(upright.chain(level)), RULE, 1.0);
     }
-    svg.fill(&ring(view, mesh, &mesh.nodes), REST_TISSUE);
-    svg.stroke(&ring(view, mesh, &mesh.nodes), REST, 2.0);
-    draw_palate(svg, view, mesh, palate);
-    svg.stroke(&ring(view, mesh, &panel.positions), DEFORMED, 3.0);
-    for line in lines(view, mesh, &panel.positions, &panel.tensions).iter().filter(|l| l.contracting) {
-        muscle(svg, &data([line.seen.iter().copied()]), &line.colour, true);
-        if let Some([from, to]) = line.leaves {
-            arrow(svg, from, to, &line.colour);
-        }
+    body.draw_rest(svg);
+    body.draw_palate(svg, palate);
+    svg.stroke(&body.outline(&panel.positions), DEFORMED, 3.0);
+    for line in body.muscles(&panel.positions, &panel.tensions).iter().filter(|l| l.contracting) {
+        line.draw(svg);
+        line.draw_arrow(svg);
     }
-    bones(view, mesh, &panel.positions).into_iter().for_each(|at| bone(svg, at));
+    body.bones(&panel.positions).into_iter().for_each(|at| bone(svg, at));
     let edge =
         [point(low[0], low[1]), point(high[0], low[1]), point(high[0], high[1]), point(low[0], high[1])];
     svg.stroke(&super::closed_paths([edge]), INK, 1.2);

@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, PlotView};
+use super::body_view::{BodyView, DEFORMED, REST_TISSUE};
 use super::plot::{Axis, Plot, round_range};
-use super::section::{DEFORMED, REST_TISSUE, ring};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
 use tongue_core::body::Mesh;
@@ -59,11 +59,12 @@ fn tract(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
     let bounds = Bounds::of_points(outer.iter().chain(&inner).chain(picture.positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
-    svg.fill(&ring(&view, picture.mesh, picture.positions), REST_TISSUE);
+    let tissue = BodyView { mesh: picture.mesh, view }.outline(picture.positions);
+    svg.fill(&tissue, REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
         svg.line(view.place(o), view.place(i), RULE, 1.0);
     }
-    svg.stroke(&ring(&view, picture.mesh, picture.positions), DEFORMED, 2.6);
+    svg.stroke(&tissue, DEFORMED, 2.6);
     for (wall, colour, width) in [(inner, ACCENT, 2.0), (outer, WALL, 3.0)] {
         svg.stroke(&data([Vec::from_iter(wall.iter().map(|p| view.place(p)))]), colour, width);
     }

@@ -1,5 +1,4 @@
 use maud::{Markup, PreEscaped, html};
-use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use crate::report::batch::record::AssessedRecord;
@@ -12,12 +11,6 @@ use tongue_infer::posterior::Certainty;
 /// Residual at which a cell of the table of residuals has its full colour.
 const FULL_COLOUR: f64 = 0.25;
 
-/// Displacements of all nodes from rest, µm.
-pub fn displacements(positions: &[SVector<f64, 2>], mesh: &Mesh<2>) -> Vec<[i64; 2]> {
-    let ways = positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
-    ways.map(|way| [way.x, way.y].map(micrometres)).collect()
-}
-
 /// What the page has of one fit: pieces of HTML, and numbers for its script.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PageFit {
@@ -27,6 +20,7 @@ pub struct PageFit {
     pub table_row: String,
     pub detail: String,
     pub posterior_row: String,
+    /// Displacements of all nodes from rest, µm.
     pub moved: Vec<[i64; 2]>,
     pub active: Vec<String>,
     /// For the figure of tensions, in the order of columns; `None` for muscles without a tension of their own.
@@ -38,13 +32,14 @@ pub fn micrometres(metres: f64) -> i64 {
 }
 
 impl PageFit {
-    /// `ridges` are those of the posterior (SVG); `muscles` are the names of the mesh's muscles in the order of columns.
+    /// `muscles` are the names of the mesh's muscles in the order of columns; `ridges` are those of the posterior (SVG).
     pub fn new(
         number: usize,
         r: &AssessedRecord,
-        (moved, ridges): (Vec<[i64; 2]>, Option<&str>),
-        muscles: &[String],
+        (mesh, muscles): (&Mesh<2>, &[String]),
+        ridges: Option<&str>,
     ) -> Result<Self, ReportError> {
+        let ways = r.fit().answer.positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
         let tension = |m: &String| r.fit().number(m).map(|m| r.fit().tension(m));
         let posterior = r.record.posterior.as_ref();
         Ok(Self {
@@ -54,7 +49,7 @@ impl PageFit {
             detail: detail(number, r, &figure(r)?, ridges).into_string(),
             posterior_row: posterior
                 .map_or_else(String::new, |_| posterior_row(number, r, muscles).into_string()),
-            moved,
+            moved: ways.map(|way| [way.x, way.y].map(micrometres)).collect(),
             active: muscles.iter().filter(|m| tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
             tensions: muscles
                 .iter()

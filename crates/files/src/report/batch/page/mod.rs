@@ -13,7 +13,7 @@ use crate::report::svg::{self, Svg, colours, picture_bounds};
 use crate::report::tongue_page;
 use tongue_core::body::Mesh;
 
-pub use self::fit::{PageFit, displacements};
+pub use self::fit::PageFit;
 
 /// Most fits on the page, because a table of thousands is too large for a browser.
 pub const MOST_FITS: usize = 200;
