@@ -129,12 +129,12 @@ pub fn fit<const D: usize>(
 /// The equilibrium, followed from rest unless there is a wall. The wall stops nodes but not edges, so on the way an edge of the tissue
 /// could slip over a corner of the wall. With a wall the direct solve is followed only if it descended from an unstable state.
 fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace<D>) -> Equilibrium {
-    let (system, pulls) = (&prepared.system, &prepared.tensions);
-    let direct = Equilibrium::of(system, workspace, pulls, true);
-    if prepared.wall.is_some() && direct.solution.connection != Connection::Downhill {
-        return direct;
+    let (system, tensions, settings) = (&prepared.system, &prepared.tensions, SolveSettings::default());
+    let direct = statics::solve(system, workspace, tensions, &settings);
+    if prepared.wall.is_some() && direct.connection != Connection::Downhill {
+        return direct.into();
     }
-    direct.follow_from_rest(system, workspace, pulls)
+    statics::trace_beside(system, workspace, &direct, tensions, &settings).into()
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {

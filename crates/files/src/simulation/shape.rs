@@ -82,14 +82,9 @@ impl<const D: usize> Shape<D> {
         Ok(self.length(muscle)? / self.length(over)?)
     }
 
-    /// Smallest and largest ratio of a cell's area or volume to that at rest.
-    pub fn cell_ratios(&self) -> (f64, f64) {
-        self.assembly.system().cell_ratios(&self.positions)
-    }
-
     /// The record that `tongue-fit simulate --json` prints, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        let found = Equilibrium::new(self.solution, self.trace);
+        let found = self.trace.map_or_else(|| self.solution.into(), Equilibrium::from);
         let (body, system) = (self.assembly.body(), self.assembly.system());
         SimulationRecord::new(body, (system, found), &self.tensions, &self.positions, None, f64::NAN)
     }
