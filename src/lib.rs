@@ -36,10 +36,10 @@
 //!
 //! let target = Dataset::reference()?.stretches("S2", "a")?; // which muscles shortened in /a/, and by how much
 //! let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()?
-//! let model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
+//! let model = Assembly::new(&Model::default(), &body, target.active_names())?; // these muscles can contract
 //!
 //! let shape = model.solver().follow_from_rest(&[("GGa", 12.0), ("HGa", 4.5)])?; // N per metre of thickness
-//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.solution.status);
+//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.found.solution.status);
 //!
 //! let fit = InverseProblem::new(&model, model.observations(&target)?).fit()?;
 //! for (muscle, tension) in fit.tensions() {
@@ -47,7 +47,7 @@
 //! }
 //! let (folder, picture) = (std::env::temp_dir().join("tongue-fit"), fit.shape.picture("S2 /a/")?);
 //! report::write(folder, "my program", &[("estimate.json", &Json(&fit.record())), ("tongue.svg", &picture)])?;
-//! # assert!(shape.is_converged() && shape.is_traced() && fit.is_trustworthy());
+//! # assert!(shape.is_converged() && shape.is_traced() && fit.answer.is_trustworthy());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //! Further programs are in `examples/`: data of your own, a body of your own, a scene, tensions that ratios leave undetermined, three
@@ -270,8 +270,8 @@ pub mod run {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::*;
     pub use tongue_files::run::{
-        BodySource, FitRun, Kind, PlaneBody, PosteriorRun, SampledPosterior, ScreenedRecording, Solved,
-        TrackRun, VerdictSource,
+        BodySource, Equilibrium, FitRun, Kind, PlaneBody, PosteriorRun, SampledMotion, SampledPosterior,
+        ScreenedRecording, Solved, TrackRun, VerdictSource,
     };
 }
 
@@ -304,8 +304,7 @@ pub mod scene {
 pub mod simulation {
     //! The whole library by names of muscles and bones.
     pub use tongue_files::simulation::{
-        Assemble, Assembly, Estimate, InverseProblem, Shape, SimulationError, Solver, Trajectory,
-        read_tensions,
+        Assembly, Estimate, InverseProblem, Shape, SimulationError, Solver, read_tensions,
     };
 }
 
@@ -372,6 +371,6 @@ pub mod prelude {
     pub use crate::measured::Dataset;
     pub use crate::observe::{Observable, Observation};
     pub use crate::report::{self, Json};
-    pub use crate::simulation::{Assemble, Assembly, Estimate, InverseProblem, Shape, Solver};
+    pub use crate::simulation::{Assembly, Estimate, InverseProblem, Shape, Solver};
     pub use crate::system::{Model, TissueModel};
 }

@@ -191,34 +191,29 @@ fn muscles<const D: usize>(
     positions: &[SVector<f64, D>],
     points: Option<&PointsFit>,
 ) -> Vec<MuscleLength> {
-    let system = &prepared.system;
-    let chains = &prepared.body.mesh.muscles;
-    let mut out: Vec<MuscleLength> = Vec::new();
-    for role in &prepared.plan.muscles {
-        let same: Vec<usize> = (0..chains.len()).filter(|&m| chains[m].name == role.muscle).collect();
+    let (system, body) = (&prepared.system, &prepared.body);
+    let each = prepared.plan.muscles.iter().map(|role| {
+        let same: Vec<usize> = body.muscles_called(&role.muscle).collect();
         let [rest, length] = [system.rest(), positions]
             .map(|x| same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64);
-        out.push(MuscleLength {
+        let pull = same.first().map_or(0.0, |&m| prepared.tensions[m]);
+        MuscleLength {
             muscle: role.muscle.clone(),
             interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
-            pull: {
-                let value = same.first().map_or(0.0, |&m| prepared.tensions[m]);
-                if prepared.body.is_activated() { Pull::Activation(value) } else { Pull::TensionN(value) }
-            },
+            pull: if body.is_activated() { Pull::Activation(pull) } else { Pull::TensionN(pull) },
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,
             stretch: length / rest,
-        });
-    }
-    out
+        }
+    });
+    each.collect()
 }
 
 fn contact<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Option<ContactForce> {
     let wall = prepared.wall.as_ref()?;
     let mut force = vec![SVector::zeros(); at.positions.len()];
-    let groups = prepared.effects_by_name();
-    let (_, effects) = groups.iter().find(|(name, _)| *name == "contact")?;
-    effects.iter().for_each(|e| e.add_force(at, &mut force));
+    let effects = prepared.system.effects().iter();
+    effects.filter(|e| e.name() == "contact").for_each(|e| e.add_force(at, &mut force));
     let total: SVector<f64, D> = force.iter().sum();
     let surface = prepared.body.mesh.surface_nodes();
     let closest = surface.iter().map(|&n| wall.distance(&at.positions[n])).fold(f64::INFINITY, f64::min);
