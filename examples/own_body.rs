@@ -32,11 +32,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{}: {} nodes, {} triangles", body.what, body.mesh.nodes.len(), body.mesh.cells.len());
 
     // A misspelt name is reported: there is no muscle "hyoglosus" in this body; did you mean "hyoglossus"?
-    if let Err(error) = Model::default().assemble(&body, ["hyoglosus"]) {
+    if let Err(error) = Assembly::new(&Model::default(), &body, ["hyoglosus"]) {
         println!("{error}");
     }
 
-    let model = Model::default().assemble(&body, ["genioglossus", "longitudinalis"])?;
+    let model = Assembly::new(&Model::default(), &body, ["genioglossus", "longitudinalis"])?;
     let mut solver = model.solver();
     for tension in [0.0, 5.0, 10.0, 20.0] {
         // The branch from rest is followed, so that the shape is the one to which growing tensions lead.

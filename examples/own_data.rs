@@ -28,9 +28,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The same muscles contract in the model.
     let body = Body::tongue(5.5 * MM)?;
-    let model = Model::default().assemble(&body, target.active_names())?;
+    let model = Assembly::new(&Model::default(), &body, target.active_names())?;
     let estimate = InverseProblem::new(&model, model.observations(&target)?).fit()?;
-    println!("{:?}, misfit {:.1e}", estimate.status, estimate.answer.misfit);
+    println!("{:?}, misfit {:.1e}", estimate.answer.status, estimate.answer.misfit);
     for (muscle, tension) in estimate.tensions() {
         println!("{muscle} {tension:6.2} N per metre, {:.3} of its length", estimate.shape.stretch(muscle)?);
     }

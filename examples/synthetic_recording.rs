@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .unwrap_or_else(|| std::env::temp_dir().join("tongue-fit").display().to_string());
     let body = Body::tongue(5.5 * MM)?;
     let names = body.mesh.muscle_names();
-    let model = Model::default().assemble(&body, &names)?;
+    let model = Assembly::new(&Model::default(), &body, &names)?;
     let surface = TongueSurface::of(&body).ok_or("the tongue has no outline")?;
     // Eleven keypoints from above the vallecula to the tip, denser towards the tip as those of DeepLabCut.
     let places: Vec<f64> = (0..11)

@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::new("a block", mesh);
 
     // The tissue consists of springs on the edges of tetrahedra that keep their volume (thesis 3.3.2).
-    let model = Model::default().assemble(&body, ["lengthwise", "across"])?;
+    let model = Assembly::new(&Model::default(), &body, ["lengthwise", "across"])?;
     let seen = model.solver().equilibrium(&[("lengthwise", 0.23), ("across", 0.11)])?;
     let settings = FitSettings { method: Method::GaussNewton, upper_bound: 1.0, ..FitSettings::default() };
 
@@ -52,11 +52,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let from_points = InverseProblem::new(&model, points).with_settings(settings).fit()?;
 
     for (what, fit) in [("lengths", &from_lengths), ("surface points", &from_points)] {
-        let [a, b] = [fit.tension("lengthwise")?, fit.tension("across")?];
+        let [a, b] = [fit.shape.tension("lengthwise")?, fit.shape.tension("across")?];
         println!(
             "from {} {what}: lengthwise {a:.6} N, across {b:.6} N, {:?}",
             fit.measured.len(),
-            fit.status
+            fit.answer.status
         );
     }
     let picture = from_points.shape.picture("A block and two muscles")?;

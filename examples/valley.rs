@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = env::args().nth(1).unwrap_or_else(|| "target/valley".into());
     let target = Dataset::reference()?.ratios("S2", "a")?;
     let body = Body::tongue(5.5 * MM)?;
-    let model = Model::default().assemble(&body, target.active_names())?;
+    let model = Assembly::new(&Model::default(), &body, target.active_names())?;
 
     // Two equations for three tensions leave one direction undetermined, which the fit follows to both ends.
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         fit.measured.len(),
         fit.tensions().len(),
         fit.undetermined(),
-        fit.status
+        fit.answer.status
     );
     let Some(found) = fit.solution_curve() else { return Err("nothing is open".into()) };
     for point in found.curve.points.iter().step_by(8) {

@@ -36,10 +36,10 @@
 //!
 //! let target = Dataset::reference()?.stretches("S2", "a")?; // which muscles shortened in /a/, and by how much
 //! let body = Body::tongue(5.5 * MM)?; // or AnyBody::read("my.msh".as_ref(), Unit::Mm)?.flat()?
-//! let model = Model::default().assemble(&body, target.active_names())?; // these muscles can contract
+//! let model = Assembly::new(&Model::default(), &body, target.active_names())?; // these muscles can contract
 //!
 //! let shape = model.solver().follow_from_rest(&[("GGa", 12.0), ("HGa", 4.5)])?; // N per metre of thickness
-//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.solution.status);
+//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.found.solution.status);
 //!
 //! let fit = InverseProblem::new(&model, model.observations(&target)?).fit()?;
 //! for (muscle, tension) in fit.tensions() {
@@ -47,7 +47,7 @@
 //! }
 //! let (folder, picture) = (std::env::temp_dir().join("tongue-fit"), fit.shape.picture("S2 /a/")?);
 //! report::write(folder, "my program", &[("estimate.json", &Json(&fit.record())), ("tongue.svg", &picture)])?;
-//! # assert!(shape.is_converged() && shape.is_traced() && fit.is_trustworthy());
+//! # assert!(shape.is_converged() && shape.is_traced() && fit.answer.is_trustworthy());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //! Further programs are in `examples/`: data of your own, a body of your own, a scene, tensions that ratios leave undetermined, three
@@ -112,12 +112,12 @@ pub mod body {
 
 pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_core::dynamics::*;
     pub use tongue_core::dynamics::{
         Control, IntegrationMethod, Motion, MotionOutcome, MotionStatus, Observer, State, Tensions, run,
         sample_times,
     };
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::dynamics::{Integrator, SHORTEST_S, cost_per_step};
     pub use tongue_input::measured::curves::Curves;
 }
 
@@ -130,7 +130,7 @@ pub mod files {
     //! Reading files with a limit on their size, and advice where the operating system refuses.
     pub use tongue_input::files::read;
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_input::files::{advice, read_text};
+    pub(crate) use tongue_input::files::*;
 }
 
 pub mod geometry {
@@ -161,15 +161,15 @@ pub mod inverse {
 
     pub mod alarms {
         //! What to doubt in an answer.
-        pub use tongue_infer::inverse::alarms::{Alarm, alarms};
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::alarms::{barrier, of_strain};
+        pub(crate) use tongue_infer::inverse::alarms::*;
+        pub use tongue_infer::inverse::alarms::{Alarm, alarms};
     }
 
     pub mod batch {
         //! Every subject and vowel of a table.
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::batch::{Job, Refusal, SUBSTITUTE_BASELINE};
+        pub(crate) use tongue_infer::inverse::batch::*;
         pub use tongue_infer::inverse::batch::{Selection, plan, settings};
     }
 }
@@ -191,26 +191,18 @@ pub mod measured {
     pub mod lengths {
         //! Tables of lengths, and how they were read.
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::lengths::{
-            BrokenRow, Encoding, HalfWidth, ReadColumn, Reading,
-        };
+        pub(crate) use tongue_input::measured::lengths::*;
         pub use tongue_input::measured::lengths::{Malformed, Row};
-
-        #[cfg(feature = "cli")]
-        pub(crate) mod plausibility {
-            //! Whether measured lengths can be those of a tongue.
-            pub(crate) use tongue_input::measured::lengths::plausibility::doubts;
-        }
     }
 
     pub mod recording {
         //! Recordings of moving tongues.
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_input::measured::recording::*;
         pub use tongue_input::measured::recording::{
             AlignedRecording, FaultKind, Format, Map, Recording, Severity, check_plausibility, other_size,
             remove_outliers,
         };
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::recording::{Mark, Waveform, is_coil};
     }
 }
 
@@ -244,7 +236,7 @@ pub mod posterior {
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::posterior::{AuxiliaryData, Contrast, OverSpeakers, StretchSummary};
+    pub(crate) use tongue_infer::posterior::*;
     pub use tongue_infer::posterior::{
         Draw, Posterior, PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun,
         Status, Summary, Verdict,
@@ -254,15 +246,7 @@ pub mod posterior {
 pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::report::{
-        AnimationFrame, Conclusion, EscapeControl, FormantsRecord, Markdown, OfBody, Panel, Pvd,
-        RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord, SpaceTrackRecord, Ssff, StoTable,
-        Table, TonguePage, TrackPage, TrackRecord, TrajectoryRecord, VowelPicture, contrasts,
-        courses_columns, discard_unfinished, draws_csv, formants_csv, held_out_columns, limit_of_plane,
-        over_speakers, panels, placement_sentence, prior_interval_n, probability, repeats_columns,
-        repetitions_sentence, segments_csv, solid, status_name, tally, timelines, track_csv, views, vowel,
-        with_decimals, wrap_text,
-    };
+    pub(crate) use tongue_files::report::*;
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
         animation, solution_curve, tongue,
@@ -270,27 +254,12 @@ pub mod report {
     #[cfg(feature = "files")]
     pub use tongue_files::report::{OutputDir, write};
 
-    #[cfg(feature = "cli")]
-    pub(crate) mod column {
-        //! Columns of tables.
-        pub(crate) use tongue_files::report::column::{Column, columns_with_heading, objects, table};
-    }
-
     #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
         pub use tongue_files::report::batch::Shard;
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_files::report::batch::{
-            Batch, FinishedFits, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast, digests,
-            over_subjects, sha256, subject_contrasts, write_files, write_json,
-        };
-
-        #[cfg(feature = "cli")]
-        pub(crate) mod journal {
-            //! Finished jobs, kept.
-            pub(crate) use tongue_files::report::batch::journal::{Journal, JournalEntry, NAME, arguments};
-        }
+        pub(crate) use tongue_files::report::batch::*;
     }
 }
 
@@ -298,15 +267,11 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    pub use tongue_files::run::{
-        BodySource, FitRun, Kind, PlaneBody, PosteriorRun, SampledPosterior, ScreenedRecording, Solved,
-        TrackRun, VerdictSource,
-    };
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::run::{
-        EffectRow, Equilibrium, MotionRun, MuscleEffect, Published, RowPosteriors, STEP_ERROR_MM,
-        SampledMotion, SoundRun, SpaceSource, SpaceTrack, SpaceTrackRun, TongueSound, TongueSoundRecord,
-        TrackedBody, bones_apart_m, check_scale,
+    pub(crate) use tongue_files::run::*;
+    pub use tongue_files::run::{
+        BodySource, Equilibrium, FitRun, Kind, PlaneBody, PosteriorRun, SampledMotion, SampledPosterior,
+        ScreenedRecording, Solved, TrackRun, VerdictSource,
     };
 }
 
@@ -314,9 +279,9 @@ pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
     pub use tongue_files::scene::effects::{Hyoid, Jaw};
     pub use tongue_files::scene::file::{SceneBody, Want};
-    pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::{ScenePlan, force_unit};
+    pub(crate) use tongue_files::scene::*;
+    pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
 
     pub mod body {
         //! Bodies of scenes.
@@ -339,8 +304,7 @@ pub mod scene {
 pub mod simulation {
     //! The whole library by names of muscles and bones.
     pub use tongue_files::simulation::{
-        Assemble, Assembly, Estimate, InverseProblem, Shape, SimulationError, Solver, Trajectory,
-        read_tensions,
+        Assembly, Estimate, InverseProblem, Shape, SimulationError, Solver, read_tensions,
     };
 }
 
@@ -358,7 +322,7 @@ pub mod statistics {
     //! Statistics.
     pub use tongue_core::statistics::upper_median;
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::statistics::{distinct, median};
+    pub(crate) use tongue_core::statistics::*;
 }
 
 pub mod choice {
@@ -369,22 +333,9 @@ pub mod choice {
 }
 
 #[cfg(feature = "cli")]
-pub(crate) mod limits {
-    //! Limits of numbers that a user gives.
-    pub(crate) use tongue_core::limits::TOLERANCE_MM;
-}
-
+pub(crate) use tongue_core::{choice as suggest, limits};
 #[cfg(feature = "cli")]
-pub(crate) mod suggest {
-    //! "Did you mean".
-    pub(crate) use tongue_core::choice::hint;
-}
-
-#[cfg(feature = "cli")]
-pub(crate) mod surgery {
-    //! Surgery of a tongue in space, in words.
-    pub(crate) use tongue_files::surgery::{FillingKind, Operation, OperationRecord, Surgery};
-}
+pub(crate) use tongue_files::surgery;
 
 pub mod system {
     //! Systems: the effects of a body that are called for, with its unknowns.
@@ -396,19 +347,16 @@ pub mod system {
 
 pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
-    pub use tongue_files::validate::{ValidationPlan, run};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::validate::{ValidationStudy, files, opponents, page, scores};
+    pub(crate) use tongue_files::validate::*;
+    pub use tongue_files::validate::{ValidationPlan, run};
 }
 
 pub mod track {
     //! Tensions over time from recordings of a tongue.
     pub use tongue_core::observe::TongueSurface;
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::track::{
-        Comparison, Displacement, FEWEST, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch, add_formants,
-        is_untrusted,
-    };
+    pub(crate) use tongue_infer::track::*;
     pub use tongue_infer::track::{TrackSettings, Tracked, TrackedRecording};
 }
 
@@ -423,6 +371,6 @@ pub mod prelude {
     pub use crate::measured::Dataset;
     pub use crate::observe::{Observable, Observation};
     pub use crate::report::{self, Json};
-    pub use crate::simulation::{Assemble, Assembly, Estimate, InverseProblem, Shape, Solver};
+    pub use crate::simulation::{Assembly, Estimate, InverseProblem, Shape, Solver};
     pub use crate::system::{Model, TissueModel};
 }

@@ -11,7 +11,7 @@ const LOADS: [[f64; 3]; 2] = [[12.0, 11.5, 4.5], [12.3, 11.3, 4.7]];
 const MUSCLES: [&str; 3] = ["GGa", "SGm", "HGa"];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let model = Model::default().assemble(&Body::tongue(5.5 * MM)?, MUSCLES)?;
+    let model = Assembly::new(&Model::default(), &Body::tongue(5.5 * MM)?, MUSCLES)?;
     let mut solver = model.solver();
     let named = LOADS.map(|load| [0, 1, 2].map(|m| (MUSCLES[m], load[m])));
     let mut shape = solver.equilibrium(&named[0])?;

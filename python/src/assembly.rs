@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use tongue_fit::material::Constants;
-use tongue_fit::simulation::{self, Assemble};
+use tongue_fit::simulation;
 use tongue_fit::system;
 
 use super::answer::{Pickled, hashed};
@@ -89,7 +89,7 @@ impl Model {
     fn assemble(&self, py: Python<'_>, body: &Body, muscles: &Bound<'_, PyAny>) -> PyResult<Assembly> {
         let muscles = given::names("muscles", muscles)?;
         let (model, from, given) = (self.0, Arc::clone(&body.body), *self);
-        let made = aside(py, move || model.assemble(&from, muscles))?.map_err(refused)?;
+        let made = aside(py, move || simulation::Assembly::new(&model, &from, muscles))?.map_err(refused)?;
         Ok(Assembly(made, Arc::new((given, body.clone()))))
     }
 

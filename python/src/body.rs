@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use tongue_fit::body;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::run::{BodySource, Kind, PlaneBody};
-use tongue_fit::simulation::Assemble;
+use tongue_fit::simulation::Assembly;
 use tongue_fit::system;
 
 use super::answer::{Pickled, hashed, numbers, points, table};
@@ -134,7 +134,7 @@ impl Body {
         let body = Arc::clone(&self.body);
         aside(py, move || {
             let model = system::Model::default();
-            let assembly = model.assemble(&body, [""; 0]).map_err(refused)?;
+            let assembly = Assembly::new(&model, &body, [""; 0]).map_err(refused)?;
             let shape = assembly.solver().equilibrium(&[]).map_err(refused)?;
             let picture = shape.picture(&body.what).map_err(refused)?;
             picture.text(&Provenance::new("python")).map_err(refused)

@@ -154,14 +154,14 @@ impl Estimate {
     /// How the fit ended.
     #[getter]
     fn status(&self) -> String {
-        word(&self.estimate.status)
+        word(&self.estimate.answer.status)
     }
 
     /// Whether the observations are met by the shape to which the tensions lead from rest, under the
     /// published law.
     #[getter]
     fn is_trustworthy(&self) -> bool {
-        self.estimate.is_trustworthy()
+        self.estimate.answer.is_trustworthy()
     }
 
     /// The tensions of all contracting muscles, N per metre of thickness.
@@ -174,7 +174,7 @@ impl Estimate {
 
     /// The tension of a muscle, N per metre of thickness.
     fn tension(&self, muscle: &str) -> PyResult<f64> {
-        self.estimate.tension(muscle).map_err(refused)
+        self.estimate.shape.tension(muscle).map_err(refused)
     }
 
     /// Displacement of a free bone from its place at rest, m, shape (2,).

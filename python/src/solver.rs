@@ -7,6 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::report::{Export, Provenance};
+use tongue_fit::run::SampledMotion;
 use tongue_fit::simulation;
 use tongue_fit::system::TissueModel;
 
@@ -88,7 +89,7 @@ impl Assembly {
             let given: Vec<(&str, f64)> = given.iter().map(|(name, n)| (name.as_str(), *n)).collect();
             assembly.trajectory(&given, ramp_s, t_end_s, samples)
         })?;
-        followed.map(Trajectory).map_err(refused)
+        Ok(Trajectory { assembly: self.0.clone(), sampled: followed.map_err(refused)? })
     }
 }
 
@@ -264,7 +265,7 @@ impl Shape {
     /// How the solve ended: `converged`, or the reason why not.
     #[getter]
     fn status(&self) -> String {
-        word(&self.shape.solution.status)
+        word(&self.shape.found.solution.status)
     }
 
     /// Whether it is an equilibrium.
@@ -282,19 +283,19 @@ impl Shape {
     /// Number of elements in which the barrier against inversion acts.
     #[getter]
     fn guarded(&self) -> usize {
-        self.shape.guarded()
+        self.shape.found.solution.guarded
     }
 
     /// Newton iterations.
     #[getter]
     fn iterations(&self) -> usize {
-        self.shape.solution.iterations
+        self.shape.found.solution.iterations
     }
 
     /// Potential energy, J per metre of thickness.
     #[getter]
     fn energy_j(&self) -> f64 {
-        self.shape.solution.energy
+        self.shape.found.solution.energy
     }
 
     /// The tension of a muscle, N per metre of thickness.
@@ -353,33 +354,39 @@ impl Shape {
 
 /// The motion of a body from rest, at equidistant times.
 #[pyclass(frozen, module = "tongue_fit")]
-pub struct Trajectory(pub simulation::Trajectory<2>);
+pub struct Trajectory {
+    assembly: simulation::Assembly<2>,
+    sampled: SampledMotion<2>,
+}
 
 #[pymethods]
 impl Trajectory {
     /// Times, s, shape (times,).
     #[getter]
     fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.0.times.to_pyarray(py)
+        self.sampled.shapes.iter().map(|(time, _)| *time).collect::<Vec<_>>().to_pyarray(py)
     }
 
     /// Positions of all nodes at each time, m, shape (times, nodes, 2).
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let frames = &self.0.positions;
-        let nodes = frames.first().map_or(0, Vec::len);
-        let flat: Vec<f64> = frames.iter().flatten().flat_map(|p| [p.x, p.y]).collect();
+        let frames = &self.sampled.shapes;
+        let nodes = frames.first().map_or(0, |(_, positions)| positions.len());
+        let flat: Vec<f64> =
+            frames.iter().flat_map(|(_, positions)| positions).flat_map(|p| [p.x, p.y]).collect();
         PyArray1::from_vec(py, flat).reshape([frames.len(), nodes, 2])
     }
 
     /// Part of the way to equilibrium that the body has moved at the end; None if the way is not known.
     #[getter]
     fn part_of_way(&self) -> Option<f64> {
-        self.0.part_of_way
+        self.sampled.part_of_way
     }
 
     /// The length of a muscle at each of the times, m, shape (times,).
     fn lengths<'py>(&self, py: Python<'py>, muscle: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(self.0.lengths(muscle).map_err(refused)?.to_pyarray(py))
+        let frames = self.sampled.shapes.iter();
+        let lengths = frames.map(|(_, positions)| self.assembly.mean_length(muscle, positions));
+        Ok(lengths.collect::<Result<Vec<_>, _>>().map_err(refused)?.to_pyarray(py))
     }
 }

@@ -11,7 +11,7 @@ use tongue_fit::measured::lengths::{BrokenRow, Encoding, HalfWidth, Malformed, R
 use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
 use tongue_fit::suggest;
 
-use super::table::{align_left, join_first};
+use super::table::{align_left, join_first, rows};
 use super::{Global, Outcome, inputs, output, table, word};
 
 const MOST_LISTED: usize = 50;
@@ -113,14 +113,10 @@ fn record<'a>(
         let own = plan.baselines.iter().find(|row| row.subject == name).map(|row| &row.vowel);
         own.and_then(|vowel| data.row(name, vowel).ok()).map(|lengths| &lengths.vowel)
     };
-    let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
-    for (name, row_record) in data.rows().iter().map(|r| (&r.lengths.subject, row_record(r))) {
-        rows.entry(name).or_default().push(row_record);
-    }
     let subjects = data.subjects().into_iter().map(|name| SubjectRecord {
         subject: name,
         baseline: of_subject(name),
-        rows: rows.remove(name).unwrap_or_default(),
+        rows: data.rows().iter().filter(|row| row.lengths.subject == name).map(row_record).collect(),
     });
     Ok(LengthRecord {
         version: tongue_fit::VERSION,
@@ -225,22 +221,16 @@ fn text_format(reading: &Reading) -> String {
 }
 
 fn muscles(data: &Dataset) -> comfy_table::Table {
-    let mut t = table::table(&["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"]);
-    align_left(&mut t, 1);
-    align_left(&mut t, 5);
-    for (n, column) in data.reading().columns.iter().enumerate() {
+    let header = ["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"];
+    let mut t = rows(&header, data.reading().columns.iter().enumerate(), |(n, column)| {
         let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
         let [shortest, longest] = [f64::min, f64::max]
             .map(|end| lengths.clone().reduce(end).map_or_else(String::new, |mm| format!("{mm:.1}")));
-        t.add_row([
-            column.muscle.clone(),
-            column.name.clone(),
-            format!("{} of {}", lengths.count(), data.rows().len()),
-            shortest,
-            longest,
-            half_width(column),
-        ]);
-    }
+        let measured = format!("{} of {}", lengths.count(), data.rows().len());
+        [column.muscle.clone(), column.name.clone(), measured, shortest, longest, half_width(column)]
+    });
+    align_left(&mut t, 1);
+    align_left(&mut t, 5);
     t
 }
 
@@ -259,21 +249,19 @@ fn half_width(column: &ReadColumn) -> String {
 }
 
 fn subjects(record: &LengthRecord<'_>) -> String {
-    let mut t = table::table(&["subject", "vowels", "baseline", "not measured"]);
-    for column in 1..4 {
-        align_left(&mut t, column);
-    }
-    for subject in record.subjects.iter().take(MOST_LISTED) {
+    let header = ["subject", "vowels", "baseline", "not measured"];
+    let mut t = rows(&header, record.subjects.iter().take(MOST_LISTED), |subject| {
         let vowels = subject.rows.iter().map(|row| row.vowel.to_string());
         let missing = subject.rows.iter().filter(|row| !row.not_measured.is_empty());
         let missing = missing.map(|row| format!("/{}/ {}", row.vowel, row.not_measured.join(", ")));
-        t.add_row([
+        [
             subject.subject.to_owned(),
             join_first(vowels, MOST_LISTED, " "),
             subject.baseline.map_or("none".to_owned(), Vowel::to_string),
             join_first(missing, MOST_LISTED, "\n"),
-        ]);
-    }
+        ]
+    });
+    (1..4).for_each(|column| align_left(&mut t, column));
     match record.subjects.len().saturating_sub(MOST_LISTED) {
         0 => t.to_string(),
         more => format!("{t}\nand {more} more subjects"),

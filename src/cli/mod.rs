@@ -155,10 +155,7 @@ pub fn main() -> ExitCode {
 /// input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. It may be called once in a process: wrong usage
 /// ends the process, and signals are handled from then on.
 pub fn run(words: Vec<OsString>) -> u8 {
-    let (cli, matches) = match parse(words.clone()) {
-        Ok(parsed) => parsed,
-        Err(error) => error.exit(),
-    };
+    let (cli, matches) = parse(words.clone()).unwrap_or_else(|error| error.exit());
     Invocation::begin(words, cli.global.volume());
     interrupt::remove_unfinished_files_on_signals();
     interrupt::report_files_that_become_too_large();

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
 use serde_json::json;
-use tongue_fit::body::{AnyBody, Body, Mesh};
+use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
@@ -93,47 +93,46 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
     let (result, by, written) = match body::build(&scene).into_diagnostic()? {
-        AnyBody::Flat(body) => {
-            let p = prepare(&scene, body).into_diagnostic()?;
-            let contact = p.wall.is_some();
-            let wall = p.wall.as_ref().map(|w| w.outline().to_vec());
-            let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
-            run_prepared(&scene, p, to, |mesh, positions, result| {
-                let section =
-                    SectionPicture::new(mesh, positions, result.pulls.values(), &wall, &scene.title);
-                report::tongue(&SectionPicture { contact, ..section })
-            })?
-        }
-        AnyBody::Solid(body) => {
-            let p = prepare(&scene, body).into_diagnostic()?;
-            let body = p.body.is_activated().then(|| upright(&p.body));
-            run_prepared(&scene, p, to, |mesh, shape, result| match &body {
-                None => report::solid(mesh, shape, &scene.title),
-                Some(body) => {
-                    let shape = run::in_axes_of_body(shape);
-                    let operation = result.operation.as_ref();
-                    report::views(body, &shape, result.pulls.values(), &scene.title, operation)
-                }
-            })?
-        }
+        AnyBody::Flat(body) => run_body(&scene, body, to, section)?,
+        AnyBody::Solid(body) => run_body(&scene, body, to, solid)?,
     };
     output::answer(global, &Json(&result), &by, &written, || scene_table::outcome(&result))?;
-    Ok(outcome(&result))
+    let failed = (!result.converged).then(|| "it did not converge".to_owned());
+    Ok(Outcome::of_alarms(failed, &result.alarms))
 }
 
-fn upright(body: &Body<3>) -> Body<3> {
-    let mut body = body.clone();
+/// The picture of a body in the plane at these positions of its nodes, m.
+fn section(
+    prepared: &Prepared<2>,
+    positions: &[SVector<f64, 2>],
+    result: &Answer,
+) -> Result<Svg, ReportError> {
+    let Prepared { plan, body, wall, .. } = prepared;
+    let shown = wall.as_ref().map(|w| w.outline()).or(body.palate.as_deref()).unwrap_or_default();
+    let section = SectionPicture::new(&body.mesh, positions, result.pulls.values(), shown, &plan.title);
+    report::tongue(&SectionPicture { contact: wall.is_some(), ..section })
+}
+
+/// The picture of a body in space.
+fn solid(prepared: &Prepared<3>, positions: &[SVector<f64, 3>], result: &Answer) -> Result<Svg, ReportError> {
+    let title = &prepared.plan.title;
+    if !prepared.body.is_activated() {
+        return report::solid(&prepared.body.mesh, positions, title);
+    }
+    let mut body = prepared.body.clone();
     body.mesh.nodes = run::in_axes_of_body(&body.mesh.nodes);
-    body
+    let positions = run::in_axes_of_body(positions);
+    report::views(&body, &positions, result.pulls.values(), title, result.operation.as_ref())
 }
 
-/// Runs a prepared scene, and writes files that are named after it. Returns the outcome, the provenance and the files.
-fn run_prepared<const D: usize>(
+/// Runs a scene with its body, and writes files that are named after it. Returns the outcome, the provenance and the files.
+fn run_body<const D: usize>(
     scene: &Scene,
-    mut prepared: Prepared<D>,
+    body: Body<D>,
     to: Option<(&OutputDir, &Path)>,
-    draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &Answer) -> Result<Svg, ReportError>,
+    draw: impl FnOnce(&Prepared<D>, &[SVector<f64, D>], &Answer) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
+    let mut prepared = prepare(scene, body).into_diagnostic()?;
     let plan = &prepared.plan;
     output::step(|| {
         let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
@@ -158,8 +157,7 @@ fn run_prepared<const D: usize>(
     let result = run::run(scene, &mut prepared).into_diagnostic()?;
     let Some((out, names)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let mesh = &prepared.body.mesh;
-    let picture = draw(mesh, &positions, &result).into_diagnostic()?;
+    let picture = draw(&prepared, &positions, &result).into_diagnostic()?;
     let stresses = prepared.system.stresses(&positions);
     let vtu = Vtu::of(&prepared.body, &positions, result.pulls.values()).into_diagnostic()?;
     let vtu = vtu.with_stresses(stresses);
@@ -194,9 +192,4 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
         )),
         None => Ok(()),
     }
-}
-
-fn outcome(result: &Answer) -> Outcome {
-    let failed = !result.converged;
-    Outcome::of_alarms(failed.then(|| "it did not converge".to_owned()), &result.alarms)
 }

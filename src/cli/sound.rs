@@ -1,17 +1,24 @@
 //! `tongue-fit sound`: the sound of a vowel, or of a tongue in space.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, ensure, miette};
 use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
-use tongue_fit::run::{SoundRun, SpaceSource, TongueSound, TongueSoundRecord};
+use tongue_fit::run::{Kind, SpaceSource, TongueSound, TongueSoundRecord};
+use tongue_fit::scene::effects::Effects;
+use tongue_fit::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
+use tongue_fit::scene::{Scene, SceneBody, Want};
 use tongue_sound::voice::{self, Voice};
 
 use super::body::space_name;
 use super::{Global, Outcome, drive, inputs, output, space, table};
+
+/// The vowel in which the tongue is at rest.
+const BASELINE: &str = "ɯ";
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -86,14 +93,12 @@ struct SpaceArguments {
 
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
-        within("--pitch", self.pitch, 40.0, 1000.0, " Hz")?;
-        within("--seconds", self.seconds, 0.05, 60.0, "")?;
-        match &self.hyoid {
-            Some(shift) if shift.len() != 2 => {
-                Err(miette!("--hyoid takes two numbers, such as --hyoid 2,-3"))
-            }
-            _ => Ok(()),
-        }
+        let Self { pitch, seconds, hyoid, .. } = self;
+        ensure!((40.0..=1000.0).contains(pitch), "--pitch is {pitch}; it must be between 40 and 1000 Hz");
+        ensure!((0.05..=60.0).contains(seconds), "--seconds is {seconds}; it must be between 0.05 and 60");
+        let has_two = hyoid.as_ref().is_none_or(|shift| shift.len() == 2);
+        ensure!(has_two, "--hyoid takes two numbers, such as --hyoid 2,-3");
+        Ok(())
     }
 
     /// The vowel with the label of its row in the table, by which the tract's file and the published means name it.
@@ -114,47 +119,49 @@ impl Arguments {
         }
     }
 
-    fn sound_run<'a>(
-        &'a self,
-        tract: &'a Tract,
-        vowel: Option<&'a Vowel>,
-        means: &'a [MeanVowel],
-    ) -> miette::Result<SoundRun<'a>> {
-        Ok(SoundRun {
-            title: match vowel {
-                Some(v) => format!("{} /{v}/", self.subject),
-                None => self.tension.join(", "),
-            },
-            subject: &self.subject,
-            vowel,
-            target: &self.target,
+    /// The scene of a vowel, whose lengths are fitted with the baseline at rest, or of given tensions.
+    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
+        let fit = vowel.filter(|v| v.label() != BASELINE).map(|v| FitTarget {
+            subject: self.subject.clone(),
+            vowel: v.label().to_owned(),
+            target: self.target.clone(),
+        });
+        let file = self.tract.as_ref().map(|p| p.display().to_string());
+        let scene = Scene {
+            title: vowel.map_or_else(|| self.tension.join(", "), |v| format!("{} /{v}/", self.subject)),
+            note: String::new(),
+            want: Want::Sound,
+            body: SceneBody::Tongue(SceneTongue { h_mm: self.h, kind: Kind::Springs }),
+            material: Material::default(),
             tensions_n: drive::pairs("--tension", &self.tension, "GGp=20")?.into_iter().collect(),
-            tract,
-            tract_file: self.tract.as_ref().map(|p| p.display().to_string()),
-            posture: self.posture(tract, vowel),
-            means,
-            h_mm: self.h,
-        })
+            fit,
+            activations: BTreeMap::new(),
+            surgery: None,
+            points: None,
+            effects: Effects::default(),
+            trajectory: None,
+            tract: Some(SceneTract { file, ..SceneTract::default() }),
+        };
+        let scene = scene.spoken(&self.posture(tract, vowel), tract.jaw.joint_mm);
+        scene.check().into_diagnostic()?;
+        Ok(scene)
     }
 }
 
 impl SpaceArguments {
+    /// The title of the sound, and the sound.
     fn sound(
         &self,
         source: &SpaceSource,
         tract_and_means: (&Tract, Articulation, &[MeanVowel]),
-    ) -> miette::Result<TongueSound> {
+    ) -> miette::Result<(String, TongueSound)> {
         let body = self.model.body(source)?;
         let activations = space::activations(&self.activation, &body)?;
-        let title = if self.activation.is_empty() {
-            format!("{}, at rest", body.what)
-        } else {
-            format!("{}, {}", body.what, self.activation.join(", "))
-        };
         let model = self.model.model()?;
-        let sound =
-            TongueSound::in_space(title, (&body, &model), activations, tract_and_means, &output::tell_step);
-        sound.into_diagnostic()
+        let sound = TongueSound::in_space((&body, &model), activations, tract_and_means, &output::tell_step);
+        let shown =
+            if self.activation.is_empty() { "at rest".to_owned() } else { self.activation.join(", ") };
+        Ok((format!("{}, {shown}", body.what), sound.into_diagnostic()?))
     }
 }
 
@@ -169,14 +176,6 @@ fn drawn_in_space(source: &SpaceSource) -> miette::Result<Tract> {
     }
 }
 
-fn within(key: &str, x: f64, low: f64, high: f64, why: &str) -> miette::Result<()> {
-    if (low..=high).contains(&x) {
-        Ok(())
-    } else {
-        Err(miette!("{key} is {x}; it must be between {low} and {high}{why}"))
-    }
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel()?;
@@ -186,19 +185,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(path) => inputs::tract(path)?,
         None => source.map_or_else(|| VocalTract::reference().into_diagnostic(), drawn_in_space)?,
     };
-    let (out, sound) = match source {
+    let (out, title, sound) = match source {
         Some(source) => {
             let tract_and_means = (&tract, arguments.posture(&tract, None), means.as_slice());
-            let sound = arguments.space.sound(source, tract_and_means)?;
-            (global.folder("results/sound")?, sound)
+            let (title, sound) = arguments.space.sound(source, tract_and_means)?;
+            (global.folder("results/sound")?, title, sound)
         }
         None => {
-            let sound_run = arguments.sound_run(&tract, vowel.as_ref(), &means)?;
-            sound_run.scene().into_diagnostic()?;
-            (global.folder("results/sound")?, sound_run.run().into_diagnostic()?)
+            let scene = arguments.scene(&tract, vowel.as_ref())?;
+            let out = global.folder("results/sound")?;
+            let spoken = vowel.as_ref().map(|v| (arguments.subject.as_str(), v));
+            let sound = TongueSound::of_scene(&scene, spoken, &means).into_diagnostic()?;
+            (out, scene.title, sound)
         }
     };
-    let TongueSound { title, tissue, mesh, positions, record } = sound;
+    let TongueSound { tissue, mesh, positions, record } = sound;
     let title_of_picture =
         format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let picture = report::vowel(&VowelPicture {

@@ -15,14 +15,6 @@ use tongue_fit::statics::{self, Connection, CriticalKind, FromRest, Trace};
 use tongue_fit::surgery::OperationRecord;
 use tongue_fit::validate::{self, ValidationStudy};
 
-/// An empty table, in which all columns but the first are aligned to the right.
-pub(super) fn table(header: &[&str]) -> Table {
-    let mut t = Table::new();
-    t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
-    (1..header.len()).for_each(|column| align(&mut t, column, CellAlignment::Right));
-    t
-}
-
 pub(super) fn align_left(t: &mut Table, column: usize) {
     align(t, column, CellAlignment::Left);
 }
@@ -33,12 +25,15 @@ fn align(t: &mut Table, column: usize, to: CellAlignment) {
     });
 }
 
+/// A table in which all columns but the first are aligned to the right.
 pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
     header: &[&str],
     items: impl IntoIterator<Item = T>,
     row: impl Fn(T) -> R,
 ) -> Table {
-    let mut t = table(header);
+    let mut t = Table::new();
+    t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
+    (1..header.len()).for_each(|column| align(&mut t, column, CellAlignment::Right));
     items.into_iter().for_each(|item| {
         t.add_row(row(item));
     });

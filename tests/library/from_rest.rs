@@ -8,7 +8,7 @@ use tongue_files::run::Equilibrium;
 use tongue_fit::body::Body;
 use tongue_fit::observe::Observation;
 use tongue_fit::scene::{Scene, simulate};
-use tongue_fit::simulation::Assemble;
+use tongue_fit::simulation::Assembly;
 use tongue_fit::statics::{self, Connection, FromRest, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::alarms::Alarm;
@@ -88,9 +88,13 @@ impl Tongue<'_> {
         assert!(program == Some((how, same)) && are_same(w.positions(), &there));
         let named: Vec<(&str, f64)> =
             self.body.mesh.muscles.iter().map(|m| m.name.as_str()).zip(*load).collect();
-        let assembly = Model::default().assemble(self.body, named.iter().map(|(name, _)| *name)).unwrap();
+        let assembly =
+            Assembly::new(&Model::default(), self.body, named.iter().map(|(name, _)| *name)).unwrap();
         let shape = assembly.solver().follow_from_rest(&named).unwrap();
-        assert_eq!((shape.trace.unwrap().from_rest, shape.is_traced()), (how, how == FromRest::Branch));
+        assert_eq!(
+            (shape.found.branch.unwrap().from_rest, shape.is_traced()),
+            (how, how == FromRest::Branch)
+        );
         assert!(are_same(shape.positions(), &there));
         let unknowns = (0..load.len()).map(|m| Unknown::tension(m, 200.0)).collect();
         let length = Observation::new(Length::new(self.system.muscle_ends(0)), 0.0);

@@ -18,7 +18,7 @@ use crate::fixtures::{PUBLISHED_A as PUBLISHED, pulling, says, target};
 const MUSCLES: [&str; 3] = ["GGa", "SGm", "HGa"];
 
 fn model() -> Assembly<2> {
-    Model::default().assemble(&Body::tongue(5.5 * MM).unwrap(), MUSCLES).unwrap()
+    Assembly::new(&Model::default(), &Body::tongue(5.5 * MM).unwrap(), MUSCLES).unwrap()
 }
 
 /// The system and the tensions of the published answer, without the interface by name.
@@ -40,7 +40,7 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     let near = solver.equilibrium_from(&other, &PUBLISHED).unwrap();
     let again = solver.equilibrium(&PUBLISHED).unwrap();
     for shape in [&first, &again] {
-        assert_eq!((shape.positions(), shape.solution), (workspace.positions(), solution));
+        assert_eq!((shape.positions(), shape.found.solution), (workspace.positions(), solution));
     }
     assert!(near.is_converged() && (near.length("HGa").unwrap() - first.length("HGa").unwrap()).abs() < 1e-9);
     assert_eq!(other.tension("HGa").unwrap(), 60.0, "a shape outlives the next solve");
@@ -48,12 +48,11 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     assert_eq!(gga, system.length(workspace.positions(), 0));
     assert_eq!(first.stretch("GGa").unwrap(), gga / first.rest_length("GGa").unwrap());
     assert_eq!(first.ratio("GGa", "GGa").unwrap(), 1.0);
-    assert_eq!(first.cell_ratios(), system.cell_ratios(workspace.positions()));
 
     let mut workspace = Workspace::new(&system);
     let trace = statics::solve_and_trace(&system, &mut workspace, &tensions, &settings);
     let traced = solver.follow_from_rest(&PUBLISHED).unwrap();
-    assert_eq!((traced.positions(), traced.trace), (workspace.positions(), Some(trace)));
+    assert_eq!((traced.positions(), traced.found.branch), (workspace.positions(), Some(trace)));
     assert!(traced.is_traced() && !first.is_traced());
 }
 
@@ -67,11 +66,11 @@ fn fits_have_the_same_bits() {
     ] {
         let settings = FitSettings { method, ..FitSettings::default() };
         assert_eq!(wanted, target("S2", "a", kind));
-        let model = Model::default().assemble(&body, wanted.active_names()).unwrap();
+        let model = Assembly::new(&Model::default(), &body, wanted.active_names()).unwrap();
         let observations = model.observations(&wanted).unwrap();
         let found = InverseProblem::new(&model, observations).with_settings(settings).fit().unwrap();
         let fit = inverse::fit(&body.mesh, &Model::default(), &wanted, &settings).unwrap();
-        assert_eq!((found.status, found.answer.misfit), (fit.answer.status, fit.answer.misfit));
+        assert_eq!((found.answer.status, found.answer.misfit), (fit.answer.status, fit.answer.misfit));
         assert_eq!(
             (&found.answer.positions, &found.answer.starts),
             (&fit.answer.positions, &fit.answer.starts)
@@ -93,7 +92,7 @@ fn fits_have_the_same_bits() {
 #[test]
 fn bones_priors_and_constants_are_fitted_by_name() {
     let body = Body::tongue(5.5 * MM).unwrap();
-    let model = Model::default().assemble(&body, ["GGa", "HGa"]).unwrap();
+    let model = Assembly::new(&Model::default(), &body, ["GGa", "HGa"]).unwrap();
     let mut solver = model.solver();
     solver.shift_bone("hyoid", SVector::from([3.0 * MM, -2.0 * MM])).unwrap();
     let truth = [("GGa", 14.0), ("HGa", 9.0)];
@@ -108,7 +107,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let problem = || InverseProblem::new(&model, observations(&shape)).with_settings(settings);
     let free = problem().free_bone("hyoid", 10.0 * MM).unwrap().fit().unwrap();
-    assert!(free.is_trustworthy(), "{:?}", free.status);
+    assert!(free.answer.is_trustworthy(), "{:?}", free.answer.status);
     let shift = free.displacement("hyoid").unwrap();
     assert!((shift - SVector::from([3.0 * MM, -2.0 * MM])).norm() < 1e-6, "{shift:?}");
     assert!(free.tensions().iter().zip(truth).all(|(found, true_)| (found.1 - true_.1).abs() < 1e-3));
@@ -118,16 +117,17 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     let held = held.fit().unwrap().displacement("hyoid").unwrap();
     assert!(held.norm() < 0.8 * shift.norm(), "{held:?}");
     let small = problem().free_bone("hyoid", 10.0 * MM).unwrap().with_prior("HGa", 0.0, 0.1).unwrap();
-    let small = small.fit().unwrap().tension("HGa").unwrap();
+    let small = small.fit().unwrap().shape.tension("HGa").unwrap();
     assert!(small < 0.9 * 9.0, "{small}");
-    let capped = problem().with_bounds("HGa", 1.0, 5.0).unwrap().fit().unwrap().tension("HGa").unwrap();
+    let capped = problem().with_bounds("HGa", 1.0, 5.0).unwrap().fit().unwrap().shape.tension("HGa").unwrap();
     assert!((1.0..=5.0).contains(&capped), "{capped}");
 
     // With known tensions the stiffness can be found, and a known tension is not an unknown.
     let soft = Model {
         constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
     };
-    let shape = soft.assemble(&body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
+    let shape =
+        Assembly::new(&soft, &body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
     let found = InverseProblem::new(&model, observations(&shape))
         .with_settings(settings)
         .with_tension("GGa", 14.0)
@@ -138,7 +138,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
         .fit()
         .unwrap();
     assert!(found.young_modulus().is_some_and(|e| (e - 4700.0).abs() < 0.1), "{:?}", found.young_modulus());
-    assert_eq!((found.tension("GGa").unwrap(), found.poisson_ratio()), (14.0, None));
+    assert_eq!((found.shape.tension("GGa").unwrap(), found.poisson_ratio()), (14.0, None));
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
         assert!(distance(tongue.nodes[node]).abs() < 1e-12);
     }
     let block = Body::new("a block", solid::block([0.03; 3], [3; 3]));
-    let model = Model::default().assemble(&block, [""; 0]).unwrap();
+    let model = Assembly::new(&Model::default(), &block, [""; 0]).unwrap();
     let rest = model.system().rest();
     let distance = |p| model.surface(p).unwrap().value(rest);
     let outside = [([0.015, 0.015, 0.032], 0.002), ([-0.004, 0.011, 0.02], 0.004)];
@@ -169,7 +169,7 @@ fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
 #[test]
 fn a_muscle_of_many_fibres_pulls_with_all_and_is_not_a_single_unknown() {
     let body = Body::new("a cylinder", solid::cylinder(10.0 * MM, 40.0 * MM, 2, 4));
-    let model = Model::default().assemble(&body, ["axial"]).unwrap();
+    let model = Assembly::new(&Model::default(), &body, ["axial"]).unwrap();
     let shape = model.solver().equilibrium(&[("axial", 0.01)]).unwrap();
     assert!(shape.is_converged() && shape.stretch("axial").unwrap() < 1.0);
     assert!(model.stretch("axial").unwrap_err().to_string().contains("19 fibres"));
@@ -187,10 +187,10 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
     let problem = || InverseProblem::new(&model, Vec::<Observation<2>>::new());
     let mut small = body.clone();
     small.mesh.muscles.push(MuscleChain { name: "none".into(), nodes: vec![] });
-    let coarse = Model::default().assemble(&Body::tongue(9.0 * MM).unwrap(), ["GGa"]).unwrap();
+    let coarse = Assembly::new(&Model::default(), &Body::tongue(9.0 * MM).unwrap(), ["GGa"]).unwrap();
     let other = coarse.solver().equilibrium(&[]).unwrap();
     let assembled = |body: &Body<2>, names: &[&str]| {
-        Model::default().assemble(body, names.iter().copied()).map(drop).unwrap_err()
+        Assembly::new(&Model::default(), body, names.iter().copied()).map(drop).unwrap_err()
     };
     let cases: [(SimulationError, &str); 19] = [
         (assembled(&body, &["GGaa"]), "\"GGaa\"; did you mean \"GGa\"?"),
@@ -218,7 +218,7 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
         assert!(parts.split("; ").all(|part| message.contains(part)), "{message}");
     }
     let block = Body::new("a block", solid::block([0.03; 3], [1; 3]));
-    let message = Model::default().assemble(&block, ["GGa"]).unwrap_err().to_string();
+    let message = Assembly::new(&Model::default(), &block, ["GGa"]).unwrap_err().to_string();
     assert!(
         message.contains("no muscles") && Dataset::reference().unwrap().ratios("S2", "").is_err(),
         "{message}"
@@ -229,7 +229,7 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
 #[test]
 fn derivatives_of_nodes_by_tensions_are_the_differences() {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
-    let laid = Model::default().assemble(&continuum, MUSCLES).unwrap();
+    let laid = Assembly::new(&Model::default(), &continuum, MUSCLES).unwrap();
     for model in [model(), laid] {
         let mut solver = model.solver();
         let shape = solver.equilibrium(&PUBLISHED).unwrap();

@@ -1,11 +1,10 @@
 mod prepared;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, bail, miette};
+use miette::{IntoDiagnostic, bail, ensure, miette};
 use rayon::prelude::*;
 use tongue_fit::choice::name_of;
 use tongue_fit::inverse::Method;
@@ -65,34 +64,20 @@ impl Arguments {
     fn selection(&self) -> miette::Result<Selection> {
         let kinds = match self.target.as_str() {
             "both" => TargetKind::ALL.to_vec(),
-            name => {
-                let kind = name.parse::<TargetKind>();
-                vec![kind.map_err(|e| miette!("--target: {e}, or both of them: both"))?]
-            }
+            name => vec![name.parse().map_err(|e| miette!("--target: {e}, or both of them: both"))?],
         };
         let vowels = self.vowels.as_ref().map(|v| v.iter().map(|v| v.parse()).collect::<Result<_, _>>());
-        let mut selection = Selection {
-            subjects: self.subjects.clone(),
-            vowels: vowels.transpose().into_diagnostic()?,
-            kinds,
-            baseline: None,
-            baseline_of: BTreeMap::new(),
-        };
+        let vowels = vowels.transpose().into_diagnostic()?;
+        let mut selection =
+            Selection { subjects: self.subjects.clone(), vowels, kinds, ..Selection::default() };
         for word in &self.baseline {
-            let twice = || miette!("--baseline {word}: this baseline is given twice; give it once");
-            match word.split_once('=') {
-                Some((subject, vowel)) => {
-                    let vowel: Vowel = vowel.parse().into_diagnostic()?;
-                    if selection.baseline_of.insert(subject.to_owned(), vowel).is_some() {
-                        return Err(twice());
-                    }
-                }
-                None => {
-                    if selection.baseline.replace(word.parse().into_diagnostic()?).is_some() {
-                        return Err(twice());
-                    }
-                }
-            }
+            let (subject, vowel) = word.split_once('=').map_or((None, word.as_str()), |(s, v)| (Some(s), v));
+            let vowel: Vowel = vowel.parse().into_diagnostic()?;
+            let earlier = match subject {
+                Some(subject) => selection.baseline_of.insert(subject.to_owned(), vowel),
+                None => selection.baseline.replace(vowel),
+            };
+            ensure!(earlier.is_none(), "--baseline {word}: this baseline is given twice; give it once");
         }
         Ok(selection)
     }

@@ -46,29 +46,26 @@ impl Equilibrium {
         pulls: &[f64],
         direct: bool,
     ) -> Self {
-        let found = Self::new(statics::solve(system, workspace, pulls, &SolveSettings::default()), None);
-        if direct { found } else { found.follow_from_rest(system, workspace, pulls) }
+        let settings = SolveSettings::default();
+        if direct {
+            statics::solve(system, workspace, pulls, &settings).into()
+        } else {
+            statics::solve_and_trace(system, workspace, pulls, &settings).into()
+        }
     }
+}
 
-    /// Follows the equilibria from rest after a direct solve, whose positions are in the workspace.
-    pub(crate) fn follow_from_rest<const D: usize>(
-        self,
-        system: &System<D>,
-        workspace: &mut Workspace<D>,
-        pulls: &[f64],
-    ) -> Self {
-        let found =
-            statics::trace_beside(system, workspace, &self.solution, pulls, &SolveSettings::default());
-        Self::new(found.solution, Some(found))
+/// An equilibrium that was not followed from rest.
+impl From<Solution> for Equilibrium {
+    fn from(solution: Solution) -> Self {
+        Self { solution, branch: None, alarms: alarms::barrier(solution.guarded).into_iter().collect() }
     }
+}
 
-    /// An equilibrium with its alarms. `branch` is `None` if it was not followed from rest.
-    pub(crate) fn new(solution: Solution, branch: Option<statics::Trace>) -> Self {
-        let alarms = match &branch {
-            Some(trace) => alarms::of_equilibrium(&solution, trace.from_rest),
-            None => alarms::barrier(solution.guarded).into_iter().collect(),
-        };
-        Self { solution, branch, alarms }
+impl From<statics::Trace> for Equilibrium {
+    fn from(branch: statics::Trace) -> Self {
+        let solution = branch.solution;
+        Self { solution, branch: Some(branch), alarms: alarms::of_equilibrium(&solution, branch.from_rest) }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Runs as plain structs: a body from options ([`PlaneBody`], [`SpaceSource`]), an equilibrium ([`Equilibrium`], [`Solved`]), a motion
-//! ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
+//! ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`TongueSound`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
 //! fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the page fill them in. A
 //! scene is such a struct itself ([`crate::scene`]).
 //!
-//! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system;
-//! [`Shape`](crate::simulation::Shape) is read by names of muscles. [`Answer`](tongue_infer::inverse::Answer) has the values that a search
+//! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system,
+//! [`Shape`](crate::simulation::Shape) what is read by names of muscles. [`Answer`](tongue_infer::inverse::Answer) has the values that a search
 //! found, with their assessment; [`Fit`](tongue_infer::inverse::Fit) adds the target, [`Estimate`](crate::simulation::Estimate) the
 //! observations. [`FitRecord`](crate::report::FitRecord) is a fit as it is written.
 
@@ -27,5 +27,5 @@ pub use fit::{FitRun, Published, VerdictSource};
 pub use muscles::{EffectRow, MuscleEffect};
 pub use posterior::{PosteriorRun, SampledPosterior};
 pub use recordings::{ScreenedRecording, bones_apart_m, check_scale};
-pub use sound::{SoundRun, TongueSound, TongueSoundRecord};
+pub use sound::{TongueSound, TongueSoundRecord};
 pub use track::{SpaceTrack, SpaceTrackRun, TrackRun, TrackedBody};

@@ -14,13 +14,9 @@ use tongue_input::measured::{ByMuscle, Dataset, Vowel};
 
 use super::equilibrium::Solved;
 use crate::report::SoundRecord;
-use crate::scene::effects::Effects;
-use crate::scene::file::{FitTarget, Material, Scene, SceneBody, SceneTongue, SceneTract, Want};
 use crate::scene::prepare::prepare;
-use crate::scene::{body, run};
+use crate::scene::{Scene, body, run};
 use crate::simulation::SimulationError;
-
-const BASELINE: &str = "ɯ";
 
 #[derive(Debug, Clone, Serialize)]
 pub struct TongueSoundRecord {
@@ -44,86 +40,11 @@ pub struct TongueSoundRecord {
 
 /// The sound of a tongue, with its midsagittal section at rest and in the shape that makes the sound.
 pub struct TongueSound {
-    pub title: String,
     pub tissue: TissueModel,
     pub mesh: Mesh<2>,
     /// Positions of the nodes of the section, m.
     pub positions: Vec<SVector<f64, 2>>,
     pub record: TongueSoundRecord,
-}
-
-/// The sound of the tongue in the plane: of a vowel, whose lengths are fitted with the baseline at rest, or of given tensions.
-#[derive(Debug, Clone)]
-pub struct SoundRun<'a> {
-    pub title: String,
-    pub subject: &'a str,
-    pub vowel: Option<&'a Vowel>,
-    /// `ratio` or `stretch`.
-    pub target: &'a str,
-    /// N per metre of thickness; used if there is no vowel.
-    pub tensions_n: BTreeMap<String, f64>,
-    pub tract: &'a Tract,
-    /// `None` for the built-in tract.
-    pub tract_file: Option<String>,
-    pub posture: Articulation,
-    pub means: &'a [MeanVowel],
-    pub h_mm: f64,
-}
-
-impl SoundRun<'_> {
-    /// The scene that is run; an error for values that a scene does not take.
-    pub fn scene(&self) -> Result<Scene, SimulationError> {
-        let fitted = self.vowel.filter(|v| v.label() != BASELINE);
-        let scene = Scene {
-            title: self.title.clone(),
-            note: String::new(),
-            want: Want::Sound,
-            body: SceneBody::Tongue(SceneTongue { h_mm: self.h_mm, kind: Default::default() }),
-            material: Material::default(),
-            tensions_n: self.tensions_n.clone(),
-            fit: fitted.map(|v| FitTarget {
-                subject: self.subject.to_owned(),
-                vowel: v.label().to_owned(),
-                target: self.target.to_owned(),
-            }),
-            activations: BTreeMap::new(),
-            surgery: None,
-            points: None,
-            effects: Effects::default(),
-            trajectory: None,
-            tract: Some(SceneTract { file: self.tract_file.clone(), ..Default::default() }),
-        };
-        let scene = scene.spoken(&self.posture, self.tract.jaw.joint_mm);
-        scene.check()?;
-        Ok(scene)
-    }
-
-    pub fn run(&self) -> Result<TongueSound, SimulationError> {
-        if let Some(vowel) = self.vowel.filter(|v| v.label() == BASELINE) {
-            Dataset::reference()?.baseline_vowel(self.subject, vowel)?;
-        }
-        let scene = self.scene()?;
-        let AnyBody::Flat(body) = body::build(&scene)? else {
-            return Err(SimulationError::Refused("only a body in the plane has a tract".to_owned()));
-        };
-        let mut prepared = prepare(&scene, body)?;
-        let answer = run::run(&scene, &mut prepared)?;
-        let Some(sound) = answer.sound else {
-            return Err(SimulationError::Refused("this scene has no sound".to_owned()));
-        };
-        let tensions = answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect();
-        let own = self.vowel.and_then(|v| self.means.iter().find(|m| m.vowel == v.label()));
-        let record = TongueSoundRecord {
-            subject: self.vowel.map(|_| self.subject.to_owned()),
-            vowel: self.vowel.map(|v| v.label().to_owned()),
-            tensions_n: Some(tensions),
-            published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
-            ..TongueSoundRecord::new((answer.converged, answer.alarms), sound, answer.wall_s, self.means)
-        };
-        let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-        let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
-        Ok(TongueSound { title: scene.title, tissue, mesh, positions, record })
-    }
 }
 
 impl TongueSoundRecord {
@@ -153,9 +74,39 @@ impl TongueSoundRecord {
 }
 
 impl TongueSound {
+    /// The sound of a tongue in the plane, from a scene that wants it; `spoken` are the subject and the vowel that the scene shows.
+    pub fn of_scene(
+        scene: &Scene,
+        spoken: Option<(&str, &Vowel)>,
+        means: &[MeanVowel],
+    ) -> Result<Self, SimulationError> {
+        if let Some((subject, vowel)) = spoken.filter(|_| scene.fit.is_none()) {
+            Dataset::reference()?.baseline_vowel(subject, vowel)?;
+        }
+        let AnyBody::Flat(body) = body::build(scene)? else {
+            return Err(SimulationError::Refused("only a body in the plane has a tract".to_owned()));
+        };
+        let mut prepared = prepare(scene, body)?;
+        let answer = run::run(scene, &mut prepared)?;
+        let Some(sound) = answer.sound else {
+            return Err(SimulationError::Refused("this scene has no sound".to_owned()));
+        };
+        let tensions = answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect();
+        let own = spoken.and_then(|(_, v)| means.iter().find(|m| m.vowel == v.label()));
+        let record = TongueSoundRecord {
+            subject: spoken.map(|(subject, _)| subject.to_owned()),
+            vowel: spoken.map(|(_, v)| v.label().to_owned()),
+            tensions_n: Some(tensions),
+            published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
+            ..TongueSoundRecord::new((answer.converged, answer.alarms), sound, answer.wall_s, means)
+        };
+        let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
+        let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
+        Ok(Self { tissue, mesh, positions, record })
+    }
+
     /// The sound of a tongue in space, from cross-sections between tongue and tract. For `tell` see [`Solved::in_space`].
     pub fn in_space(
-        title: String,
         (body, model): (&Body<3>, &SpaceModel),
         activations: Vec<f64>,
         (tract, posture, means): (&Tract, Articulation, &[MeanVowel]),
@@ -173,6 +124,6 @@ impl TongueSound {
             ..TongueSoundRecord::new((converged, solved.alarms(body)), sound, solved.wall_s, means)
         };
         let (tissue, positions) = (solved.system.tissue(), solved.midsagittal_positions());
-        Ok(Self { title, tissue, mesh: body.midsagittal_mesh(), positions, record })
+        Ok(Self { tissue, mesh: body.midsagittal_mesh(), positions, record })
     }
 }

@@ -13,6 +13,7 @@ use crate::simulation::SimulationError;
 use crate::surgery::Surgery;
 use tongue_core::choice;
 use tongue_core::toml_text::{self, Misread};
+use tongue_infer::acoustics::Articulation;
 use tongue_input::bodies::Unit;
 use tongue_input::measured::recording::CONTOUR_SD_M;
 
@@ -97,19 +98,17 @@ pub struct SceneTongue {
 
 /// A tongue in space.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SceneSpace {
     /// A folder with the files of ArtiSynth's tongue, used instead of the built-in tongue.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub folder: Option<String>,
     /// A mesh of hexahedra from Gmsh (.msh), used instead of the built-in tongue: x to the back, y to the right, z upwards.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Unit of the coordinates in that file: `m` or `mm`.
-    #[serde(default)]
     pub unit: Unit,
     /// Whether every hexahedron is cut in eight.
-    #[serde(default)]
     pub refined: bool,
 }
 
@@ -198,20 +197,23 @@ pub struct FitTarget {
 /// Points of one posture in the frame of the body, measured on the surface of the tongue in the midsagittal plane. The tensions of all
 /// muscles are found as in `tongue-fit track`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Points {
     /// Points somewhere on the surface, in order from root to tip, mm.
-    #[serde(default)]
     pub contour_mm: Vec<[f64; 2]>,
     /// Points that are fixed to the surface.
-    #[serde(default)]
     pub sensors: Vec<Sensor>,
     /// Standard deviation of every coordinate, mm.
-    #[serde(default = "default_noise")]
     pub noise_mm: f64,
     /// Scale of the half-normal prior of the tensions, N per metre of thickness.
-    #[serde(default = "default_prior")]
     pub prior_n_per_m: f64,
+}
+
+impl Default for Points {
+    fn default() -> Self {
+        let noise_mm = CONTOUR_SD_M * 1e3;
+        Self { contour_mm: Vec::new(), sensors: Vec::new(), noise_mm, prior_n_per_m: 20.0 }
+    }
 }
 
 /// A sensor on the tongue.
@@ -244,14 +246,6 @@ fn default_spacing() -> f64 {
 
 fn default_kind() -> String {
     "ratio".to_owned()
-}
-
-fn default_noise() -> f64 {
-    CONTOUR_SD_M * 1e3
-}
-
-fn default_prior() -> f64 {
-    20.0
 }
 
 fn default_tolerance() -> f64 {
@@ -310,25 +304,20 @@ pub fn shipped(name: &str) -> Result<Scene, SimulationError> {
 
 /// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SceneTract {
     /// Its file, from the current folder; by default the tract of the reference tongue.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Height of the opening between the lips, mm.
-    #[serde(default = "default_opening")]
     pub lip_opening_mm: f64,
     /// Protrusion of the lips, mm.
-    #[serde(default)]
     pub lip_protrusion_mm: f64,
 }
 
 impl Default for SceneTract {
     fn default() -> Self {
-        Self { file: None, lip_opening_mm: default_opening(), lip_protrusion_mm: 0.0 }
+        let Articulation { lip_opening_mm, lip_protrusion_mm, .. } = Articulation::default();
+        Self { file: None, lip_opening_mm, lip_protrusion_mm }
     }
-}
-
-fn default_opening() -> f64 {
-    tongue_infer::acoustics::Articulation::default().lip_opening_mm
 }

@@ -10,7 +10,7 @@ use super::plan::{self, MuscleRole, Planned, ScenePlan, force_unit};
 use super::{loads, vocal_tract};
 use crate::simulation::SimulationError;
 use crate::surgery::Operation;
-use tongue_core::body::{Body, Muscle};
+use tongue_core::body::Body;
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::Constants;
 use tongue_core::system::model::bending_kept;
@@ -85,13 +85,8 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
         System::with_additions(&body.mesh, &model, &contracting, additions)?
     };
     let system = Arc::new(system);
-    let roles = if body.is_activated() {
-        roles_by_activation(&body.muscles, &tensions)
-    } else {
-        roles(scene, &body, &contracting, target.as_ref())
-    };
-    let method = method(scene);
-    let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
+    let roles = roles(scene, &body, &contracting, &tensions, target.as_ref());
+    let plan = plan::count(scene, &body.what, method(scene), decisions, roles, &system);
     Ok(Prepared { plan, body, operation, system, start, tensions, wall, target, seen, airway })
 }
 
@@ -108,14 +103,6 @@ fn of_hexahedra<const D: usize>(
     let body = (body as &dyn Any).downcast_ref().ok_or_else(wrong)?;
     let system: Box<dyn Any> = Box::new(System::in_space_with(body, &SpaceModel::default(), *additions)?);
     Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
-}
-
-fn roles_by_activation(muscles: &[Muscle], activations: &[f64]) -> Vec<MuscleRole> {
-    Vec::from_iter(muscles.iter().zip(activations).map(|(muscle, &a)| MuscleRole {
-        muscle: muscle.name.clone(),
-        contracting: a > 0.0,
-        why: if a > 0.0 { format!("activated to {a}") } else { "passive: its region is tissue".to_owned() },
-    }))
 }
 
 /// The displaced bones, incompressibility and the wall, without weight.
@@ -257,10 +244,12 @@ fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>
     }))
 }
 
+/// What each muscle does, and why. `tensions` are activations in a body of hexahedra.
 fn roles<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     contracting: &[usize],
+    tensions: &[f64],
     target: Option<&Target>,
 ) -> Vec<MuscleRole> {
     let mut roles: Vec<MuscleRole> = Vec::new();
@@ -270,6 +259,8 @@ fn roles<const D: usize>(
         }
         let contracts = contracting.contains(&number);
         let why = match scene.tensions_n.get(&muscle.name) {
+            _ if contracts && body.is_activated() => format!("activated to {}", tensions[number]),
+            _ if body.is_activated() => "passive: its region is tissue".to_owned(),
             _ if !contracts => "passive: its connections are tissue".to_owned(),
             Some(tension) => format!("contracts with {tension} {}", force_unit(D)),
             None => match target {

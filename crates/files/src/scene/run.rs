@@ -129,12 +129,12 @@ pub fn fit<const D: usize>(
 /// The equilibrium, followed from rest unless there is a wall. The wall stops nodes but not edges, so on the way an edge of the tissue
 /// could slip over a corner of the wall. With a wall the direct solve is followed only if it descended from an unstable state.
 fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace<D>) -> Equilibrium {
-    let (system, pulls) = (&prepared.system, &prepared.tensions);
-    let direct = Equilibrium::of(system, workspace, pulls, true);
-    if prepared.wall.is_some() && direct.solution.connection != Connection::Downhill {
-        return direct;
+    let (system, tensions, settings) = (&prepared.system, &prepared.tensions, SolveSettings::default());
+    let direct = statics::solve(system, workspace, tensions, &settings);
+    if prepared.wall.is_some() && direct.connection != Connection::Downhill {
+        return direct.into();
     }
-    direct.follow_from_rest(system, workspace, pulls)
+    statics::trace_beside(system, workspace, &direct, tensions, &settings).into()
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
@@ -191,34 +191,29 @@ fn muscles<const D: usize>(
     positions: &[SVector<f64, D>],
     points: Option<&PointsFit>,
 ) -> Vec<MuscleLength> {
-    let system = &prepared.system;
-    let chains = &prepared.body.mesh.muscles;
-    let mut out: Vec<MuscleLength> = Vec::new();
-    for role in &prepared.plan.muscles {
-        let same: Vec<usize> = (0..chains.len()).filter(|&m| chains[m].name == role.muscle).collect();
+    let (system, body) = (&prepared.system, &prepared.body);
+    let each = prepared.plan.muscles.iter().map(|role| {
+        let same: Vec<usize> = body.muscles_called(&role.muscle).collect();
         let [rest, length] = [system.rest(), positions]
             .map(|x| same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64);
-        out.push(MuscleLength {
+        let pull = same.first().map_or(0.0, |&m| prepared.tensions[m]);
+        MuscleLength {
             muscle: role.muscle.clone(),
             interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
-            pull: {
-                let value = same.first().map_or(0.0, |&m| prepared.tensions[m]);
-                if prepared.body.is_activated() { Pull::Activation(value) } else { Pull::TensionN(value) }
-            },
+            pull: if body.is_activated() { Pull::Activation(pull) } else { Pull::TensionN(pull) },
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,
             stretch: length / rest,
-        });
-    }
-    out
+        }
+    });
+    each.collect()
 }
 
 fn contact<const D: usize>(prepared: &Prepared<D>, at: Configuration<'_, D>) -> Option<ContactForce> {
     let wall = prepared.wall.as_ref()?;
     let mut force = vec![SVector::zeros(); at.positions.len()];
-    let groups = prepared.effects_by_name();
-    let (_, effects) = groups.iter().find(|(name, _)| *name == "contact")?;
-    effects.iter().for_each(|e| e.add_force(at, &mut force));
+    let effects = prepared.system.effects().iter();
+    effects.filter(|e| e.name() == "contact").for_each(|e| e.add_force(at, &mut force));
     let total: SVector<f64, D> = force.iter().sum();
     let surface = prepared.body.mesh.surface_nodes();
     let closest = surface.iter().map(|&n| wall.distance(&at.positions[n])).fold(f64::INFINITY, f64::min);

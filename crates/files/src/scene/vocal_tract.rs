@@ -35,8 +35,8 @@ pub(super) fn vocal_tract<const D: usize>(
         None => VocalTract::reference()?,
         Some(path) => {
             let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
-            let text = text.map_err(|source| SimulationError::unread("tract.file", path, &source))?;
-            VocalTract::read(&text, path)?
+            let wrong = |e| SimulationError::Refused(format!("tract.file: cannot read \"{path}\": {e}"));
+            VocalTract::read(&text.map_err(wrong)?, path)?
         }
     };
     tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);

@@ -24,25 +24,22 @@ struct AssemblyParts<const D: usize> {
     system: System<D>,
 }
 
-/// Makes a body ready to be solved under a [`Model`].
-pub trait Assemble {
+/// Indices of the chains of a muscle, of which there is at least one.
+fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, SimulationError> {
+    let first = body.muscle(muscle)?;
+    Ok(body.muscles_called(&body.mesh.muscles[first].name).collect())
+}
+
+impl<const D: usize> Assembly<D> {
     /// Makes `body` ready to be solved, with all fibres of the named muscles contracting. All other muscles are passive tissue.
     ///
     /// # Errors
     /// For an unknown muscle, with the nearest name, for a muscle given twice, and where [`System::new`] fails.
-    fn assemble<const D: usize>(
-        &self,
+    pub fn new(
+        model: &Model,
         body: &Body<D>,
         muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, SimulationError>;
-}
-
-impl Assemble for Model {
-    fn assemble<const D: usize>(
-        &self,
-        body: &Body<D>,
-        muscles: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> Result<Assembly<D>, SimulationError> {
+    ) -> Result<Self, SimulationError> {
         let mut contracting = Vec::new();
         for name in muscles {
             let fibres = fibres(body, name.as_ref())?;
@@ -51,18 +48,10 @@ impl Assemble for Model {
             }
             contracting.extend(fibres);
         }
-        let system = System::new(&body.mesh, self, &contracting)?;
-        Ok(Assembly(Arc::new(AssemblyParts { body: body.clone(), model: *self, system })))
+        let system = System::new(&body.mesh, model, &contracting)?;
+        Ok(Self(Arc::new(AssemblyParts { body: body.clone(), model: *model, system })))
     }
-}
 
-/// Indices of the chains of a muscle, of which there is at least one.
-fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, SimulationError> {
-    let first = body.muscle(muscle)?;
-    Ok(body.muscles_called(&body.mesh.muscles[first].name).collect())
-}
-
-impl<const D: usize> Assembly<D> {
     pub fn body(&self) -> &Body<D> {
         &self.0.body
     }
@@ -92,6 +81,13 @@ impl<const D: usize> Assembly<D> {
 
     pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, SimulationError> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
+    }
+
+    /// The length of a muscle in a shape, m; the mean over its fibres.
+    pub fn mean_length(&self, muscle: &str, positions: &[SVector<f64, D>]) -> Result<f64, SimulationError> {
+        let fibres = self.fibres(muscle)?;
+        let sum: f64 = fibres.iter().map(|&m| self.system().length(positions, m)).sum();
+        Ok(sum / fibres.len() as f64)
     }
 
     pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {

@@ -48,10 +48,6 @@ impl SimulationError {
         Self::Refused(format!("[surgery]: {self}"))
     }
 
-    pub(crate) fn unread(key: &str, path: &str, source: &std::io::Error) -> Self {
-        Self::Refused(format!("{key}: cannot read \"{path}\": {source}"))
-    }
-
     pub(super) fn repeated_name(name: &str) -> Self {
         Self::Refused(format!("{name} is given twice; give each name once"))
     }

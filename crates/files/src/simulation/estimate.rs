@@ -5,14 +5,13 @@ use serde_json::{Value, json};
 
 use crate::report::{ByMuscle, SolutionCurveRecord};
 use tongue_core::observe::Observation;
-use tongue_infer::inverse::{Answer, Constant, FitStatus, Quantity, Unknown};
+use tongue_infer::inverse::{Answer, Constant, Quantity, Unknown};
 
 use super::{Assembly, Shape, SimulationError};
 
 /// The values of the unknowns with the best fit of the observations.
 #[derive(Debug, Clone)]
 pub struct Estimate<const D: usize> {
-    pub status: FitStatus,
     /// The answer with its misfit, the directions that the data leave undetermined, and the end points of all starts.
     pub answer: Answer<D>,
     pub shape: Shape<D>,
@@ -21,7 +20,6 @@ pub struct Estimate<const D: usize> {
     pub measured: Vec<f64>,
     unknowns: Vec<Unknown>,
     bones: Vec<String>,
-    contracting: Vec<String>,
 }
 
 impl<const D: usize> Estimate<D> {
@@ -34,29 +32,19 @@ impl<const D: usize> Estimate<D> {
     ) -> Self {
         let (tensions, positions) = (answer.tensions.clone(), answer.positions.clone());
         Self {
-            status: answer.status,
             simulated: observations.iter().map(|o| o.observable.value(&positions)).collect(),
             measured: observations.iter().map(|o| o.measured).collect(),
-            shape: Shape::new(assembly, answer.replay.solution, tensions, positions),
+            shape: Shape::new(assembly, answer.replay.solution.into(), tensions, positions),
             answer,
             unknowns,
             bones,
-            contracting: assembly.contracting().into_iter().map(str::to_owned).collect(),
         }
-    }
-
-    /// [`Answer::is_trustworthy`].
-    pub fn is_trustworthy(&self) -> bool {
-        self.answer.is_trustworthy()
-    }
-
-    pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
-        self.shape.tension(muscle)
     }
 
     /// The tensions of all contracting muscles, as [`Solver::equilibrium`](super::Solver::equilibrium) takes them.
     pub fn tensions(&self) -> Vec<(&str, f64)> {
-        self.contracting.iter().filter_map(|name| Some((name.as_str(), self.tension(name).ok()?))).collect()
+        let names = self.shape.assembly().contracting().into_iter();
+        names.filter_map(|name| Some((name, self.shape.tension(name).ok()?))).collect()
     }
 
     pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, SimulationError> {
@@ -110,8 +98,8 @@ impl<const D: usize> Estimate<D> {
     /// Values are in the order and units of the observations; singular values are those of d(residual)/d(unknown in its unit), descending.
     pub fn record(&self) -> Value {
         json!({
-            "status": self.status,
-            "active": self.contracting,
+            "status": self.answer.status,
+            "active": self.shape.assembly().contracting(),
             "misfit": self.answer.misfit,
             "simulated": self.simulated,
             "measured": self.measured,

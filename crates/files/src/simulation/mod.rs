@@ -3,9 +3,9 @@
 //! to the last bit.
 //!
 //! ```text
-//! Model::default().assemble(&body, ["GGa", ..]) -> Assembly   the body ready to be solved; threads share it
+//! Assembly::new(&Model::default(), &body, ["GGa", ..])   the body ready to be solved; threads share it
 //!     .solver()            -> Solver      one a thread        .equilibrium(&[("GGa", 12.0)]) -> Shape
-//!     .trajectory(..)      -> Trajectory  the motion there
+//!     .trajectory(..)      -> the motion there, at equidistant times
 //!     .stretch("GGa")      -> an observable; with what was measured an Observation
 //!     InverseProblem::new(&model, observations).fit() -> Estimate    fitted tensions, bones and constants
 //! ```
@@ -19,9 +19,9 @@ mod problem;
 mod shape;
 mod solver;
 
-pub use assembly::{Assemble, Assembly};
+pub use assembly::Assembly;
 pub use error::{SimulationError, check_tension, read_tensions};
 pub use estimate::Estimate;
 pub use problem::{InverseProblem, Observations};
-pub use shape::{Shape, Trajectory};
+pub use shape::Shape;
 pub use solver::Solver;

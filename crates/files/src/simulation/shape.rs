@@ -6,14 +6,13 @@ use super::error::check_number;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
 use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion};
-use tongue_core::dynamics::{Control, IntegrationMethod, Motion, MotionOutcome, SHORTEST_S, Tensions};
-use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
+use tongue_core::dynamics::{Control, IntegrationMethod, Motion, SHORTEST_S, Tensions};
+use tongue_core::statics::{Connection, SolveStatus};
 
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
-    pub solution: Solution,
-    pub trace: Option<Trace>,
+    pub found: Equilibrium,
     assembly: Assembly<D>,
     /// N (2D: per metre of thickness), of all chains of the body in its order.
     pub(super) tensions: Vec<f64>,
@@ -23,30 +22,25 @@ pub struct Shape<const D: usize> {
 impl<const D: usize> Shape<D> {
     pub(super) fn new(
         assembly: &Assembly<D>,
-        solution: Solution,
+        found: Equilibrium,
         tensions: Vec<f64>,
         positions: Vec<SVector<f64, D>>,
     ) -> Self {
-        Self { solution, trace: None, assembly: assembly.clone(), tensions, positions }
+        Self { found, assembly: assembly.clone(), tensions, positions }
     }
 
     pub fn assembly(&self) -> &Assembly<D> {
         &self.assembly
     }
 
-    /// Whether the shape is an equilibrium; if not, `solution.status` says why.
+    /// Whether the shape is an equilibrium; if not, `found.solution.status` says why.
     pub fn is_converged(&self) -> bool {
-        self.solution.status == SolveStatus::Converged
+        self.found.solution.status == SolveStatus::Converged
     }
 
     /// Whether the shape is known to lie on the branch of equilibria from rest.
     pub fn is_traced(&self) -> bool {
-        self.solution.connection == Connection::Traced
-    }
-
-    /// Number of elements in which the barrier against inversion acts. If there are any, the shape is not that of the published law.
-    pub fn guarded(&self) -> usize {
-        self.solution.guarded
+        self.found.solution.connection == Connection::Traced
     }
 
     /// Positions of all nodes, m, in the order of the body's nodes.
@@ -60,17 +54,11 @@ impl<const D: usize> Shape<D> {
 
     /// The length of a muscle, the straight distance between its ends, m; the mean over its fibres.
     pub fn length(&self, muscle: &str) -> Result<f64, SimulationError> {
-        self.mean_length(muscle, &self.positions)
+        self.assembly.mean_length(muscle, &self.positions)
     }
 
     pub fn rest_length(&self, muscle: &str) -> Result<f64, SimulationError> {
-        self.mean_length(muscle, self.assembly.system().rest())
-    }
-
-    fn mean_length(&self, muscle: &str, positions: &[SVector<f64, D>]) -> Result<f64, SimulationError> {
-        let fibres = self.assembly.fibres(muscle)?;
-        let sum: f64 = fibres.iter().map(|&m| self.assembly.system().length(positions, m)).sum();
-        Ok(sum / fibres.len() as f64)
+        self.assembly.mean_length(muscle, self.assembly.system().rest())
     }
 
     /// The length of a muscle over its length at rest: below 1 if it shortened.
@@ -82,16 +70,10 @@ impl<const D: usize> Shape<D> {
         Ok(self.length(muscle)? / self.length(over)?)
     }
 
-    /// Smallest and largest ratio of a cell's area or volume to that at rest.
-    pub fn cell_ratios(&self) -> (f64, f64) {
-        self.assembly.system().cell_ratios(&self.positions)
-    }
-
     /// The record that `tongue-fit simulate --json` prints, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        let found = Equilibrium::new(self.solution, self.trace);
-        let (body, system) = (self.assembly.body(), self.assembly.system());
-        SimulationRecord::new(body, (system, found), &self.tensions, &self.positions, None, f64::NAN)
+        let (body, solved) = (self.assembly.body(), (self.assembly.system(), self.found.clone()));
+        SimulationRecord::new(body, solved, &self.tensions, &self.positions, None, f64::NAN)
     }
 
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
@@ -115,16 +97,6 @@ impl Shape<3> {
     }
 }
 
-#[derive(Debug, Clone)]
-pub struct Trajectory<const D: usize> {
-    pub outcome: MotionOutcome,
-    /// Part of the way to equilibrium that the body has moved at the end; `None` if it has no equilibrium to go to.
-    pub part_of_way: Option<f64>,
-    pub times: Vec<f64>,
-    pub positions: Vec<Vec<SVector<f64, D>>>,
-    assembly: Assembly<D>,
-}
-
 impl<const D: usize> Assembly<D> {
     /// The motion from rest while the tensions (N; 2D: per metre of thickness) grow for `ramp_s` (s) and then stay, until `t_end_s` (s), at
     /// `samples` equidistant times, by TR-BDF2 with an error of 1e-6 mm a step.
@@ -138,7 +110,7 @@ impl<const D: usize> Assembly<D> {
         ramp_s: f64,
         t_end_s: f64,
         samples: usize,
-    ) -> Result<Trajectory<D>, SimulationError> {
+    ) -> Result<SampledMotion<D>, SimulationError> {
         let is_time = |t: f64| t.is_finite() && t >= SHORTEST_S;
         check_number("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         check_number("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
@@ -148,20 +120,6 @@ impl<const D: usize> Assembly<D> {
         let mut integrator =
             IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;
         let motion_run = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: 1 };
-        let SampledMotion { outcome, part_of_way, shapes, .. } =
-            motion_run.run(integrator.as_mut(), &mut |_| ());
-        let (times, positions) = shapes.into_iter().unzip();
-        Ok(Trajectory { outcome, part_of_way, times, positions, assembly: self.clone() })
-    }
-}
-
-impl<const D: usize> Trajectory<D> {
-    /// The length of a muscle at each of the times, m; the mean over its fibres.
-    pub fn lengths(&self, muscle: &str) -> Result<Vec<f64>, SimulationError> {
-        let fibres = self.assembly.fibres(muscle)?;
-        let system = self.assembly.system();
-        let mean =
-            |x: &Vec<_>| fibres.iter().map(|&m| system.length(x, m)).sum::<f64>() / fibres.len() as f64;
-        Ok(self.positions.iter().map(mean).collect())
+        Ok(motion_run.run(integrator.as_mut(), &mut |_| ()))
     }
 }

@@ -18,16 +18,12 @@ pub struct Solver<const D: usize> {
 impl<const D: usize> Assembly<D> {
     /// A solver of this assembly; each thread needs its own.
     pub fn solver(&self) -> Solver<D> {
-        Solver::new(self)
+        let workspace = Workspace::new(self.system());
+        Solver { settings: SolveSettings::default(), assembly: self.clone(), workspace }
     }
 }
 
 impl<const D: usize> Solver<D> {
-    pub fn new(assembly: &Assembly<D>) -> Self {
-        let workspace = Workspace::new(assembly.system());
-        Self { settings: SolveSettings::default(), assembly: assembly.clone(), workspace }
-    }
-
     /// The equilibrium at these tensions (N; 2D: per metre of thickness), solved from rest. All other muscles have no tension. The result
     /// does not depend on earlier solves.
     ///
@@ -60,11 +56,8 @@ impl<const D: usize> Solver<D> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
         w.start_from_rest(system);
-        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings);
-        let positions = w.positions().to_vec();
-        let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
-        shape.trace = Some(trace);
-        Ok(shape)
+        let branch = statics::solve_and_trace(system, w, &tensions, &self.settings);
+        Ok(Shape::new(&self.assembly, branch.into(), tensions, w.positions().to_vec()))
     }
 
     /// Derivatives of the positions of the nodes of an equilibrium by each tension, m/N (2D: per newton per metre of thickness): a list for
@@ -104,6 +97,6 @@ impl<const D: usize> Solver<D> {
 
     fn solve(&mut self, tensions: Vec<f64>) -> Shape<D> {
         let solution = statics::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
-        Shape::new(&self.assembly, solution, tensions, self.workspace.positions().to_vec())
+        Shape::new(&self.assembly, solution.into(), tensions, self.workspace.positions().to_vec())
     }
 }
