@@ -102,20 +102,10 @@ pub fn predict_each_from_others(
             shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
         })
         .collect();
-    let together: Vec<LeftOut> = positions
-        .iter()
-        .map(|&position| {
-            let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
-            predicted(
-                density,
-                position,
-                &mixture.0[position].density,
-                (&draws, &own),
-                PredictionMethod::Together,
-            )
-        })
-        .collect();
-    let each = together.into_iter().zip(mixture.0).enumerate().map(|(position, (found, without))| {
+    let each = mixture.0.into_iter().enumerate().map(|(position, without)| {
+        let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
+        let method = PredictionMethod::Together;
+        let found = predicted(density, position, &without.density, (&draws, &own), method);
         if found.effective >= LEAST_EFFECTIVE {
             return Ok(found);
         }
