@@ -80,7 +80,7 @@ mod tests {
             let course = json!([{ "median": 0.5 * (low + high), "low": low, "high": high, "variance": 1.0 }]);
             let frame = json!({
                 "time_s": 0.1 * i as f64, "status": status, "levels": course, "courses": course, "bones": [], "rms_m": null,
-                "hidden": [], "resolved": 1, "positions": [], "faults": [],
+                "hidden": [], "resolved": 1, "other_way": false, "positions": [], "formants": [], "faults": [],
             });
             serde_json::from_value(frame).unwrap()
         }).collect();
