@@ -3,20 +3,19 @@
 use nalgebra::Vector3;
 
 use super::fit;
-use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, status_name, tally};
+use crate::report::{SpaceFitRecord, status_name};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::Contact;
 use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::seed_of;
-use tongue_core::statistics::upper_median;
 use tongue_core::system::{Additions, SpaceModel, System};
-use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
+use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
 use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_infer::track::{
-    self, Followed, Frame, NotFinite, RestShape, Tracked, TrackedRecording, TrackingContext, Watch,
+    self, Followed, Frame, NotFinite, RestShape, TrackedRecording, TrackingContext, Watch,
 };
 use tongue_input::measured::recording::AlignedRecording;
 
@@ -90,12 +89,13 @@ impl TrackRun<'_> {
             return Ok(given_body(self.basis.body.clone(), self.adaptation));
         }
         let made = self.basis.adapt_to_recordings(seen, self.rest, self.hide, progress)?;
-        let adaptation = made.adaptation();
         Ok(TrackedBody {
+            adaptation: Some(made.adaptation()),
+            body: made.body,
+            followed: made.followed,
+            placement: made.placement,
             similarity: Some(made.similarity),
             rms_m: made.rms_m,
-            placement: made.placement,
-            ..given_body(made.body, Some(&adaptation))
         })
     }
 
@@ -116,18 +116,13 @@ impl TrackRun<'_> {
             return Ok(None);
         }
         let (model, contracting) = (&self.basis.model, &self.basis.contracting);
-        let shape = match &speaker.placement {
+        let mut shape = match &speaker.placement {
             Some(placement) => RestShape::of_coils(body, model, contracting, placement),
-            None => {
-                let data = RegistrationData::of_recordings(seen, &[]);
-                let at = |bone: &str| if bone == HYOID { data.hyoid } else { data.spine };
-                RestShape::of(body, model, contracting, at)
-            }
-        };
-        let shape = shape.and_then(|shape| match wall {
-            Some(wall) => shape.with_wall(wall.clone()),
-            None => Ok(shape),
-        })?;
+            None => RestShape::of(body, model, contracting, |bone| adapt::median_place(seen, bone)),
+        }?;
+        if let Some(wall) = wall {
+            shape = shape.with_wall(wall.clone())?;
+        }
         let is_kept =
             speaker.is_fitted() || speaker.adaptation.as_ref().is_some_and(|a| !a.coils_m.is_empty());
         Ok(Some(if is_kept { shape.as_found() } else { shape }))
@@ -207,50 +202,11 @@ impl TrackRun<'_> {
         Watch::collect(|watch| self.track(&speaker, unknown, seen, &|_| (), watch))
     }
 
-    /// The record of `results`, which are those of the recordings `met`. All recordings decide which labels are compared.
-    pub fn record(
-        &self,
-        speaker: &TrackedBody,
-        seen: &[&AlignedRecording],
-        met: &[&AlignedRecording],
-        results: Vec<RecordingResult>,
-    ) -> TrackRecord {
-        let (settings, contracting) = (&self.basis.settings, &self.basis.contracting);
-        let muscles: Vec<String> =
-            contracting.iter().map(|&m| self.basis.body.mesh.muscles[m].name.clone()).collect();
-        let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.tracked.frames).collect();
-        let of_recordings: Vec<&[Tracked]> =
-            results.iter().map(|one| one.tracked.frames.as_slice()).collect();
-        let labelled = results.iter().map(|one| (one.tracked.frames.as_slice(), one.labels.as_slice()));
-        let draws = results.iter().map(|one| one.tracked.compared.as_slice());
-        TrackRecord {
-            recordings: met.iter().map(|s| s.name.clone()).collect(),
-            body: speaker.body.what.clone(),
-            rest: speaker.adaptation.as_ref().map(|a| a.rest),
-            placement: speaker.placement.clone(),
-            settings: settings.clone(),
-            statuses: tally(frames.iter().map(|f| status_name(&f.status))),
-            untrusted: None,
-            median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
-            comparisons: track::compare(&track::labels_to_compare(seen), &muscles, &settings.link, draws),
-            courses: track::course_summaries(&muscles, &frames, &settings.link),
-            repeats: track::repeatability(labelled, &muscles),
-            formants: None,
-            held_out: track::held_out(met, &of_recordings, self.hide),
-            notes: Vec::new(),
-            results: TrackResults {
-                body: speaker.body.clone(),
-                contracting: contracting.clone(),
-                muscles,
-                palate: self.basis.palate.unwrap_or_default().to_vec(),
-                recordings: results,
-            },
-            wall_s: 0.0,
-        }
-    }
-
     /// The bones whose displacement is an unknown in a recording: free bones that it does not show.
-    pub fn unseen_free_bones<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
+    pub(super) fn unseen_free_bones<'b>(
+        &'b self,
+        seen: &'b AlignedRecording,
+    ) -> impl Iterator<Item = &'b str> {
         self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
     }
 

@@ -12,7 +12,7 @@ mod speaker;
 
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use landmarks::Landmarks;
-pub use place::{Registration, RegistrationData};
+pub use place::{Registration, RegistrationData, median_place};
 pub use rest::{ControlPoints, Rest, RestError, fit_rest_shape};
 pub(crate) use rest::{area_residuals, is_believable, straighten};
 pub use speaker::{AdaptationInput, RestShapeMethod, Speaker};
@@ -104,11 +104,9 @@ impl Adaptation {
 
     /// The bones of the body that follow their observed places.
     pub fn followed_bones(&self, body: &Body<2>) -> Vec<Followed> {
-        let bones = self.marks_m.iter().map(|(name, mark)| Followed {
-            name: name.clone(),
-            nodes: body.bone(name).to_vec(),
-            mark: Point::from(*mark),
-        });
-        bones.filter(|b| !b.nodes.is_empty()).collect()
+        let names: Vec<String> = self.marks_m.keys().cloned().collect();
+        let mut bones = followed_bones(body, &names);
+        bones.iter_mut().for_each(|bone| bone.mark = Point::from(self.marks_m[&bone.name]));
+        bones
     }
 }

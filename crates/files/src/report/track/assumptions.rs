@@ -48,16 +48,16 @@ pub(super) fn placement<S: Serializer>(
     placement: &Option<Placement>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    let Some(placement) = placement else { return serializer.serialize_none() };
-    let [back, up, turn, scale] = placement.intervals();
-    let coils_mm: BTreeMap<_, _> =
-        placement.coils.iter().map(|(name, behind)| (name, 1e3 * behind)).collect();
-    let record = json!({
-        "scale": scale,
-        "turn_deg": turn.map(f64::to_degrees),
-        "back_mm": back.map(|m| 1e3 * m),
-        "up_mm": up.map(|m| 1e3 * m),
-        "coils_mm": coils_mm,
+    let record = placement.as_ref().map(|placement| {
+        let [back, up, turn, scale] = placement.intervals();
+        let coils = placement.coils.iter().map(|(name, behind)| (name, 1e3 * behind));
+        json!({
+            "scale": scale,
+            "turn_deg": turn.map(f64::to_degrees),
+            "back_mm": back.map(|m| 1e3 * m),
+            "up_mm": up.map(|m| 1e3 * m),
+            "coils_mm": coils.collect::<BTreeMap<_, _>>(),
+        })
     });
     record.serialize(serializer)
 }
@@ -219,7 +219,7 @@ fn why_none(frame: &Tracked) -> &'static str {
 pub fn formants_csv(results: &TrackResults) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let rows = results.frames().flat_map(|(recording, frame)| {
-            let begin = [recording.name.clone(), frame.time_s.to_string()];
+            let begin = [recording.seen.name.clone(), frame.time_s.to_string()];
             let formants = frame.formants.iter().enumerate().map(|(i, formant)| {
                 [format!("F{}", i + 1), formant.hz.to_string(), formant.sd_hz.to_string(), String::new()]
             });
