@@ -20,6 +20,11 @@ pub(super) fn split<'a, I: Iterator<Item = &'a str>>(
     })
 }
 
+/// The cells of a line that are separated by spaces, tabs or commas.
+pub(super) fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split([' ', '\t', ',']).map(str::trim).filter(|cell| !cell.is_empty())
+}
+
 /// The separator of a table (tab, comma or semicolon) and the number of lines before its header: those with which most fields are known
 /// names of columns.
 pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {
@@ -34,26 +39,6 @@ pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize)
         .flat_map(|(n, line)| b"\t,;".map(|separator| (known(line, separator), Reverse(n), separator)));
     let best = scores.filter(|(known, ..)| *known > 0).max_by_key(|(known, n, _)| (*known, *n));
     best.map_or((b'\t', 0), |(_, Reverse(n), separator)| (separator, n))
-}
-
-/// The rows of a table below its title, as the reader of CSV divides them; the header is the first of them.
-pub(super) fn records<'a>(
-    text: &'a str,
-    origin: &'a str,
-    title_lines: usize,
-    builder: &mut csv::ReaderBuilder,
-    help: &'static str,
-) -> impl Iterator<Item = Result<TableLine<'a>, Malformed>> {
-    let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
-    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(&text.as_bytes()[begin..]);
-    let place = move |at: Option<&csv::Position>| SourcePlace {
-        line: title_lines as u64 + at.map_or(1, csv::Position::line),
-        ..SourcePlace::start(origin)
-    };
-    reader.into_records().map(move |record| match record {
-        Ok(cells) => Ok(TableLine { at: place(cells.position()), cells }),
-        Err(e) => Err(place(e.position()).error(e.to_string(), help)),
-    })
 }
 
 impl TableLine<'_> {
