@@ -1,7 +1,5 @@
 //! Cases 1 and 8: motions with the misprints of the thesis, and with steps from a microsecond to a hundred seconds.
 
-use std::time::Instant;
-
 use nalgebra::SVector;
 
 use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
@@ -14,8 +12,9 @@ use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::Model;
 use tongue_files::report::status_name;
 
-use super::{HardCase, HowMany};
+use super::HardCase;
 use crate::Error;
+use crate::measure::timed;
 
 /// Step of table 4.2, s.
 const PRINTED_STEP: f64 = 5.0e-6;
@@ -69,7 +68,7 @@ fn explicit(name: &str, motion: &Motion<'_, 2>) -> Result<HardCase, Error> {
 }
 
 /// Case 8: implicit steps from a microsecond to a hundred seconds, many explicit steps, and a sudden load of 300 N.
-pub(super) fn steps(extent: HowMany) -> Result<Vec<HardCase>, Error> {
+pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let body = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     let motion = body.motion()?;
@@ -82,7 +81,7 @@ pub(super) fn steps(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
     rows.push(run(8, name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
-    let count = if extent == HowMany::Full { 1_000_000 } else { 10_000 };
+    let count = if full { 1_000_000 } else { 10_000 };
     if let Some(limit) = IntegrationMethod::Verlet.step_limit(&motion) {
         let dt = 0.5 * limit;
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");
@@ -109,9 +108,8 @@ fn run(
     control: Control,
     end: f64,
 ) -> Result<HardCase, Error> {
-    let clock = Instant::now();
-    let (outcome, positions) = integrate(motion, method, control, end)?;
-    let wall_s = clock.elapsed().as_secs_f64();
+    let (run, wall_s) = timed(|| integrate(motion, method, control, end));
+    let (outcome, positions) = run?;
     let (smallest, _) = motion.system().cell_ratios(&positions);
     let finite = positions.iter().flatten().all(|x| x.is_finite());
     let completed = outcome.status == MotionStatus::Completed;

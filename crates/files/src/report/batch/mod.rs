@@ -18,7 +18,7 @@ use tongue_infer::inverse::batch::{BaselineRow, Job, Refusal};
 use self::journal::{Journal, JournalEntry};
 use self::record::AssessedRecord;
 use super::csv::lines;
-use super::{Export as _, OutputDir, Provenance, ReportError, Table, Writes};
+use super::{Export, OutputDir, Provenance, ReportError, Table};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::summary::{
@@ -63,6 +63,12 @@ impl FinishedFits<'_> {
     pub fn read(&self, number: usize) -> Result<Option<(f64, Fitted)>, ReportError> {
         let entry: Option<JournalEntry<Fitted>> = self.journal.read(number)?;
         Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
+    }
+
+    /// One of the tables of all fits, in pieces.
+    fn tables(&self, which: usize) -> impl Iterator<Item = Result<Table, ReportError>> {
+        let fits = self.digests.iter().filter_map(|(number, _)| self.read(*number).transpose());
+        fits.map(move |fit| fit.map(|(_, mut fit)| std::mem::take(&mut fit.tables[which])))
     }
 }
 
@@ -198,19 +204,19 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
     }
     let has_posterior = batch.fits.digests.iter().any(|(_, digest)| digest.has_posterior);
     let over_subjects = over_subjects(batch.contrasts);
-    let files: [(&str, &Writes<'_>); 8] = [
-        ("batch.json", &|w| write_json(w, batch)),
-        ("fits.csv", &|w| write_fits(w, batch)),
-        ("muscles.csv", &|w| write_rows(w, batch, 1).map(drop)),
-        ("batch.html", &|w| page::write(w, batch, &shown)),
-        ("tensions.svg", &|w| page::tensions(batch.muscles, &shown).write(w, batch.provenance)),
-        ("posterior.csv", &|w| write_rows(w, batch, 2).map(drop)),
-        ("contrasts.csv", &|w| summary::write_csv(w, batch)),
-        ("over_speakers.csv", &|w| super::over_speakers(&over_subjects).write(w, batch.provenance)),
+    let files: [(&str, &dyn Export); 8] = [
+        ("batch.json", &|w: &mut dyn Write, _: &Provenance| write_json(w, batch)),
+        ("fits.csv", &table_of_fits(batch, 0)),
+        ("muscles.csv", &table_of_fits(batch, 1)),
+        ("batch.html", &|w: &mut dyn Write, _: &Provenance| page::write(w, batch, &shown)),
+        ("tensions.svg", &page::tensions(batch.muscles, &shown)),
+        ("posterior.csv", &table_of_fits(batch, 2)),
+        ("contrasts.csv", &|w: &mut dyn Write, _: &Provenance| summary::write_csv(w, batch)),
+        ("over_speakers.csv", &super::over_speakers(&over_subjects)),
     ];
     let is_there = [has_posterior, !batch.contrasts.is_empty(), !over_subjects.is_empty()];
     let count = 5 + is_there.iter().take_while(|there| **there).count();
-    out.write_streams(files[..count].iter().copied())
+    out.export(&files[..count], batch.provenance)
 }
 
 pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
@@ -218,25 +224,17 @@ pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     writeln!(w)
 }
 
-fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result<()> {
-    if table.rows.is_empty() {
-        return Ok(());
-    }
-    lines(w, std::mem::take(header).then_some(table.columns).into_iter().chain(table.rows))
-}
-
-/// Writes one of the tables of all fits, and returns whether its header is still to be written.
-fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<bool> {
-    let mut header = true;
-    for (number, _) in batch.fits.digests {
-        if let Some((_, mut fit)) = batch.fits.read(*number).map_err(io::Error::other)? {
-            write_table(w, std::mem::take(&mut fit.tables[table]), &mut header)?;
+/// One of the tables of all fits, which is made while it is written.
+fn table_of_fits<'b>(batch: &'b Batch<'b>, which: usize) -> impl Export + 'b {
+    move |w: &mut dyn Write, _: &Provenance| {
+        let without_fit = (which == 0).then(|| Ok(tables::of_rows_without_fit(batch)));
+        let mut header = true;
+        for table in batch.fits.tables(which).chain(without_fit) {
+            let Table { columns, rows } = table.map_err(io::Error::other)?;
+            if !rows.is_empty() {
+                lines(w, std::mem::take(&mut header).then_some(columns).into_iter().chain(rows))?;
+            }
         }
+        Ok(())
     }
-    Ok(header)
-}
-
-fn write_fits(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
-    let mut header = write_rows(w, batch, 0)?;
-    write_table(w, tables::of_rows_without_fit(batch), &mut header)
 }

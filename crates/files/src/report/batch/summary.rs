@@ -1,6 +1,6 @@
 //! Summary of a batch, and differences of tensions between the vowels of a subject, which are the rows of `contrasts.csv`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
@@ -15,15 +15,11 @@ use tongue_core::statistics::distinct;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::{Contrast, OverSpeakers};
-use tongue_input::measured::Vowel;
 use tongue_input::measured::lengths::rest_distance::NearestRow;
+use tongue_input::measured::{TargetKind, Vowel};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Digest {
-    /// `ratio` or `stretch`.
-    pub target_kind: String,
-    pub vowel: Vowel,
-    pub substitute_baseline: bool,
     pub status: String,
     /// Mean square residual of the passive stretches, and mean square of their changes, which is the error of "no change".
     pub passive: Option<[f64; 2]>,
@@ -42,9 +38,6 @@ impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
         let (fit, target) = (r.fit(), &r.fit().matched.target);
         Self {
-            target_kind: target.kind.to_string(),
-            vowel: target.vowel.clone(),
-            substitute_baseline: r.substitute_baseline,
             status: status_name(&fit.answer.status),
             passive: r.passive.rms_stretch.zip(r.passive.no_change_rms_stretch).map(|(a, b)| [a * a, b * b]),
             passive_muscles: fit.residuals().len() - target.active.len(),
@@ -60,7 +53,7 @@ impl Digest {
 /// Root mean square errors of the passive stretches of a group of fits, and of "no change".
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassiveGroup {
-    pub target_kind: String,
+    pub target_kind: TargetKind,
     pub vowel: Option<Vowel>,
     pub substitute_baseline: bool,
     pub fits: usize,
@@ -129,20 +122,19 @@ pub struct BatchSummary {
 }
 
 /// Groups the digests by kind of target and by own or substitute baseline: every vowel, and then all vowels together.
-pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> Vec<PassiveGroup> {
+pub fn passive_groups(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<PassiveGroup> {
+    let fits: Vec<(&Job, &Digest)> =
+        digests.iter().map(|(number, digest)| (&jobs[*number], digest)).collect();
     let mut out = Vec::new();
-    let kinds: BTreeSet<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
     // Vowels are in the order of the rows.
-    let vowels: Vec<&Vowel> = distinct(digests.clone().map(|digest| &digest.vowel));
-    for kind in kinds {
+    let vowels: Vec<&Vowel> = distinct(fits.iter().map(|(job, _)| &job.target.vowel));
+    for kind in TargetKind::ALL {
         for substitute in [false, true] {
             for vowel in vowels.iter().copied().map(Some).chain([None]) {
-                let members = digests.clone().filter(|d| {
-                    d.target_kind == kind
-                        && d.substitute_baseline == substitute
-                        && vowel.is_none_or(|v| *v == d.vowel)
+                let members = fits.iter().filter(|(Job { target, substitute: own, .. }, _)| {
+                    target.kind == kind && *own == substitute && vowel.is_none_or(|v| *v == target.vowel)
                 });
-                out.extend(group(kind, vowel, substitute, members));
+                out.extend(group(kind, vowel, substitute, members.map(|(_, digest)| *digest)));
             }
         }
     }
@@ -150,7 +142,7 @@ pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> 
 }
 
 fn group<'a>(
-    kind: &str,
+    target_kind: TargetKind,
     vowel: Option<&Vowel>,
     substitute_baseline: bool,
     members: impl Iterator<Item = &'a Digest>,
@@ -163,7 +155,7 @@ fn group<'a>(
     });
     let fits = known.len();
     (fits > 0).then(|| PassiveGroup {
-        target_kind: kind.to_owned(),
+        target_kind,
         vowel: vowel.cloned(),
         substitute_baseline,
         fits,
