@@ -1,13 +1,13 @@
 //! Tables of lengths, and fits of their rows.
 
 use serde_json::{Value, json};
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::{Draw, ShortRun};
 use tongue_fit::report::{FitRecord, Provenance};
 use tongue_fit::run::FitRun;
-use tongue_fit::scene::prepare::prepare;
-use tongue_fit::scene::{self, JOINT_MM};
+use tongue_fit::scene::{self, JOINT_MM, prepare};
 use tongue_fit::system::TissueModel;
 
 use crate::engine::Engine;
@@ -88,8 +88,9 @@ pub fn spoken(
     let mut spoken = engine.scene().clone().spoken(&posture, JOINT_MM);
     spoken.tensions_n = target.active_names().into_iter().map(|name| (name.to_owned(), 0.0)).collect();
     let mut prepared = prepare(&spoken, engine.body.clone()).map_err(|e| e.to_string())?;
+    let target = TargetOnBody::new(&engine.body.mesh, &target).map_err(|e| e.to_string())?;
     prepared.target = Some(target);
-    scene::run::fit(&mut prepared).map_err(|e| e.to_string())?;
+    scene::fit(&mut prepared).map_err(|e| e.to_string())?;
     Ok(json!({"tensions_n": prepared.tensions, "posture": posture}))
 }
 
