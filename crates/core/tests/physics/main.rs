@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod body;
+mod dynamics;
 mod effect;
 mod geometry;
 mod sparse;
