@@ -5,4 +5,5 @@ mod body;
 mod dynamics;
 mod effect;
 mod geometry;
+mod material;
 mod sparse;
