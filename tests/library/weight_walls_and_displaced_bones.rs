@@ -7,7 +7,7 @@ use nalgebra::{SVector, Vector2};
 use tongue_core::effect::lumped_masses;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity};
-use tongue_fit::statics::Workspace;
+use tongue_fit::statics::{FromRest, SolveSettings, Workspace, trace};
 use tongue_fit::system::{self, Additions, Model, PrescribedDisplacement, System};
 
 /// The equilibrium without tensions.
@@ -41,6 +41,18 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
         let p = workspace.positions()[i as usize];
         assert!((p.y - y).abs() < 1e-12 && p.x.abs() < 1e-12, "link {i}: {p} {y}");
     }
+}
+
+#[test]
+fn a_trace_that_finds_no_equilibrium_without_tensions_does_not_know_how_loads_lead_to_its_shape() {
+    let mesh = fixtures::lattice(5, 4, 5.5e-3);
+    let gravity = Gravity::new(&lumped_masses(&mesh, 1e3), Vector2::new(0.0, -9.81), &mesh.nodes);
+    let system =
+        System::with_additions(&mesh, &Model::default(), &[], pushed(vec![Box::new(gravity)])).unwrap();
+    let none = SolveSettings { max_iterations: 0, load_steps: 0, ..SolveSettings::default() };
+    let tensions = vec![0.0; system.muscle_count()];
+    let found = trace(&system, &mut Workspace::new(&system), &tensions, &none);
+    assert_eq!((found.critical, found.stopped, found.from_rest), (None, Some(0.0), FromRest::NotKnown));
 }
 
 #[test]

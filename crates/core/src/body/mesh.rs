@@ -132,28 +132,6 @@ impl<const D: usize> Mesh<D> {
         self.continuum.iter().flat_map(|c| c.elements()).chain(cells)
     }
 
-    /// For every cell the direction of the muscle along its edges at these positions of all nodes, m: the mean over the edges of the first
-    /// such muscle. `None` for a cell without a muscle.
-    pub fn fibres(&self, positions: &[SVector<f64, D>]) -> Vec<Option<SVector<f64, D>>> {
-        if let Some(continuum) = &self.continuum {
-            return continuum.fibres(positions);
-        }
-        let mut along: BTreeMap<[usize; 2], (usize, SVector<f64, D>)> = BTreeMap::new();
-        for (number, muscle) in self.muscles.iter().enumerate() {
-            for step in muscle.nodes.windows(2) {
-                let direction = positions[step[1]] - positions[step[0]];
-                along.entry(pair(step[0], step[1])).or_insert((number, direction));
-            }
-        }
-        Vec::from_iter(self.cells.iter().map(|cell| {
-            let edges = topology::edges(std::iter::once(cell)).into_keys();
-            let found: Vec<_> = edges.filter_map(|edge| along.get(&edge)).collect();
-            let first = found.iter().map(|(number, _)| number).min()?;
-            let sum: SVector<f64, D> = found.iter().filter(|(n, _)| n == first).map(|(_, d)| d).sum();
-            sum.try_normalize(0.0)
-        }))
-    }
-
     /// The distance at rest between two nodes, m.
     pub fn distance(&self, [a, b]: [usize; 2]) -> f64 {
         (self.nodes[b] - self.nodes[a]).norm()

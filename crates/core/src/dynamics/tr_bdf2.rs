@@ -83,7 +83,6 @@ pub struct TrBdf2<const D: usize> {
     stage: State<D>,
     known: State<D>,
     derivatives: [Derivative<D>; STAGES],
-    started: bool,
 }
 
 impl<const D: usize> TrBdf2<D> {
@@ -101,7 +100,6 @@ impl<const D: usize> TrBdf2<D> {
             known: stage.clone(),
             stage,
             derivatives: std::array::from_fn(|_| zero.clone()),
-            started: false,
         }
     }
 
@@ -112,7 +110,6 @@ impl<const D: usize> TrBdf2<D> {
         first.velocity.copy_from_slice(&state.velocities);
         first.acceleration.copy_from_slice(&rates.acceleration);
         first.internal.copy_from_slice(&rates.internal);
-        self.started = true;
     }
 
     /// Computes all stages of a step of `h` that ends at `end`, with the result in `self.stage`. Returns whether they were solved.
@@ -210,7 +207,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
         until: f64,
         counts: &mut StepCounts,
     ) -> Result<(), MotionStatus> {
-        if !self.started {
+        if self.step == 0.0 {
             self.start(motion, state, counts);
             self.step = match self.control {
                 Control::Fixed(dt) => dt,

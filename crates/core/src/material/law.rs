@@ -183,7 +183,7 @@ impl<const D: usize> Deformed<D> {
         let [ga, gb] = deformed;
         SMatrix::identity() * (mu * rest[0].dot(rest[1]))
             + ga * gb.transpose() * lambda
-            + gb * ga.transpose() * (mu - lambda * self.log)
+            + gb * ga.transpose() * self.transpose_modulus()
     }
 
     /// The factor of `gb gaᵀ` in the tangent: `μ - λ ln J`, Pa.
@@ -244,7 +244,7 @@ impl<const D: usize> Deformed<D> {
         // A cell without area or volume has no inverse, and its energy is infinite.
         let inverse = self.gradient.try_inverse().unwrap_or_else(SMatrix::zeros);
         let NeoHookean { lambda, mu } = self.law;
-        let turn = mu - lambda * self.log;
+        let turn = self.transpose_modulus();
         for (i, j) in indices::<D>() {
             for (k, l) in indices::<D>() {
                 let mut entry =

@@ -43,7 +43,9 @@ impl<const D: usize> SolveState<'_, D> {
             if !(residual.is_finite() && self.done.energy.is_finite()) {
                 break SolveStatus::NotFinite;
             }
-            if residual <= settings.tolerance || (residual <= self.floor && self.residual_is_negligible()) {
+            if residual <= settings.tolerance
+                || (residual <= self.done.rounding_force && self.residual_is_negligible())
+            {
                 break SolveStatus::Converged;
             }
             if self.done.iterations == settings.max_iterations {
@@ -66,7 +68,6 @@ impl<const D: usize> SolveState<'_, D> {
             }
             reuse = moved && self.done.max_residual_force < REUSE_REDUCTION * residual;
         };
-        self.done.rounding_force = self.floor;
         if self.done.ridges > 0 {
             self.done.connection = Connection::Downhill;
         }
@@ -95,7 +96,8 @@ impl<const D: usize> SolveState<'_, D> {
     /// the convex one of a slack chain is singular.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
-        self.floor = ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
+        self.done.rounding_force =
+            ROUNDING * self.w.stiffness.largest_diagonal(self.system.pattern()) * self.extent;
         self.w.factor_is_exact = self.try_factor();
         if self.w.factor_is_exact {
             self.safeguarded_in_a_row = 0;

@@ -158,12 +158,6 @@ impl Solution {
         self.ridges += other.ridges;
     }
 
-    /// This result with the iterations, factorisations and evaluations of `all`.
-    pub(super) fn with_cost(self, all: &Self) -> Self {
-        let Self { iterations, factorisations, energy_evaluations, .. } = *all;
-        Self { iterations, factorisations, energy_evaluations, ..self }
-    }
-
     /// This result with the counts of work of `earlier` added.
     pub(super) fn with_earlier(mut self, earlier: &Self) -> Self {
         self.add_cost(earlier);

@@ -16,22 +16,12 @@ pub(super) struct SolveState<'a, const D: usize> {
     pub(super) corrected: bool,
     /// Largest coordinate, m.
     pub(super) extent: f64,
-    /// Residual force that rounding alone can cause, N: the largest stiffness times the rounding of a coordinate.
-    pub(super) floor: f64,
 }
 
 impl<'a, const D: usize> SolveState<'a, D> {
     pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
         let extent = geometry::largest(&w.positions);
-        Self {
-            system,
-            w,
-            done: Solution::NONE,
-            safeguarded_in_a_row: 0,
-            corrected: false,
-            extent,
-            floor: 0.0,
-        }
+        Self { system, w, done: Solution::NONE, safeguarded_in_a_row: 0, corrected: false, extent }
     }
 
     pub(super) fn energy(&mut self) -> f64 {

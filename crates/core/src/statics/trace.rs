@@ -124,14 +124,14 @@ pub fn trace<const D: usize>(
     path.w.positions.copy_from_slice(&shape);
     path.w.discard_factor();
     path.w.tensions.copy_from_slice(tensions);
-    let factorisations = path.cost.factorisations;
+    let Solution { iterations, factorisations, energy_evaluations, .. } = path.cost;
     let from_rest = match (critical, stopped) {
         (None, None) if solution.status == SolveStatus::Converged => FromRest::Branch,
         (Some(c), _) if solution.status == SolveStatus::Converged => FromRest::Jumped { load: c.load },
         _ => FromRest::NotKnown,
     };
     let connection = if from_rest == FromRest::Branch { Connection::Traced } else { solution.connection };
-    let solution = Solution { connection, ..solution.with_cost(&path.cost) };
+    let solution = Solution { connection, iterations, factorisations, energy_evaluations, ..solution };
     Trace { solution, from_rest, critical, another, same_by_newton: false, factorisations, stopped }
 }
 

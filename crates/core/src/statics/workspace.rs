@@ -105,7 +105,7 @@ impl<const D: usize> Workspace<D> {
     pub(super) fn discard_factor(&mut self) {
         self.factor_ready = false;
         self.factor_is_exact = false;
-        self.single.iter_mut().for_each(Single::discard_factor);
+        self.single.iter_mut().for_each(|single| single.work.discard_factor());
     }
 
     /// Starts the next solve from the positions of all nodes, m, of a solved neighbour. It begins with the factor of the last solve.

@@ -17,17 +17,6 @@ fn the_barrier_and_its_two_derivatives_vanish_at_the_threshold_and_grow_without_
 }
 
 #[test]
-fn slope_and_curvature_are_derivatives_of_the_value() {
-    for i in 1..20 {
-        let (r, h) = (THRESHOLD * 0.05 * i as f64, 1e-7);
-        let (low, b, high) = (barrier(r - h), barrier(r), barrier(r + h));
-        assert!(((high.value - low.value) / (2.0 * h) - b.slope).abs() < 1e-6 * b.slope.abs() + 1e-7);
-        let curvature = (high.slope - low.slope) / (2.0 * h);
-        assert!((curvature - b.curvature).abs() < 1e-6 * b.curvature + 1e-4, "{r} {curvature} {b:?}");
-    }
-}
-
-#[test]
 fn every_guarded_simplex_has_its_share_of_the_measure_at_rest_and_is_upright() {
     fn shares<const D: usize>() {
         let mut x = [SVector::<f64, D>::zeros(); MAX_NODES];

@@ -107,7 +107,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
-            let fibres = mesh.fibres(self.positions).into_iter().step_by(parts);
+            let fibres = mesh.continuum.iter().flat_map(|c| c.fibres(self.positions)).step_by(parts);
             let strain = stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
             let cauchy = stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
             let mises = texts(stresses.iter().map(|s| s.von_mises_pa));

@@ -18,9 +18,8 @@
 //!
 //! # Example
 //! ```
-//! use nalgebra::SVector;
 //! use tongue_core::body::Body;
-//! use tongue_core::statics::lanes::{LaneEquilibrium, Lanes, Load, length_gradient};
+//! use tongue_core::statics::lanes::{Lanes, Load};
 //! use tongue_core::statics::{SolveSettings, SolveStatus};
 //! use tongue_core::system::{Model, System};
 //!
@@ -46,20 +45,6 @@
 //! let rates = group.length_rates();
 //! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
 //! assert!(gga.by_tension[0] < 0.0, "m/N");
-//!
-//! // Derivatives of a misfit by all tensions in four chains, one back-substitution for each.
-//! let measured = 0.9 * system.length(system.rest(), 0);
-//! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &SolveSettings::default()).to_vec();
-//! let gradient = |shape: &LaneEquilibrium<2>| {
-//!     let residual = system.length(&shape.positions, 0) - measured;
-//!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
-//!     length_gradient(&system, &shape.positions, 0, residual, &mut by_node); // of residual²/2
-//!     by_node
-//! };
-//! let slopes = group.adjoint(&shapes.iter().map(gradient).collect::<Vec<_>>());
-//! assert!(slopes.iter().flatten().all(|s| s.by_tension[0].is_finite()));
-//! let next = draw(10).starting_at(&shapes[0].positions); // and so on
-//! # let _ = next;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -167,16 +152,13 @@ impl<'s, const D: usize> Lanes<'s, D> {
     /// A group that repeatedly solves up to [`LANES`] loads at once, such as the chains of one thread.
     #[inline(never)]
     pub fn group(&self) -> LaneGroup<'s, D> {
-        let work = self.elements.map(|elements| (elements, SimdNewton::new(elements)));
-        let (answers, tensions) = (Vec::new(), Vec::new());
-        let holds_system = [false; LANES];
         LaneGroup {
             system: self.system,
-            work,
+            work: self.elements.map(|elements| (elements, SimdNewton::new(elements))),
             fallbacks: Vec::new(),
-            answers,
-            tensions,
-            holds_system,
+            answers: Vec::new(),
+            tensions: Vec::new(),
+            holds_system: [false; LANES],
             factorised: None,
         }
     }
@@ -231,31 +213,26 @@ impl<const D: usize> LaneGroup<'_, D> {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;
         self.solve_in_lanes(loads, settings);
-        let (system, work, fallbacks) = (self.system, &self.work, &mut self.fallbacks);
-        while work.is_none() && fallbacks.len() < loads.len() {
-            fallbacks.push(ScalarFallback::new(system));
-        }
-        let answer = |(lane, load): (usize, &Load<'_, D>)| {
-            let body = load.system.unwrap_or(system);
-            let solved =
-                work.as_ref().and_then(|(elements, work)| Some((elements, work, work.solution(lane)?)));
-            let Some((elements, work, solution)) = solved else { return solve_scalar(body, load, settings) };
-            let mut positions = body.rest().to_vec();
-            work.positions(elements, lane, &mut positions);
-            body.place_path_nodes(&mut positions);
-            if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
-                return solve_scalar(body, load, settings);
-            }
-            LaneEquilibrium { solution, positions, alone: false }
-        };
-        self.answers = match work {
-            Some(_) => loads.iter().enumerate().map(answer).collect(),
-            None => {
-                parallel::map_mut(&mut fallbacks[..loads.len()], |lane, fallback| match loads[lane].system {
-                    Some(body) => solve_scalar(body, &loads[lane], settings),
-                    None => fallback.solve(system, &loads[lane], settings),
-                })
-            }
+        let (system, fallbacks) = (self.system, &mut self.fallbacks);
+        self.answers = if let Some((elements, work)) = &self.work {
+            let answers = loads.iter().enumerate().map(|(lane, load)| {
+                let body = load.system.unwrap_or(system);
+                let Some(solution) = work.solution(lane) else { return solve_scalar(body, load, settings) };
+                let mut positions = body.rest().to_vec();
+                work.positions(elements, lane, &mut positions);
+                body.place_path_nodes(&mut positions);
+                if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
+                    return solve_scalar(body, load, settings);
+                }
+                LaneEquilibrium { solution, positions, alone: false }
+            });
+            answers.collect()
+        } else {
+            fallbacks.resize_with(fallbacks.len().max(loads.len()), || ScalarFallback::new(system));
+            parallel::map_mut(&mut fallbacks[..loads.len()], |lane, fallback| match loads[lane].system {
+                Some(body) => solve_scalar(body, &loads[lane], settings),
+                None => fallback.solve(system, &loads[lane], settings),
+            })
         };
         let tensions = loads.iter().map(|l| l.system.is_none().then(|| l.tensions.clone()));
         self.tensions = tensions.collect();

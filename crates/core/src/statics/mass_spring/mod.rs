@@ -31,7 +31,6 @@ struct Lane {
     phase: Phase,
     is_set: bool,
     done: Solution,
-    residual: f64,
     tolerance: f64,
     /// Largest tension, N.
     pull: f64,
@@ -49,7 +48,6 @@ impl Lane {
         phase: Phase::GivenUp,
         is_set: false,
         done: Solution::NONE,
-        residual: f64::INFINITY,
         tolerance: 0.0,
         pull: 0.0,
         extent: 0.0,
@@ -224,7 +222,6 @@ impl<const L: usize> SimdNewton<L> {
         self.factor_ready &= self.lanes.iter().all(|l| l.phase == Phase::Converged);
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
             lane.done.status = SolveStatus::Converged;
-            lane.done.max_residual_force = lane.residual;
             lane.done.load_reached = 1.0;
         }
     }

@@ -29,7 +29,7 @@ impl<const L: usize> SimdNewton<L> {
             here = self.evaluate(elements);
         }
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
-            lane.residual = here.residual_squared.0[i].sqrt();
+            lane.done.max_residual_force = here.residual_squared.0[i].sqrt();
             lane.done.energy = here.energy.0[i];
             lane.done.energy_evaluations += 1;
             if !here.upright[i] {
@@ -50,7 +50,7 @@ impl<const L: usize> SimdNewton<L> {
     fn begin_iteration(&mut self, max_iterations: usize) -> bool {
         let mut any = false;
         for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Running) {
-            let (residual, floor) = (lane.residual, lane.done.rounding_force);
+            let (residual, floor) = (lane.done.max_residual_force, lane.done.rounding_force);
             if !(residual.is_finite() && lane.done.energy.is_finite()) {
                 lane.phase = Phase::GivenUp;
             } else if residual <= lane.tolerance || residual <= floor.min(NEGLIGIBLE_RESIDUAL * lane.pull) {
@@ -194,7 +194,7 @@ impl<const L: usize> SimdNewton<L> {
                     again = true;
                 } else if there.upright[i] && energy <= old + promised + ENERGY_NOISE * old.abs() {
                     lane.done.energy = energy;
-                    lane.residual = there.residual_squared.0[i].sqrt();
+                    lane.done.max_residual_force = there.residual_squared.0[i].sqrt();
                     taken[i] = true;
                 } else {
                     part.0[i] *= 0.5;
@@ -211,12 +211,14 @@ impl<const L: usize> SimdNewton<L> {
         let mut reuse = true;
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
             let noise = ENERGY_NOISE * before[i].done.energy.abs();
-            let moved =
-                part.0[i] > 0.0 && (-slope.0[i] * part.0[i] > noise || lane.residual < before[i].residual);
+            let moved = part.0[i] > 0.0
+                && (-slope.0[i] * part.0[i] > noise
+                    || lane.done.max_residual_force < before[i].done.max_residual_force);
             if !moved && !reused {
                 lane.phase = Phase::GivenUp;
             } else {
-                reuse &= moved && lane.residual < REUSE_REDUCTION * before[i].residual;
+                reuse &= moved
+                    && lane.done.max_residual_force < REUSE_REDUCTION * before[i].done.max_residual_force;
             }
         }
         reuse

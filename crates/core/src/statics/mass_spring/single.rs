@@ -25,10 +25,6 @@ impl Single {
         let elements = system.elements()?;
         Some(Self { elements: elements.clone(), work: SimdNewton::new(elements), system: None })
     }
-
-    pub fn discard_factor(&mut self) {
-        self.work.discard_factor();
-    }
 }
 
 /// Part of the linear response at which a solve starts.
