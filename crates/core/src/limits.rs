@@ -128,21 +128,3 @@ pub static LIP_PROTRUSION_MM: Limit =
     limit("tract.lip_protrusion_mm", [-100.0, 100.0], "", "no lips reach as far");
 pub static PRIOR: Limit =
     limit("points.prior_n_per_m", [1e-6, 1e9], "", "it is the scale of a muscle's tension");
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_number_beyond_its_limits_is_refused_with_the_reason() {
-        assert_eq!(POSTERIOR_DRAWS.check(200.0), Ok(()));
-        let message = COORDINATE_MM.check(1e6).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "a coordinate is 1000000 mm; it must be from -1000 to 1000 mm: a tongue is smaller; is the unit right?"
-        );
-        assert!(STIFFENING.check(f64::NAN).is_err());
-        let message = YOUNG_MODULUS.check(0.0).unwrap_err().to_string();
-        assert!(message.contains("from 1e-6 to 1e12 Pa"), "{message}");
-    }
-}

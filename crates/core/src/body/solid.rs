@@ -138,39 +138,3 @@ fn upright(nodes: &[Vector3<f64>], cell: [usize; 4]) -> [usize; 4] {
     let volume = crate::geometry::simplex::measure::<3>(&crate::geometry::simplex::corners(nodes, &cell));
     if volume < 0.0 { [a, b, d, c] } else { cell }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::{simplex, topology};
-
-    fn volume(mesh: &Mesh<3>) -> f64 {
-        mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum()
-    }
-
-    /// Whether every edge of the surface belongs to two of its faces.
-    fn surface_is_closed(mesh: &Mesh<3>) -> bool {
-        let faces = mesh.surface();
-        topology::edges(faces.iter().map(Vec::as_slice)).values().all(|faces| *faces == 2)
-    }
-
-    #[test]
-    fn a_block_fills_its_volume_and_hangs_together() {
-        let mesh = block([0.02, 0.03, 0.01], [2, 3, 1]);
-        mesh.check().unwrap();
-        assert!((volume(&mesh) - 6e-6).abs() < 1e-18 && surface_is_closed(&mesh));
-        assert_eq!((mesh.nodes.len(), mesh.cells.len(), mesh.fixed.len()), (24, 36, 12));
-    }
-
-    #[test]
-    fn a_cylinder_fills_the_prism_over_its_polygon_and_hangs_together() {
-        for rings in 1..5 {
-            let mesh = cylinder(0.01, 0.04, rings, 3);
-            mesh.check().unwrap();
-            let sides = (6 * rings) as f64;
-            let polygon = 0.5 * sides * 1e-4 * (std::f64::consts::TAU / sides).sin();
-            assert!((volume(&mesh) / (0.04 * polygon) - 1.0).abs() < 1e-12 && surface_is_closed(&mesh));
-            assert_eq!(mesh.muscles.len(), 1 + 3 * rings * (rings + 1));
-        }
-    }
-}

@@ -50,32 +50,3 @@ impl Tensions {
         self.times.get(self.times.partition_point(|&t| t <= time)).copied().unwrap_or(f64::INFINITY)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_table_is_linear_between_its_times_and_constant_outside() {
-        let table = Tensions { times: vec![1.0, 2.0, 4.0], values: vec![vec![0.0], vec![10.0], vec![6.0]] };
-        let at = |t| {
-            let mut out = [f64::NAN];
-            table.write_at(t, &mut out);
-            out[0]
-        };
-        assert_eq!([0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(at), [0.0, 0.0, 5.0, 10.0, 8.0, 6.0, 6.0]);
-        assert_eq!([0.0, 1.0, 3.9, 4.0].map(|t| table.next_kink(t)), [1.0, 2.0, 4.0, f64::INFINITY]);
-    }
-
-    #[test]
-    fn a_ramp_ends_where_it_says_and_a_ramp_of_no_time_is_a_step() {
-        let mut out = [0.0];
-        let ramp = Tensions::ramp(vec![8.0], 0.5);
-        ramp.write_at(0.125, &mut out);
-        assert_eq!(out, [2.0]);
-        ramp.write_at(0.5, &mut out);
-        assert_eq!(out, [8.0]);
-        Tensions::ramp(vec![8.0], 0.0).write_at(0.0, &mut out);
-        assert_eq!(out, [8.0]);
-    }
-}

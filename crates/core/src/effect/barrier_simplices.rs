@@ -11,13 +11,14 @@ use super::barrier::THRESHOLD;
 /// An edge of a simplex: nodes of the element with their coefficients.
 type SimplexEdge = [(usize, f64); 3];
 
-pub(super) type SimplexNodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
+/// The positions of an element's nodes; an element in the plane uses the first six.
+pub type SimplexNodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
 /// The simplices of any element, each with its share of the element's area or volume at rest.
-pub(super) struct BarrierSimplices<const D: usize>(Vec<([SimplexEdge; 3], f64)>);
+pub struct BarrierSimplices<const D: usize>(Vec<([SimplexEdge; 3], f64)>);
 
-impl<const D: usize> BarrierSimplices<D> {
-    pub fn new() -> Self {
+impl<const D: usize> Default for BarrierSimplices<D> {
+    fn default() -> Self {
         let middle = |i: usize, j: usize| {
             let nth = quadratic::edges::<D>().iter().position(|e| *e == [i, j] || *e == [j, i]);
             D + 1 + nth.unwrap_or(0)
@@ -43,7 +44,9 @@ impl<const D: usize> BarrierSimplices<D> {
         });
         Self(corners.chain(parts).collect())
     }
+}
 
+impl<const D: usize> BarrierSimplices<D> {
     /// The simplices of an element with this measure at rest and nodes at `x`.
     #[inline(always)]
     pub fn of<'a>(
@@ -67,14 +70,14 @@ impl<const D: usize> BarrierSimplices<D> {
 
 /// The halves of the sides of a triangle with nodes at `x`, in order around it.
 #[inline(always)]
-fn halves<const D: usize>(x: &SimplexNodes<D>) -> [SVector<f64, D>; 6] {
+pub fn halves<const D: usize>(x: &SimplexNodes<D>) -> [SVector<f64, D>; 6] {
     [x[3] - x[0], x[1] - x[3], x[4] - x[1], x[2] - x[4], x[5] - x[2], x[0] - x[5]]
 }
 
 /// Twice the area of each simplex of a triangle with these half sides, scaled so that it equals that of the triangle while the sides are
 /// straight. The ratios are those of [`BarrierSimplices::of`], in a fraction of the time.
 #[inline(always)]
-fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
+pub fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     let [p, q, r, s, t, u] = halves;
     [
         cross(&(p * 3.0 - q), &(t - u * 3.0)),
@@ -117,7 +120,7 @@ pub(super) fn step_is_free<const D: usize>(x: &SimplexNodes<D>, step: &SimplexNo
     })
 }
 
-pub(super) struct BarrierSimplex<'a, const D: usize> {
+pub struct BarrierSimplex<'a, const D: usize> {
     edges: &'a [SimplexEdge; 3],
     pub corners: Corners<D>,
     pub rest: f64,
@@ -145,34 +148,5 @@ impl<const D: usize> BarrierSimplex<'_, D> {
     pub fn slopes(&self, counts: &[[f64; 3]; MAX_NODES]) -> SimplexNodes<D> {
         let of_corners = simplex::gradient(&self.corners);
         counts.each_ref().map(|counts| (0..D).map(|d| of_corners[d + 1] * (counts[d] / self.rest)).sum())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_guarded_simplex_has_its_share_of_the_measure_at_rest_and_is_upright() {
-        fn shares<const D: usize>() {
-            let mut x = [SVector::<f64, D>::zeros(); MAX_NODES];
-            (0..D).for_each(|d| x[d + 1][d] = 1.0);
-            for (n, [i, j]) in quadratic::edges::<D>().iter().enumerate() {
-                x[D + 1 + n] = (x[*i] + x[*j]) * 0.5;
-            }
-            let measure = simplex::measure(&simplex::corners(&x, &[0, 1, 2, 3][..=D]));
-            let guards = BarrierSimplices::<D>::new();
-            for guarded in guards.of(measure, &x) {
-                assert!((simplex::measure(&guarded.corners) / guarded.rest - 1.0).abs() < 1e-12, "{D}D");
-            }
-            // The fast measures of triangles are the same for a bent element.
-            (D + 1..quadratic::nodes::<D>()).for_each(|n| x[n][n % D] += 0.1 * (n as f64).sin());
-            for (guarded, fast) in guards.of(measure, &x).zip(measures(&halves(&x))).filter(|_| D == 2) {
-                let slow = simplex::measure(&guarded.corners) * measure / guarded.rest;
-                assert!((2.0 * slow - fast).abs() < 1e-12, "{slow} {fast}");
-            }
-        }
-        shares::<2>();
-        shares::<3>();
     }
 }

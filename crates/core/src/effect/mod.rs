@@ -18,7 +18,7 @@
 
 mod attachment;
 pub mod barrier;
-mod barrier_simplices;
+pub mod barrier_simplices;
 mod connections;
 mod contact;
 mod fibres;

@@ -60,7 +60,7 @@ impl<const D: usize> OrientationBarrier<D> {
         positions: &[SVector<f64, D>],
         mut act: impl FnMut(&BarrierElement, &BarrierSimplex<'_, D>, f64, f64),
     ) {
-        let guards = BarrierSimplices::<D>::new();
+        let guards = BarrierSimplices::<D>::default();
         for e in &self.elements {
             let x = e.gather::<D>(positions);
             if barrier_is_inactive(e.measure, &x) {
@@ -143,7 +143,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
     }
 
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
-        let guards = BarrierSimplices::<D>::new();
+        let guards = BarrierSimplices::<D>::default();
         let mut limit: f64 = 1.0;
         for e in &self.elements {
             let (x, p) = (e.gather::<D>(at.positions), e.gather::<D>(step));
@@ -162,7 +162,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
     }
 
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
-        let guards = BarrierSimplices::<D>::new();
+        let guards = BarrierSimplices::<D>::default();
         let guarded = self.elements.iter().filter(|e| {
             let x = e.gather::<D>(at.positions);
             !barrier_is_inactive(e.measure, &x) && guards.of(e.measure, &x).any(|g| g.ratio().is_some())

@@ -107,7 +107,7 @@ impl NeoHookean {
     /// Every term is of second order in `H`: `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`. From `F` the energy would be
     /// a small difference of large numbers, whose rounding hides descent from a line search near rest.
     #[inline(always)]
-    pub(crate) fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
+    pub fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
         let beyond = beyond_trace(h);
         let growth = h.trace() + beyond;
         // The condition is negated so that a determinant of NaN counts as inverted too.
@@ -199,7 +199,7 @@ impl<const D: usize> Deformed<D> {
     /// and those of the matrix with `μ + (λ + t)/sᵢ²` on the diagonal and `λ/J` beside it (Smith, De Goes and Kim 2019, 4). For `t >= 0`
     /// only the first can be negative.
     #[inline(always)]
-    pub(crate) fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
+    pub fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
         let (f, turn) = (&self.gradient, self.transpose_modulus());
         // The condition is negated so that NaN gives `None`.
         if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
@@ -215,7 +215,7 @@ impl<const D: usize> Deformed<D> {
     }
 
     /// `dP/dF` with its negative eigenvalues set to zero (Teran, Sifakis, Irving and Fedkiw 2005, section 5).
-    pub(crate) fn convex_moduli(&self) -> Moduli {
+    pub fn convex_moduli(&self) -> Moduli {
         let eigen = self.moduli().symmetric_eigen();
         let kept = eigen.eigenvalues.map(|v| v.max(0.0));
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
@@ -223,7 +223,7 @@ impl<const D: usize> Deformed<D> {
 
     /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative. In the plane only the 4 x 4 part is decomposed, which is
     /// several times as fast and rounds differently.
-    pub(crate) fn nearest_convex_moduli(&self) -> Option<Moduli> {
+    pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
             return moduli.cholesky().is_none().then(|| self.convex_moduli());
@@ -323,73 +323,5 @@ impl MooneyRivlin {
         [self.c10, self.bulk].iter().all(|x| x.is_finite() && *x > 0.0)
             && self.c20.is_finite()
             && self.c20 >= 0.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::{Matrix2, Matrix3};
-
-    use super::*;
-
-    const LAW: NeoHookean = NeoHookean { lambda: 1.1e5, mu: 2.3e3 };
-
-    fn determinant<const D: usize>(f: &SMatrix<f64, D, D>) -> f64 {
-        nalgebra::DMatrix::from_column_slice(D, D, f.as_slice()).determinant()
-    }
-
-    #[test]
-    fn energies_of_displacements_are_those_of_deformations_and_keep_their_digits_when_small() {
-        fn agree<const D: usize>(h: SMatrix<f64, D, D>) {
-            let f = SMatrix::identity() + h;
-            let (direct, other) = (LAW.deformed(f, determinant(&f)), LAW.displaced(&h));
-            assert!((LAW.displaced_energy(&h) / direct.energy() - 1.0).abs() < 1e-11);
-            assert!((other.log - direct.log).abs() < 1e-15 && (other.ratio - direct.ratio).abs() < 1e-15);
-            // To second order in the strain the energy is that of linear elasticity.
-            for small in [1e-4, 1e-7, 1e-12] {
-                let (strain, trace) = ((h + h.transpose()) * (0.5 * small), h.trace() * small);
-                let linear = LAW.mu * strain.norm_squared() + 0.5 * LAW.lambda * trace * trace;
-                let ratio = LAW.displaced_energy(&(h * small)) / linear;
-                assert!((ratio - 1.0).abs() < 2.0 * small + 1e-13, "{small} {ratio}");
-            }
-        }
-        agree(Matrix2::new(0.1, 0.2, -0.1, -0.05));
-        agree(Matrix2::new(0.3, 0.2, -0.1, -0.25));
-        agree(Matrix3::new(0.1, 0.2, 0.1, -0.1, -0.05, 0.3, 0.05, -0.2, 0.02));
-        assert_eq!(LAW.displaced_energy(&Matrix2::new(-2.0, 0.0, 0.0, 0.0)), f64::INFINITY);
-    }
-
-    #[test]
-    fn the_nearest_convex_moduli_are_those_without_negative_eigenvalues() {
-        let h = [[0.9, 0.1, -0.2, 0.8], [1.02, 0.3, 0.05, 1.01], [1.3, -0.4, 0.2, 1.1], [0.6, 0.5, 0.4, 1.2]];
-        let mut untwisted = 0;
-        for [a, b, c, d] in h {
-            let f = Matrix2::new(a, b, c, d);
-            let law = LAW.deformed(f, f.determinant());
-            let (expected, turned) = (law.convex_moduli(), f.try_inverse().unwrap().transpose());
-            let (ga, gb) = (SVector::from([0.3, -1.2]), SVector::from([0.7, 0.4]));
-            let expected = contract(&expected, &ga, &gb);
-            let plain = law.tangent([&ga, &gb], [&(turned * ga), &(turned * gb)]);
-            let slow = law.nearest_convex_moduli().map_or(plain, |m| contract(&m, &ga, &gb));
-            assert!((slow - expected).norm() < 1e-9 * LAW.lambda, "{slow} {expected}");
-            if let Some(t) = law.untwisting() {
-                let fast = plain + (t * ga) * (t * gb).transpose();
-                assert!((fast - expected).norm() < 1e-9 * LAW.lambda, "{fast} {expected}");
-                untwisted += usize::from(t.norm() > 0.0);
-            }
-        }
-        assert_eq!(untwisted, 2);
-    }
-
-    #[test]
-    fn simple_shear_has_the_von_mises_stress_of_the_textbook() {
-        let small = 1e-6;
-        let f = Matrix3::new(1.0, small, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
-        let expected = 3f64.sqrt() * LAW.mu * small;
-        assert!((LAW.deformed(f, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
-        let flat = Matrix2::new(1.0, small, 0.0, 1.0);
-        assert!((LAW.deformed(flat, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
-        let pressed = Matrix3::identity() * 0.9;
-        assert!(LAW.deformed(pressed, 0.9f64.powi(3)).state().von_mises_pa < 1e-9 * LAW.lambda);
     }
 }

@@ -16,7 +16,7 @@ const DIRECTIONS: usize = 3;
 const SPLITS: std::ops::RangeInclusive<usize> = 34..=66;
 
 /// The order of elimination; `neighbours[i]` lists the unknowns coupled to `i`, without `i`.
-pub(super) fn nested_dissection(neighbours: &[Vec<u32>]) -> Vec<usize> {
+pub fn nested_dissection(neighbours: &[Vec<u32>]) -> Vec<usize> {
     let mut graph = Graph { neighbours, inside: vec![false; neighbours.len()] };
     // The order from the last unknown that is eliminated to the first.
     let mut backwards = Vec::with_capacity(neighbours.len());

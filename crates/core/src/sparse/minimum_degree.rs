@@ -44,36 +44,3 @@ fn union_without(a: &[u32], b: &[u32], without: [u32; 2], out: &mut Vec<u32>) {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sparse::ordering::rows_below;
-
-    #[test]
-    fn a_star_is_eliminated_from_its_tips_without_fill() {
-        // Node 0 is joined to nodes 1 to 5. If the tips are eliminated first, each column has one row, that of node 0.
-        let mut neighbours = vec![vec![1, 2, 3, 4, 5]];
-        neighbours.extend((1..=5).map(|_| vec![0]));
-        let order = minimum_degree(neighbours.clone());
-        assert_eq!(order[..4], [1, 2, 3, 4]);
-        assert_eq!(rows_below(&neighbours, &order).concat().len(), 5);
-    }
-
-    #[test]
-    fn a_ring_fills_in_n_minus_3_places() {
-        let n = 9u32;
-        let ring: Vec<Vec<u32>> = (0..n)
-            .map(|i| {
-                let mut a = vec![(i + 1) % n, (i + n - 1) % n];
-                a.sort_unstable();
-                a
-            })
-            .collect();
-        let order = minimum_degree(ring.clone());
-        let mut sorted = order.clone();
-        sorted.sort_unstable();
-        assert_eq!(sorted, (0..n as usize).collect::<Vec<_>>());
-        assert_eq!(rows_below(&ring, &order).concat().len(), (n + n - 3) as usize);
-    }
-}

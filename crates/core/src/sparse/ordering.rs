@@ -4,8 +4,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
 
-use super::dissection::nested_dissection;
-use super::minimum_degree::minimum_degree;
+pub use super::dissection::nested_dissection;
+pub use super::minimum_degree::minimum_degree;
 
 /// Numbers of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees take longer than they save.
 const MANY: usize = 300;
@@ -29,12 +29,12 @@ pub fn order(neighbours: &[Vec<u32>]) -> Vec<usize> {
 }
 
 /// The work of a factorisation in an order, in proportion: the squares of the numbers of rows below the diagonal.
-fn work(neighbours: &[Vec<u32>], order: &[usize]) -> usize {
+pub fn work(neighbours: &[Vec<u32>], order: &[usize]) -> usize {
     rows_below(neighbours, order).iter().map(|rows| rows.len().pow(2)).sum()
 }
 
 /// faer's approximate minimum degree; `None` if its memory cannot be allocated.
-fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>> {
+pub fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>> {
     let n = neighbours.len();
     let (mut start, mut row) = (vec![0], Vec::new());
     for list in neighbours {
@@ -69,57 +69,4 @@ pub fn rows_below(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
         columns.push(rows);
     }
     columns
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn other_orders_fill_in_little_more_than_exact_minimum_degree() {
-        // A grid of 7 by 9 nodes, each joined to its eight neighbours.
-        let (rows, columns) = (7i32, 9i32);
-        let grid: Vec<Vec<u32>> = Vec::from_iter((0..rows * columns).map(|i| {
-            let (r, c) = (i / columns, i % columns);
-            let near = (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (r + a, c + b)));
-            let inside = move |&(a, b): &(i32, i32)| {
-                (0..rows).contains(&a) && (0..columns).contains(&b) && (a, b) != (r, c)
-            };
-            near.filter(inside).map(move |(a, b)| (a * columns + b) as u32).collect::<Vec<_>>()
-        }));
-        let order = minimum_degree(grid.clone());
-        let fill = |order: &[usize]| rows_below(&grid, order).iter().map(Vec::len).sum::<usize>();
-        for mut other in [approximate_minimum_degree(&grid).unwrap(), nested_dissection(&grid)] {
-            assert!(fill(&other) < fill(&order) * 5 / 4);
-            other.sort_unstable();
-            assert_eq!(other, (0..grid.len()).collect::<Vec<_>>());
-        }
-    }
-
-    #[test]
-    fn a_block_in_space_fills_in_less_by_nested_dissection() {
-        // Two separate blocks of 16 by 12 by 10 nodes, each joined to its 26 neighbours.
-        let sides = [16i32, 12, 10];
-        let count = sides.iter().product::<i32>();
-        let grid: Vec<Vec<u32>> = Vec::from_iter((0..2 * count).map(|n| {
-            let (block, i) = (n / count, n % count);
-            let at = [i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])];
-            let mut near = Vec::new();
-            for by in (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]).filter(|by| *by != [0; 3]) {
-                let to: [i32; 3] = std::array::from_fn(|d| at[d] + by[d]);
-                if (0..3).all(|d| (0..sides[d]).contains(&to[d])) {
-                    near.push((block * count + to[0] + sides[0] * (to[1] + sides[1] * to[2])) as u32);
-                }
-            }
-            near.sort_unstable();
-            near
-        }));
-        let mut dissected = nested_dissection(&grid);
-        let by_degree = approximate_minimum_degree(&grid).unwrap();
-        let [by_halves, by_degree] = [&dissected, &by_degree].map(|order| work(&grid, order));
-        assert!(by_halves < by_degree, "{by_halves} {by_degree}");
-        assert_eq!(order(&grid), dissected);
-        dissected.sort_unstable();
-        assert!(dissected.into_iter().eq(0..grid.len()));
-    }
 }

@@ -14,7 +14,7 @@ const RINGS: usize = 12;
 const AROUND: usize = 48;
 
 /// The elements, with their corners and bounding boxes.
-pub(super) struct Locator<'a, const D: usize> {
+pub struct Locator<'a, const D: usize> {
     elements: &'a [Vec<usize>],
     corners: Vec<Corners<D>>,
     boxes: Vec<[SVector<f64, D>; 2]>,
@@ -133,32 +133,4 @@ fn ball<const D: usize>(rings: usize) -> Vec<(SVector<f64, D>, f64)> {
         }
     }
     points
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_along_an_edge_is_in_one_element_only_and_one_across_is_cut_at_the_edge() {
-        let nodes: Vec<SVector<f64, 2>> =
-            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(SVector::from).to_vec();
-        let elements = vec![vec![0, 1, 2], vec![0, 2, 3]];
-        let locator = Locator::new(&nodes, &elements);
-        let along = locator.cut(&SVector::from([-1.0, -1.0]), &SVector::from([2.0, 2.0]));
-        assert_eq!(along.len(), 1);
-        let length = along[0].1[1] - along[0].1[0];
-        assert!((length - 1.0 / 3.0).abs() < 1e-8, "{along:?}");
-        let across = locator.cut(&SVector::from([0.0, 0.75]), &SVector::from([2.0, 0.25]));
-        assert_eq!(across.iter().map(|p| p.0).collect::<Vec<_>>(), [1, 0]);
-        assert!((across[0].1[1] - across[1].1[0]).abs() < 1e-8 && (across[1].1[1] - 0.5).abs() < 1e-8);
-        // Floating-point numbers cannot represent this direction exactly.
-        let turned: Vec<_> = nodes.iter().map(|p| nalgebra::Rotation2::new(0.3) * p / 3.0).collect();
-        let locator = Locator::new(&turned, &elements);
-        for part in [0.1, 0.37, 0.6] {
-            let line = locator.cut(&(turned[2] * -part), &(turned[2] * (1.0 + part)));
-            let length: f64 = line.iter().map(|p| p.1[1] - p.1[0]).sum();
-            assert!((length - 1.0 / (1.0 + 2.0 * part)).abs() < 1e-8, "{line:?}");
-        }
-    }
 }

@@ -7,7 +7,7 @@
 
 mod attach;
 mod bundle;
-mod locate;
+pub mod locate;
 
 use std::collections::BTreeMap;
 

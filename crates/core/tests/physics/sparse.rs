@@ -1,0 +1,80 @@
+//! Orders of elimination and their fill-in.
+
+use tongue_core::sparse::ordering::{
+    approximate_minimum_degree, minimum_degree, nested_dissection, order, rows_below, work,
+};
+
+#[test]
+fn a_star_is_eliminated_from_its_tips_without_fill() {
+    // Node 0 is joined to nodes 1 to 5. If the tips are eliminated first, each column has one row, that of node 0.
+    let mut neighbours = vec![vec![1, 2, 3, 4, 5]];
+    neighbours.extend((1..=5).map(|_| vec![0]));
+    let order = minimum_degree(neighbours.clone());
+    assert_eq!(order[..4], [1, 2, 3, 4]);
+    assert_eq!(rows_below(&neighbours, &order).concat().len(), 5);
+}
+
+#[test]
+fn a_ring_fills_in_n_minus_3_places() {
+    let n = 9u32;
+    let ring: Vec<Vec<u32>> = (0..n)
+        .map(|i| {
+            let mut a = vec![(i + 1) % n, (i + n - 1) % n];
+            a.sort_unstable();
+            a
+        })
+        .collect();
+    let order = minimum_degree(ring.clone());
+    let mut sorted = order.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, (0..n as usize).collect::<Vec<_>>());
+    assert_eq!(rows_below(&ring, &order).concat().len(), (n + n - 3) as usize);
+}
+
+#[test]
+fn other_orders_fill_in_little_more_than_exact_minimum_degree() {
+    // A grid of 7 by 9 nodes, each joined to its eight neighbours.
+    let (rows, columns) = (7i32, 9i32);
+    let grid: Vec<Vec<u32>> = Vec::from_iter((0..rows * columns).map(|i| {
+        let (r, c) = (i / columns, i % columns);
+        let near = (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (r + a, c + b)));
+        let inside = move |&(a, b): &(i32, i32)| {
+            (0..rows).contains(&a) && (0..columns).contains(&b) && (a, b) != (r, c)
+        };
+        near.filter(inside).map(move |(a, b)| (a * columns + b) as u32).collect::<Vec<_>>()
+    }));
+    let order = minimum_degree(grid.clone());
+    let fill = |order: &[usize]| rows_below(&grid, order).iter().map(Vec::len).sum::<usize>();
+    for mut other in [approximate_minimum_degree(&grid).unwrap(), nested_dissection(&grid)] {
+        assert!(fill(&other) < fill(&order) * 5 / 4);
+        other.sort_unstable();
+        assert_eq!(other, (0..grid.len()).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn a_block_in_space_fills_in_less_by_nested_dissection() {
+    // Two separate blocks of 16 by 12 by 10 nodes, each joined to its 26 neighbours.
+    let sides = [16i32, 12, 10];
+    let count = sides.iter().product::<i32>();
+    let grid: Vec<Vec<u32>> = Vec::from_iter((0..2 * count).map(|n| {
+        let (block, i) = (n / count, n % count);
+        let at = [i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])];
+        let mut near = Vec::new();
+        for by in (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]).filter(|by| *by != [0; 3]) {
+            let to: [i32; 3] = std::array::from_fn(|d| at[d] + by[d]);
+            if (0..3).all(|d| (0..sides[d]).contains(&to[d])) {
+                near.push((block * count + to[0] + sides[0] * (to[1] + sides[1] * to[2])) as u32);
+            }
+        }
+        near.sort_unstable();
+        near
+    }));
+    let mut dissected = nested_dissection(&grid);
+    let by_degree = approximate_minimum_degree(&grid).unwrap();
+    let [by_halves, by_degree] = [&dissected, &by_degree].map(|order| work(&grid, order));
+    assert!(by_halves < by_degree, "{by_halves} {by_degree}");
+    assert_eq!(order(&grid), dissected);
+    dissected.sort_unstable();
+    assert!(dissected.into_iter().eq(0..grid.len()));
+}
