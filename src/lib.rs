@@ -303,7 +303,7 @@ pub mod statics {
 
 pub mod statistics {
     //! Statistics.
-    pub use tongue_core::statistics::upper_median;
+    pub use tongue_core::statistics::median;
     #[cfg(feature = "cli")]
     pub(crate) use tongue_core::statistics::*;
 }

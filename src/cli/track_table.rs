@@ -4,7 +4,7 @@ use tongue_fit::report::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
     repetitions_sentence, with_decimals,
 };
-use tongue_fit::statistics::upper_median;
+use tongue_fit::statistics::median;
 use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW};
 
 use super::table::{self, count_of, difference, join_first};
@@ -36,7 +36,7 @@ pub fn track(record: &TrackRecord) -> String {
         compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
-    let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
+    let resolved = median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
     text += &format!(
         "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior\n",
         record.courses.len()
@@ -128,5 +128,5 @@ fn displacements_of_free_bones(record: &TrackRecord) -> Vec<(String, String)> {
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    upper_median(values).unwrap_or(f64::NAN)
+    median(values).unwrap_or(f64::NAN)
 }

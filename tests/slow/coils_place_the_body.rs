@@ -7,7 +7,7 @@ use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
-use tongue_fit::statistics::upper_median;
+use tongue_fit::statistics::median;
 use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{Placement, RestError};
 use tongue_infer::track::{
@@ -56,8 +56,8 @@ fn placements_of_coils_hold_where_the_tongue_is() {
         for (i, what) in ["back", "up", "turn", "scale"].iter().enumerate() {
             let of = || all.iter().map(|a| a[with][i]);
             let held = of().filter(|(truth, [_, low, high])| low <= truth && truth <= high).count();
-            let width = upper_median(of().map(|(_, [_, low, high])| 0.5 * (high - low))).unwrap();
-            let missed = upper_median(of().map(|(truth, [found, ..])| (found - truth).abs())).unwrap();
+            let width = median(of().map(|(_, [_, low, high])| 0.5 * (high - low))).unwrap();
+            let missed = median(of().map(|(truth, [found, ..])| (found - truth).abs())).unwrap();
             let part = 100.0 * held as f64 / seeds.len() as f64;
             println!(
                 "{name}, {what}: {part:.1} % held, half width {width:.4}, missed by {missed:.4} (medians)"
@@ -74,8 +74,8 @@ fn placements_of_coils_hold_where_the_tongue_is() {
             assert!((0.92..=most).contains(&part), "{with} {i}: {part}");
         }
     }
-    let missed = |i: usize| upper_median(all.iter().map(|a| (a[1][i].1[0] - a[1][i].0).abs())).unwrap();
-    let far = upper_median(all.iter().map(|a| {
+    let missed = |i: usize| median(all.iter().map(|a| (a[1][i].1[0] - a[1][i].0).abs())).unwrap();
+    let far = median(all.iter().map(|a| {
         let away = |i: usize| a[1][i].1[0] - a[1][i].0;
         away(0).hypot(away(1))
     }));
@@ -109,7 +109,7 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
     println!("{} of {} speakers placed", placed.len(), all.len());
     // These bodies differ more than people do; no real recording in the right frame is refused for its bones.
     assert!(placed.len() * 4 >= all.len() * 3, "{} of {}", placed.len(), all.len());
-    let [without, with] = [0, 1].map(|i| upper_median(placed.iter().map(|a| a[i])).unwrap());
+    let [without, with] = [0, 1].map(|i| median(placed.iter().map(|a| a[i])).unwrap());
     println!("outline off by {without:.5} m without a palate, {with:.5} m with one (medians)");
     assert!(with < 0.9 * without, "{with} {without}");
 }
@@ -145,7 +145,7 @@ fn intervals_of_speakers_seen_by_coils_hold_the_truth() {
         let met: Vec<f64> = found.iter().flat_map(|r| &r.frames).filter_map(|f| f.rms_m).collect();
         let mut held = Held::default();
         held.add(&speaker, found);
-        (speaker.what, held, upper_median(met).unwrap_or(f64::NAN))
+        (speaker.what, held, median(met).unwrap_or(f64::NAN))
     });
     let mut sum = Held::default();
     for (what, held, met) in &all {

@@ -1,12 +1,5 @@
 //! Statistics of lists.
 
-/// The median, or the larger of the two middle values. `None` for an empty list.
-pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let mut all: Vec<f64> = values.into_iter().collect();
-    all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied()
-}
-
 /// The median, or the mean of the two middle values. `None` for an empty list.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut all: Vec<f64> = values.into_iter().collect();

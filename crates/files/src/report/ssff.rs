@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::export::{Export, Provenance};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 
 /// A step between rows that is longer than this many usual steps is a hole, which has no values.
 pub(super) const LONGEST_STEP: f64 = 2.5;
@@ -21,7 +21,7 @@ impl Export for Ssff {
         let steps = rows.windows(2).map(|pair| pair[1][0] - pair[0][0]).filter(|step| *step > 0.0);
         let start_s = rows.first().map_or(0.0, |row| row[0]);
         // Rounded, because differences of times have rounding errors.
-        let rate_hz = (1e6 / upper_median(steps).unwrap_or(1.0)).round().max(1.0) / 1e6;
+        let rate_hz = (1e6 / median(steps).unwrap_or(1.0)).round().max(1.0) / 1e6;
         let step_s = 1.0 / rate_hz;
         write!(out, "SSFF -- (c) SHLRC\nMachine IBM-PC\nRecord_Freq {rate_hz}\nStart_Time {start_s}\n")?;
         for label in labels.iter().skip(1) {

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
@@ -151,7 +151,7 @@ impl<'a> Smoother<'a> {
 
     /// Sets the errors of the frames for their present observations.
     pub fn take_errors(&self, recording: &mut SmoothedRecording) {
-        let period_s = upper_median(recording.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
+        let period_s = median(recording.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
             .unwrap_or(f64::INFINITY);
         // Frames with the same points and standard deviations share their errors.
         let mut last: Option<(Vec<Along>, Option<Arc<FrameErrors>>)> = None;

@@ -89,7 +89,7 @@ impl MeshRecord {
     /// it; then, or without spring constants, it is that of [`Constants::TONGUE`].
     fn constants(&self, mesh: &Mesh<2>) -> Constants {
         let usual = Constants::TONGUE;
-        let given = statistics::upper_median(self.connections.iter().filter_map(|c| c.stiffness_n_per_m));
+        let given = statistics::median(self.connections.iter().filter_map(|c| c.stiffness_n_per_m));
         let of = |constants| system::coefficients(mesh, &Model { constants }).ok();
         // On equilateral triangles the spring constant is proportional to the shear modulus E / (2 (1 + nu)).
         let ratio = |k: f64| of(usual).map(|c| (1.0 + usual.poisson_ratio) * c.tissue_stiffness / k - 1.0);

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::{TrackRecord, TrackResults, with_decimals};
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, csv};
-use tongue_core::statistics::{TWO_SIDED_95, upper_median};
+use tongue_core::statistics::{TWO_SIDED_95, median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
@@ -115,7 +115,7 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
         let number = record.results.muscles.iter().position(|m| *m == c.muscle);
         let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.tensions[number?])));
-        upper_median(ends).unwrap_or(f64::NAN)
+        median(ends).unwrap_or(f64::NAN)
     }
     fn known(of: &CourseSummary) -> Value {
         if of.known { "known" } else { "NOT KNOWN" }.into()
@@ -175,9 +175,8 @@ impl FormantsRecord {
             *without.entry(why_none(frame)).or_default() += 1;
         }
         let count = with_formants.first().map_or(0, |f| f.formants.len());
-        let median = |of: &dyn Fn(&Tracked) -> f64| {
-            upper_median(with_formants.iter().map(|f| of(f))).unwrap_or(f64::NAN)
-        };
+        let median =
+            |of: &dyn Fn(&Tracked) -> f64| median(with_formants.iter().map(|f| of(f))).unwrap_or(f64::NAN);
         Self {
             tract: tract.name.clone(),
             lip_opening_mm: lips.lip_opening_mm,

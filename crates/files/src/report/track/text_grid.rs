@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::RecordingResult;
 use crate::report::ssff::LONGEST_STEP;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 use tongue_infer::track::Tracked;
 
 /// A text, and the ends of its time span, s.
@@ -41,7 +41,7 @@ impl RecordingResult {
     /// The whole recording in time spans in which all frames have the same text; a hole has none.
     fn spans(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<WordInterval> {
         let times: Vec<f64> = self.tracked.frames.iter().map(|f| f.time_s).collect();
-        let usual_s = upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
+        let usual_s = median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
         let mut out: Vec<WordInterval> = Vec::new();
         let mut add = |word, ends: [f64; 2]| match out.last_mut() {
             Some((last, before)) if *last == word => before[1] = ends[1],

@@ -7,7 +7,7 @@ use crate::measured::muscles::Muscles;
 use crate::measured::recording::{STEEPEST_BONES_DEG, steep_deg};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::{Point, simplex};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 
 /// Plausible extents of a body, m: from a child's tongue to an adult's with all muscles outside it.
 const TONGUE_M: RangeInclusive<f64> = 0.02..=0.3;
@@ -71,7 +71,7 @@ pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
         let in_tissue = mesh.in_tissue();
         let heights =
             mesh.nodes.iter().zip(in_tissue).filter(|(_, is_tissue)| *is_tissue).map(|(at, _)| at.y);
-        let is_below = upper_median(heights).is_some_and(|height| height < spine.y.min(hyoid.y));
+        let is_below = median(heights).is_some_and(|height| height < spine.y.min(hyoid.y));
         let turned = match () {
             () if steep_deg(to_hyoid) > STEEPEST_BONES_DEG => {
                 Some("the mental spine and the hyoid lie one above the other")

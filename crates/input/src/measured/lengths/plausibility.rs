@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::read::DEFAULT_HALF_WIDTH_MM;
 use super::{Dataset, Lengths, Row};
 use crate::measured::thesis::Thesis;
-use tongue_core::statistics::{mean_and_variance, median, upper_median};
+use tongue_core::statistics::{mean_and_variance, median};
 
 /// Tables and rows with fewer muscles are not checked.
 const FEWEST: usize = 5;
@@ -43,7 +43,7 @@ fn columns(data: &Dataset) -> Option<Vec<MuscleColumn<'_>>> {
     let thesis = Thesis::reference().ok()?;
     let columns = Vec::from_iter(data.muscles().iter().enumerate().filter_map(|(n, name)| {
         let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
-        Some((name.as_str(), upper_median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
+        Some((name.as_str(), median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
     }));
     (columns.len() >= FEWEST).then_some(columns)
 }

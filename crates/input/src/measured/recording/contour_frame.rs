@@ -10,10 +10,10 @@
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_core::statistics::{least_by, upper_median};
+use tongue_core::statistics::{least_by, median};
 
 use super::dynamics::bone_slips;
-use super::flat::{Flat, Places, STEEPEST_BONES_DEG, steep_deg, upper_median_point};
+use super::flat::{Flat, Places, STEEPEST_BONES_DEG, median_point, steep_deg};
 use super::map::ContourFrame;
 use super::{Map, Role};
 
@@ -122,7 +122,7 @@ impl SampleFrame {
 
     fn typical(&self, group: &[&Flat<'_>], of: fn(Axes) -> f64) -> Option<f64> {
         let axes = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| self.axes(frame));
-        upper_median(axes.map(of))
+        median(axes.map(of))
     }
 
     /// Moves contour points to the frame of the bones. In frames that lack a bone they count as not seen.
@@ -172,7 +172,7 @@ impl SampleFrame {
     fn middle(&self, group: &[&Flat<'_>], moved: bool) -> Option<Point> {
         let first = group.first()?;
         let contour: Vec<Point> = Vec::from_iter(first.contour.iter().filter_map(|&channel| {
-            upper_median_point(group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
+            median_point(group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
                 let (axes, p) = (self.axes(frame)?, frame[channel]?);
                 let apart = (frame[self.mandible]? - axes.origin).norm();
                 let from_hyoid = if moved { axes.turned(p) } else { p - axes.origin };
@@ -196,7 +196,7 @@ impl SampleFrame {
         // For every three frames, the second difference of each contour point and its change by the move to the frame of the bones.
         let mut all: Vec<Vec<(Point, Point)>> = Vec::new();
         for (flat, axes) in group.iter().zip(&axes) {
-            let step = upper_median(flat.times.windows(2).map(|t| t[1] - t[0])).unwrap_or(0.0);
+            let step = median(flat.times.windows(2).map(|t| t[1] - t[0])).unwrap_or(0.0);
             for t in 1..flat.times.len().saturating_sub(1) {
                 let uneven = flat.times[t + 1] - 2.0 * flat.times[t] + flat.times[t - 1];
                 let (Some(a), Some(b), Some(c)) = (axes[t - 1], axes[t], axes[t + 1]) else { continue };
@@ -212,7 +212,7 @@ impl SampleFrame {
                 all.push(differences.collect());
             }
         }
-        let typical = |of: fn(&(Point, Point)) -> f64| upper_median(all.iter().flatten().map(of));
+        let typical = |of: fn(&(Point, Point)) -> f64| median(all.iter().flatten().map(of));
         let (most, most_change) =
             (MOST_MEDIANS * typical(|d| d.0.norm())?, MOST_MEDIANS * typical(|d| d.1.norm())?);
         let sums = |block: &[Vec<(Point, Point)>]| {

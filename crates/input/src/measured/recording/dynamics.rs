@@ -1,9 +1,9 @@
 //! Quantities of the motion in a recording: stuck channels, frames out of order, speeds, jumps of a point or of the head.
 
 use tongue_core::geometry::Point;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 
-use super::flat::upper_median_point;
+use super::flat::median_point;
 use super::map::BONE_SD_M;
 use super::{AlignedRecording, Mark};
 
@@ -40,7 +40,7 @@ impl<'a> PointTrack<'a> {
         let (times, marks): (Vec<f64>, Vec<Mark>) = seen.unzip();
         let mean = marks.iter().map(|m| m.at).sum::<Point>() / marks.len() as f64;
         let variance = marks.iter().map(|m| (m.at - mean).norm_squared()).sum::<f64>() / marks.len() as f64;
-        let apart_s = upper_median(times.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
+        let apart_s = median(times.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
         Self { name, times, marks, apart_s, variance }
     }
 
@@ -80,7 +80,7 @@ impl<'a> PointTrack<'a> {
         };
         let steps = self.marks.len() - 1;
         let mean = squares(1).take(steps).sum::<f64>() / steps as f64 / (2.0 * self.variance);
-        let medians = upper_median(squares(1).take(steps)).zip(upper_median(squares(self.marks.len() / 2)));
+        let medians = median(squares(1).take(steps)).zip(median(squares(self.marks.len() / 2)));
         medians.map_or(mean, |(near, far)| mean.min(near / far))
     }
 
@@ -112,7 +112,7 @@ impl<'a> PointTrack<'a> {
         let most = moved.get(moved.len() * 99 / 100).filter(|_| self.apart_s <= APART_S)?;
         // The noise is at most the assumed one, and at most that of the second differences, whose median is 2.88 standard deviations.
         let bends = self.marks.windows(3).map(|w| (w[0].at - w[1].at * 2.0 + w[2].at).norm());
-        let sd = self.sd().min(upper_median(bends)? / 2.88);
+        let sd = self.sd().min(median(bends)? / 2.88);
         let way = 2.5 * (self.variance - 2.0 * sd.powi(2)).max(0.0).sqrt();
         let part = (most.powi(2) - (3.96 * sd).powi(2)).max(0.0).sqrt() / way;
         part.is_finite().then(|| (part * (OVER_S / over_s).min(1.0), over_s / part))
@@ -188,7 +188,7 @@ impl<'a> PointTracks<'a> {
         let moving = self.tracks.iter().filter(|track| track.moves_by(least) && track.part_still() <= 0.5);
         let values: Vec<f64> =
             moving.filter(|track| !continuous || track.apart_s < MOST_APART_S).filter_map(of).collect();
-        upper_median(values.iter().copied()).filter(|_| 2 * values.len() >= self.tracks.len())
+        median(values.iter().copied()).filter(|_| 2 * values.len() >= self.tracks.len())
     }
 
     /// The number of frames, if no point ever moves.
@@ -278,7 +278,7 @@ impl<'a> PointTracks<'a> {
             let bones: Vec<Point> =
                 here.bones.iter().zip(&next.bones).filter_map(|(a, b)| Some((*b)? - (*a)?)).collect();
             let bones = bones.iter().sum::<Point>() / bones.len() as f64;
-            let middle = upper_median_point(pairs.iter().map(|(d, _)| *d))?;
+            let middle = median_point(pairs.iter().map(|(d, _)| *d))?;
             let unlike = pairs.iter().map(|(d, _)| (d - middle).norm()).fold(0.0, f64::max);
             let noise = pairs.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
             (pairs.len() >= 3).then_some((middle, bones, unlike, noise, next.time_s - here.time_s))

@@ -1,7 +1,7 @@
 //! A recording in the plane, before its points are divided into contour, coils and bones.
 
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 
 use super::super::error::ReadError;
 use super::map::{AXES, MappedAxis};
@@ -31,7 +31,7 @@ impl<'a> Flat<'a> {
 
     /// Median position of a channel, m.
     pub fn place(&self, channel: usize) -> Option<Point> {
-        upper_median_point(self.places.iter().filter_map(|frame| frame[channel]))
+        median_point(self.places.iter().filter_map(|frame| frame[channel]))
     }
 
     pub fn x(&self, channel: usize) -> Option<f64> {
@@ -163,7 +163,7 @@ fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) ->
     let spread = |axis: usize| {
         let medians = Role::channels(roles, Role::is_of_tongue)
             .into_iter()
-            .filter_map(|c| upper_median(recording.samples.iter().filter_map(|s| Some(s.places[c]?[axis]))));
+            .filter_map(|c| median(recording.samples.iter().filter_map(|s| Some(s.places[c]?[axis]))));
         let [least, most] = medians.fold([f64::INFINITY, -f64::INFINITY], |[a, b], v| [v.min(a), v.max(b)]);
         (most - least).max(0.0)
     };
@@ -176,9 +176,9 @@ fn number(name: &str) -> u64 {
     name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
 }
 
-pub(super) fn upper_median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
+pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
     let all: Vec<Point> = points.collect();
-    let [x, y] = [0, 1].map(|axis| upper_median(all.iter().map(|p| p[axis])));
+    let [x, y] = [0, 1].map(|axis| median(all.iter().map(|p| p[axis])));
     Some(Point::new(x?, y?))
 }
 
@@ -195,7 +195,7 @@ fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usiz
         Some((frames.get(later)?[channel]? - frames[f][channel]?).norm())
     });
     let steps: Vec<f64> = steps.collect();
-    steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
+    steps.len() >= FEWEST && median(steps).is_some_and(|m| m > HEAD_MOVES_M)
 }
 
 /// Moves every frame so that the reference points are where they are in the first frame that has all of them: shifted for one point,

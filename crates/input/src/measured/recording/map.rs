@@ -12,7 +12,7 @@ use crate::measured::error::ReadError;
 use crate::measured::lengths::text::clip;
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statistics::{least_by, upper_median};
+use tongue_core::statistics::{least_by, median};
 use tongue_core::toml_text::{self, reworded};
 use tongue_core::{choice, limits};
 
@@ -364,10 +364,10 @@ impl Map {
 /// Median position of a channel and its median distance from there, in the unit of the file.
 fn typical_place(recording: &Recording, channel: usize) -> String {
     let places = recording.samples.iter().filter_map(|s| s.places[channel]);
-    let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places.clone().map(|p| p[axis]))).collect();
+    let middle: Option<Vec<f64>> = (0..3).map(|axis| median(places.clone().map(|p| p[axis]))).collect();
     let Some(middle) = middle else { return "never seen".to_owned() };
     let away = places.clone().map(|p| (0..3).map(|a| (p[a] - middle[a]).powi(2)).sum::<f64>().sqrt());
-    let moves = upper_median(away).unwrap_or(0.0);
+    let moves = median(away).unwrap_or(0.0);
     let (count, missing) = (recording.samples.len(), recording.samples.len() - places.count());
     let gone = if missing > 0 { format!(", not seen in {missing} of {count} frames") } else { String::new() };
     let [x, y, z] = [middle[0], middle[1], middle[2]];

@@ -2,10 +2,10 @@
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_core::statistics::{least_by, upper_median};
+use tongue_core::statistics::{least_by, median};
 
 use super::dynamics::{FEWEST_FRAMES, NamedValue, PointTracks, unnamed};
-use super::flat::{steep_deg, upper_median_point};
+use super::flat::{median_point, steep_deg};
 use super::limits::MOST_CHANNELS;
 use super::{AlignedFrame, AlignedRecording, names};
 
@@ -42,7 +42,7 @@ pub(super) fn length(points: &[Point]) -> f64 {
 impl<'a> Measures<'a> {
     pub fn of(recording: &'a AlignedRecording, palate: Option<&'a [Point]>) -> Self {
         let mut contour: Vec<_> = (0..recording.names().count())
-            .map(|p| upper_median_point(recording.positions_over_time(p).map(|(_, mark)| mark.at)))
+            .map(|p| median_point(recording.positions_over_time(p).map(|(_, mark)| mark.at)))
             .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());
@@ -61,7 +61,7 @@ impl<'a> Measures<'a> {
     /// The median positions of the contour without points that are farther than 0.15 m from their centre, if at least `least` are left.
     pub fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
         let all = self.contour.iter().flatten().copied();
-        let centre = upper_median_point(all.clone()).unwrap_or_default();
+        let centre = median_point(all.clone()).unwrap_or_default();
         let near: Vec<Point> = all.filter(|p| (p - centre).norm() <= 0.15).collect();
         (near.len() >= least).then_some(near)
     }
@@ -84,7 +84,7 @@ impl<'a> Measures<'a> {
 
     pub fn step_ms(&self) -> Option<NamedValue> {
         let steps = self.recording.frames.windows(2).map(|w| w[1].time_s - w[0].time_s);
-        upper_median(steps).map(|s| unnamed(s * MM))
+        median(steps).map(|s| unnamed(s * MM))
     }
 
     /// The number of labels within the recording, and the times of both.
@@ -103,7 +103,7 @@ impl<'a> Measures<'a> {
 
     pub fn usual_sd_mm(&self) -> Option<NamedValue> {
         let points = self.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
-        upper_median(points.map(|mark| mark.sd)).map(|sd| unnamed(sd * MM))
+        median(points.map(|mark| mark.sd)).map(|sd| unnamed(sd * MM))
     }
 
     pub fn bones_apart_mm(&self) -> Option<NamedValue> {
@@ -114,8 +114,8 @@ impl<'a> Measures<'a> {
     /// Diameter of the circle that contains half of the points, which one distant point does not enlarge.
     pub fn contour_width_mm(&self) -> Option<NamedValue> {
         let contour = self.contour.iter().flatten().copied();
-        let centre = upper_median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
-        upper_median(contour.map(|p| (p - centre).norm())).map(|r| unnamed(2.0 * r * MM))
+        let centre = median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
+        median(contour.map(|p| (p - centre).norm())).map(|r| unnamed(2.0 * r * MM))
     }
 
     /// The coil that is more than twice as far from its nearest neighbour as all others are from theirs.
@@ -133,7 +133,7 @@ impl<'a> Measures<'a> {
         let places = self.contour.iter().chain(&self.sensors).chain(&self.bones);
         let named = self.recording.names().zip(places);
         let all: Vec<(&String, Point)> = named.filter_map(|(n, p)| Some((n, (*p)?))).collect();
-        let centre = upper_median_point(all.iter().map(|a| a.1)).filter(|_| all.len() >= 4);
+        let centre = median_point(all.iter().map(|a| a.1)).filter(|_| all.len() >= 4);
         let Some(centre) = centre else { return Vec::new() };
         Vec::from_iter(all.iter().map(|(n, p)| ((p - centre).norm() * MM, (*n).clone())))
     }
@@ -152,7 +152,7 @@ impl<'a> Measures<'a> {
     pub fn tongue_above_bones_mm(&self) -> Option<NamedValue> {
         let (spine, hyoid) = self.spine_and_hyoid()?;
         let points = self.near_contour(0)?.into_iter().chain(self.sensors.iter().flatten().copied());
-        upper_median(points.map(|p| p.y)).map(|y| unnamed((y - spine.y.min(hyoid.y)) * MM))
+        median(points.map(|p| p.y)).map(|y| unnamed((y - spine.y.min(hyoid.y)) * MM))
     }
 
     /// By how much the ends of the contour would be nearer to the bones if the spine and the hyoid were exchanged.

@@ -303,7 +303,7 @@ impl Recording {
                 Some((0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt())
             })
         });
-        tongue_core::statistics::upper_median(gaps).filter(|g| *g > 0.0)
+        tongue_core::statistics::median(gaps).filter(|g| *g > 0.0)
     }
 
     fn stem(origin: &str) -> String {

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 
 use super::super::error::ReadError;
 use super::contour_frame::{self, SampleFrame};
 use super::dynamics::FEWEST_FRAMES;
-use super::flat::{Flat, upper_median_point};
+use super::flat::{Flat, median_point};
 use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, names};
 
 /// Usual distance of the first coil behind the tip, m.
@@ -180,7 +180,7 @@ impl AlignedRecording {
 impl Flat<'_> {
     /// Median vector from the first to the last seen point of the contour, m.
     fn rise_of_contour(&self) -> Option<Point> {
-        upper_median_point(self.places.iter().filter_map(|frame| {
+        median_point(self.places.iter().filter_map(|frame| {
             let mut seen = self.contour.iter().filter_map(|&c| frame[c]);
             let first = seen.next()?;
             Some(seen.next_back()? - first)
@@ -222,7 +222,7 @@ impl Flat<'_> {
                 (_, None) => FIRST_COIL_M,
                 (_, Some(before)) => {
                     let gaps = self.places.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
-                    out[before] + LONGER_THAN_CHORD * upper_median(gaps).unwrap_or(FIRST_COIL_M)
+                    out[before] + LONGER_THAN_CHORD * median(gaps).unwrap_or(FIRST_COIL_M)
                 }
             });
         }
