@@ -119,14 +119,10 @@ fn displacements_of_free_bones(record: &TrackRecord) -> Vec<(String, String)> {
             own.flat_map(|(r, i)| r.tracked.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
         let axes = [0, 1].map(|a| {
             let of = |end: &dyn Fn(&Displacement) -> f64| {
-                with_decimals(1e3 * median(all.iter().map(|b| end(b))), 1)
+                with_decimals(1e3 * median(all.iter().map(|b| end(b))).unwrap_or(f64::NAN), 1)
             };
             format!("{} ({} to {})", of(&|b| b.shift_m[a]), of(&|b| b.low_m[a]), of(&|b| b.high_m[a]))
         });
         (name.replace('_', " "), axes.join(", "))
     }))
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    median(values).unwrap_or(f64::NAN)
 }
