@@ -8,6 +8,8 @@
 //! carry no more information than points and frames at these distances. Many points of a contour are averaged over 9 mm, because a drawn
 //! contour contains no information between its keypoints.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::standard_deviations as sd;
@@ -102,19 +104,12 @@ impl Errors {
         period_s: f64,
         others: &DVector<f64>,
     ) -> (Option<DMatrix<f64>>, DVector<f64>) {
-        let averages = self.averages(along);
-        let own = match averages {
-            None => self.own(along, period_s),
-            Some(_) => along.iter().map(|a| self.alone(a, period_s)).collect(),
+        let Some(averages) = self.averages(along) else {
+            return (None, DVector::from(self.own(along, period_s)) + others);
         };
-        let variances = DVector::from(own) + others;
-        match averages {
-            None => (None, variances),
-            Some(averages) => {
-                let of_averages = &averages * variances;
-                (Some(averages), of_averages)
-            }
-        }
+        let alone: Vec<f64> = along.iter().map(|a| self.alone(a, period_s)).collect();
+        let variances = &averages * (DVector::from(alone) + others);
+        (Some(averages), variances)
     }
 
     /// Standard deviation of a point, mm.
@@ -162,17 +157,11 @@ pub(crate) struct Knots {
 
 impl Knots {
     pub fn new<'a>(errors: Errors, measured: impl IntoIterator<Item = &'a Along>) -> Self {
-        let mut ends: Vec<(usize, [f64; 2])> = Vec::new();
+        let mut ends: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         for along in measured {
-            match ends.iter_mut().find(|(c, _)| *c == along.channel) {
-                Some((_, [low, high])) => {
-                    *low = low.min(along.at_mm);
-                    *high = high.max(along.at_mm);
-                }
-                None => ends.push((along.channel, [along.at_mm; 2])),
-            }
+            let [low, high] = ends.entry(along.channel).or_insert([along.at_mm; 2]);
+            (*low, *high) = (low.min(along.at_mm), high.max(along.at_mm));
         }
-        ends.sort_by_key(|(c, _)| *c);
         let mut places = Vec::new();
         if errors.slow_mm > 0.0 || errors.static_mm > 0.0 {
             for (channel, [low, high]) in ends {

@@ -74,10 +74,6 @@ impl<'a, const D: usize> Forward<'a, D> {
         }
     }
 
-    pub(super) fn without_effort(self) -> Self {
-        Self { effort: 0.0, ..self }
-    }
-
     pub fn system(&self) -> &System<D> {
         self.candidate_system.as_ref().unwrap_or(self.problem.system)
     }

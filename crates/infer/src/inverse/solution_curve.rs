@@ -148,17 +148,17 @@ fn trace_side<const D: usize>(
     let mut tracer =
         CurveTracer { along: direction.clone(), points: vec![first], tolerance, on_load_path: false };
     let mut end = tracer.trace(forward, LONGEST_STEP);
-    if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
+    let at_limit =
+        matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit);
+    if !at_limit && !forward.is_on_load_path() {
         // Solved from neighbours or from rest at once, tensions can have another shape than at the end of their load path.
-        if !forward.is_on_load_path() {
-            let mut on_path = Forward::new(forward.problem, forward.settings).on_load_path();
-            if on_path.residuals_without_neighbours(&tracer.last().x).is_some() {
-                tracer.on_load_path = true;
-                on_path.start_from_end_of_path();
-                end = tracer.trace(&mut on_path, SHORTEST_STEP);
-            }
-            forward.counts += on_path.counts;
+        let mut on_path = Forward::new(forward.problem, forward.settings).on_load_path();
+        if on_path.residuals_without_neighbours(&tracer.last().x).is_some() {
+            tracer.on_load_path = true;
+            on_path.start_from_end_of_path();
+            end = tracer.trace(&mut on_path, SHORTEST_STEP);
         }
+        forward.counts += on_path.counts;
     }
     (tracer.points.split_off(1), end)
 }

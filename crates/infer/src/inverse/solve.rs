@@ -179,7 +179,8 @@ pub(super) fn select_solution<const D: usize>(
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
         // The smallest corrections did not reach the target; a search without effort does if the target can be met.
-        let mut without = Forward::new(forward.problem, forward.settings).without_effort();
+        let mut without = Forward::new(forward.problem, forward.settings);
+        without.effort = 0.0;
         if let Some((better, residuals, _)) = gauss_newton::refit(&mut without, &x)
             && without.misfit(Some(&residuals)) <= forward.settings.misfit_tolerance
         {

@@ -178,8 +178,7 @@ impl Marks<'_> {
     fn of_contour(&self, frame: usize) -> Vec<Number> {
         let (rest, recording) = (self.rest, self.recording);
         let curve = &self.surface.curve;
-        let points: Vec<Mark> =
-            recording.contour.iter().zip(&recording.frames[frame].contour).filter_map(|(_, m)| *m).collect();
+        let points: Vec<Mark> = recording.frames[frame].contour.iter().flatten().copied().collect();
         let along = distances_along(points.iter().map(|mark| Some(mark.at)), 1.0);
         // Distances along contours are counted from the beginning of the surface, so that those of several contours agree.
         let feet: Vec<f64> = points.iter().map(|m| curve.nearest_place(&m.at, rest)).collect();

@@ -80,12 +80,9 @@ impl<'a> Observed<'a> {
                 let sides = self.measured(muscle)?;
                 // Each side of a pair has the measured length, and both together count as one measurement.
                 let sd_m = sd_m * (sides.len() as f64).sqrt();
+                let usual = if self.line(muscle).is_some() { OVER_LINE } else { OVER };
                 let over = match measure {
-                    LengthMeasure::Ratio(_, Some(over)) => self.measured(over)?,
-                    LengthMeasure::Ratio(_, None) if self.line(muscle).is_some() => {
-                        self.measured(OVER_LINE)?
-                    }
-                    LengthMeasure::Ratio(_, None) => self.measured(OVER)?,
+                    LengthMeasure::Ratio(_, over) => self.measured(over.as_deref().unwrap_or(usual))?,
                     _ => Vec::new(),
                 };
                 let marks = sides.into_iter().enumerate().map(|(number, (length, rest))| match measure {
@@ -141,12 +138,8 @@ impl<'a> Observed<'a> {
         if self.midline.is_none() {
             self.midline = Midline::of(self.body);
         }
-        match &self.midline {
-            Some(midline) => Ok(midline),
-            None => {
-                refused("the body has no faces in its midsagittal plane (y = 0), so it has no contour there")
-            }
-        }
+        let why = "the body has no faces in its midsagittal plane (y = 0), so it has no contour there";
+        self.midline.as_ref().map_or_else(|| refused(why), Ok)
     }
 }
 
@@ -180,11 +173,10 @@ fn is_finite(what: &Marked) -> bool {
         Marked::Coil { behind_tip_m, place } => {
             behind_tip_m.is_finite() && place.iter().all(|c| c.is_finite())
         }
-        Marked::Muscle { measure, .. } => match measure {
-            LengthMeasure::Length(v) | LengthMeasure::Stretch(v) | LengthMeasure::Ratio(v, _) => {
-                v.is_finite()
-            }
-        },
+        Marked::Muscle {
+            measure: LengthMeasure::Length(v) | LengthMeasure::Stretch(v) | LengthMeasure::Ratio(v, _),
+            ..
+        } => v.is_finite(),
     }
 }
 
