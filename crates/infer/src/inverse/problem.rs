@@ -77,22 +77,19 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
                     u.upper * u.unit
                 ));
             }
-            match u.quantity {
+            let why = match u.quantity {
                 Quantity::Tension { muscle } if !self.system.contracting().contains(&muscle) => {
-                    return refused(format!(
-                        "muscle {muscle} is to be fitted, but does not contract in this system"
-                    ));
+                    format!("muscle {muscle} is to be fitted, but does not contract in this system")
                 }
                 Quantity::Bone { bone, axis } if bone >= self.bones.len() || axis >= D => {
-                    return refused(format!("bone {bone}, axis {axis} is to be fitted, but was not freed"));
+                    format!("bone {bone}, axis {axis} is to be fitted, but was not freed")
                 }
                 Quantity::Constant(_) if self.tissue.is_none() => {
-                    return refused(
-                        "a constant of the tissue is to be fitted, but no tissue was given for it",
-                    );
+                    "a constant of the tissue is to be fitted, but no tissue was given for it".to_owned()
                 }
-                _ => {}
-            }
+                _ => continue,
+            };
+            return refused(why);
         }
         for end in [|u: &Unknown| u.lower, |u: &Unknown| u.upper] {
             let bounds: Vec<f64> = self.unknowns.iter().map(end).collect();

@@ -90,12 +90,12 @@ impl PostureView {
     }
 }
 
-/// From what auxiliary numbers follow.
+/// What auxiliary numbers are computed from.
 #[derive(Debug, Clone)]
 pub enum DataSource {
-    /// The shape of a posture, with any count of numbers.
+    /// The shape of a posture, which gives one or more numbers.
     Shape(PostureView),
-    /// Tensions, with one number: their logarithm, so that an unknown gain is a summand.
+    /// Tensions, which give one number: their logarithm, so that an unknown gain is a summand.
     Activity(Active),
 }
 

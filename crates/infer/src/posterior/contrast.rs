@@ -33,11 +33,8 @@ pub struct Contrast {
 }
 
 impl Contrast {
-    pub fn of(muscle: &str, labels: [&str; 2], draws: &[f64]) -> Self {
-        Self::new(muscle, labels, &Quantiles::of(draws.iter().copied()), part_above_zero(draws))
-    }
-
-    fn new(muscle: &str, [a, b]: [&str; 2], spread: &Quantiles, probability_more: f64) -> Self {
+    pub fn of(muscle: &str, [a, b]: [&str; 2], draws: &[f64]) -> Self {
+        let (spread, probability_more) = (Quantiles::of(draws.iter().copied()), part_above_zero(draws));
         Self {
             muscle: muscle.to_owned(),
             a: a.to_owned(),
@@ -69,12 +66,7 @@ impl Contrast {
             Self {
                 depends_on_prior: Some(change.depends_on_prior),
                 sign_depends_on_prior: Some(change.sign_depends_on_prior),
-                ..Self::new(
-                    &muscles[m],
-                    [&labels[first], &labels[second]],
-                    &change.spread,
-                    change.probability_rises,
-                )
+                ..Self::of(&muscles[m], [&labels[first], &labels[second]], &values)
             }
         }))
     }

@@ -207,15 +207,14 @@ impl Verdict {
     fn how_hard(&self) -> String {
         let harder: Vec<&MuscleVerdict> =
             self.muscles.iter().filter(|m| matches!(m.certainty.decision(), Some((true, _)))).collect();
-        let [own, prior] = [false, true].map(|of_prior| {
+        let notes = [(false, ""), (true, " (more from prior than data)")];
+        let parts = Vec::from_iter(notes.into_iter().filter_map(|(of_prior, note)| {
             let own = harder.iter().filter(|m| m.mostly_prior == of_prior);
             let ranges: Vec<String> = own
                 .map(|m| format!("{} {:.0} to {:.0}", m.muscle, m.tension_n_per_m[0], m.tension_n_per_m[1]))
                 .collect();
-            if ranges.is_empty() { None } else { Some(ranges.join(", ") + " N/m") }
-        });
-        let prior = prior.map(|text| text + " (more from prior than data)");
-        let parts: Vec<String> = [own, prior].into_iter().flatten().collect();
+            (!ranges.is_empty()).then(|| format!("{} N/m{note}", ranges.join(", ")))
+        }));
         if parts.is_empty() {
             "No muscle is known to pull harder, so no tension is listed.".into()
         } else {

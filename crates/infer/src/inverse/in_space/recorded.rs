@@ -49,19 +49,16 @@ impl Recorded {
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
         let marks = target.comparable().map(|m| {
-            let (over, half_width_over_mm) = match target.kind {
-                TargetKind::Stretch => (m, target.baseline_half_width_mm[m]),
-                TargetKind::Ratio => (target.reference, target.half_width_mm[target.reference]),
-            };
-            let own = target.half_width_mm[m] / target.baseline_mm[over] / 3f64.sqrt();
-            let other = target.values[m] * (half_width_over_mm / target.baseline_mm[over] / 3f64.sqrt());
-            let measure = match target.kind {
-                TargetKind::Stretch => LengthMeasure::Stretch(target.values[m]),
+            let (value, reference) = (target.values[m], target.reference);
+            let (over, half_width_over_mm, measure) = match target.kind {
+                TargetKind::Stretch => (m, target.baseline_half_width_mm[m], LengthMeasure::Stretch(value)),
                 TargetKind::Ratio => {
-                    let over = target.muscles[target.reference].clone();
-                    LengthMeasure::Ratio(target.values[m], Some(over))
+                    let name = target.muscles[reference].clone();
+                    (reference, target.half_width_mm[reference], LengthMeasure::Ratio(value, Some(name)))
                 }
             };
+            let own = target.half_width_mm[m] / target.baseline_mm[over] / 3f64.sqrt();
+            let other = value * (half_width_over_mm / target.baseline_mm[over] / 3f64.sqrt());
             // Standard deviation of the stretch or ratio, times the length at rest.
             let sd_m = rest(over) * own.hypot(other).hypot(STRETCH);
             SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
