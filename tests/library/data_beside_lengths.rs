@@ -113,7 +113,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
             };
             let difference = (side(h) - side(-h)) / (2.0 * h);
             for row in 0..rows {
-                let exact = linear.jacobian[(linear.computed.len() - rows + row, i)];
+                let exact = linear.jacobian[(linear.jacobian.nrows() - rows + row, i)];
                 // The scale is 1 for logarithms of activity, and a millimetre for points.
                 let scale = if row < 4 { 1.0 } else { 1e-3 };
                 assert!((exact - difference[row]).abs() < 1e-4 * scale, "{row} {i}: {exact}");

@@ -128,8 +128,8 @@ impl<'a> Evaluator<'a> {
                     (true, false) => finite_differences::answers(&point)?,
                     (false, _) => FiniteDifferences::none(self.density.numbers()),
                 };
-                let (computed, jacobian) = (point.computed(), point.jacobian(slopes));
-                Some((LinearisationPoint { computed, jacobian, geometry }, solved))
+                let jacobian = point.jacobian(slopes);
+                Some((LinearisationPoint { jacobian, geometry }, solved))
             }));
         }
         out

@@ -10,9 +10,7 @@ use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 
 #[derive(Debug, Clone)]
 pub struct LinearisationPoint {
-    /// The stretches of all muscles of the body, posture by posture, then the auxiliary data.
-    pub computed: DVector<f64>,
-    /// Derivatives of these by the scores.
+    /// Derivatives by the scores of the stretches of all muscles of the body, posture by posture, then of the auxiliary data.
     pub jacobian: DMatrix<f64>,
     pub geometry: FiniteDifferences,
 }
@@ -43,15 +41,6 @@ pub(super) struct DifferentiatedPoint<'a> {
 }
 
 impl DifferentiatedPoint<'_> {
-    /// All computed numbers: stretches, then auxiliary data.
-    pub fn computed(&self) -> DVector<f64> {
-        let solved = self.solved;
-        let (_, baseline) = solved.shape(self.density.postures());
-        let lengths = solved.lengths[..solved.lengths.len() - baseline.len()].chunks(baseline.len());
-        let stretches = lengths.flat_map(|own| own.iter().zip(baseline).map(|(length, over)| length / over));
-        DVector::from_vec(stretches.chain(solved.auxiliary.iter().copied()).collect())
-    }
-
     /// Derivatives of all computed numbers by the scores; `slopes` are those of the parameters.
     pub fn jacobian(&self, slopes: &[f64]) -> DMatrix<f64> {
         let columns = self.density.parameters.iter().zip(slopes).map(|(&parameter, &slope)| {

@@ -23,7 +23,7 @@ use super::parameters::SolvedPoint;
 
 /// Mean over linearisations of the covariance due to geometry and constants; `None` without any.
 fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
-    let count = all.first()?.computed.len();
+    let count = all.first()?.jacobian.nrows();
     let mean = |of: fn(&FiniteDifferences) -> &DMatrix<f64>| {
         all.iter().fold(DMatrix::zeros(count, count), |sum, linear| {
             sum + of(&linear.geometry) * of(&linear.geometry).transpose()
@@ -42,7 +42,10 @@ fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
 pub struct MapEstimate {
     pub scores: DVector<f64>,
     pub solved: SolvedPoint,
-    pub linear: LinearisationPoint,
+    /// Derivatives of all computed numbers by the scores.
+    jacobian: DMatrix<f64>,
+    /// Minus the derivatives of the logarithm of the density by the scores.
+    gradient: DVector<f64>,
     /// `I + Jᵀ C⁻¹ J`, the precision of the scores.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density, up to a constant.
@@ -73,7 +76,7 @@ impl MapEstimate {
         });
         let (start, linear, solved) = begin.ok_or(PosteriorError::NoMode)?;
         density.set_geometry(geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?)?;
-        let mut map_estimate = Self::new(density, start, linear, solved);
+        let mut map_estimate = Self::new(density, start, linear.jacobian, solved);
         for _ in 0..ROUNDS {
             map_estimate.climb(density);
             map_estimate.average(density)?;
@@ -116,38 +119,32 @@ impl MapEstimate {
         Ok(found.into_iter().flatten().flatten().map(|(linear, _)| linear).collect())
     }
 
-    fn new(
-        density: &Density<'_>,
-        scores: DVector<f64>,
-        linear: LinearisationPoint,
-        solved: SolvedPoint,
-    ) -> Self {
-        let jacobian = linear.jacobian.select_rows(&density.rows);
+    fn new(density: &Density<'_>, scores: DVector<f64>, jacobian: DMatrix<f64>, solved: SolvedPoint) -> Self {
+        let of_measured = jacobian.select_rows(&density.rows);
         let n = scores.len();
-        let precision = DMatrix::identity(n, n) + jacobian.tr_mul(&density.factor.solve(&jacobian));
+        let precision = DMatrix::identity(n, n) + of_measured.tr_mul(&density.factor.solve(&of_measured));
         let residuals = density.residuals(&solved.lengths, &solved.auxiliary);
-        let log = -0.5 * (residuals.dot(&density.factor.solve(&residuals)) + scores.norm_squared());
-        Self { scores, solved, linear, precision, log }
+        let pulls = density.factor.solve(&residuals);
+        let log = -0.5 * (residuals.dot(&pulls) + scores.norm_squared());
+        let gradient = &scores - of_measured.tr_mul(&pulls);
+        Self { scores, solved, jacobian, gradient, precision, log }
     }
 
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
-        let Self { scores, linear, solved, .. } = self.clone();
-        let begin = Self::new(density, scores, linear, solved);
+        let Self { scores, jacobian, solved, .. } = self.clone();
+        let begin = Self::new(density, scores, jacobian, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
-            let jacobian = here.linear.jacobian.select_rows(&density.rows);
-            let residuals = density.residuals(&here.solved.lengths, &here.solved.auxiliary);
-            let gradient = &here.scores - jacobian.tr_mul(&density.factor.solve(&residuals));
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
-            TrialStep::newton(matrix, &gradient, LONGEST)
+            TrialStep::newton(matrix, &here.gradient, LONGEST)
         };
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;
             let (linear, solved) =
                 evaluator.linearise_all(&[(&next, &here.solved)], false).pop().flatten()?;
-            Some(Self::new(density, next, linear, solved))
+            Some(Self::new(density, next, linear.jacobian, solved))
         };
         *self = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
     }
