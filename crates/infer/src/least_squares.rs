@@ -159,14 +159,13 @@ pub(crate) fn jacobian_by_differences(
     residuals: &Residuals<'_>,
     step: f64,
 ) -> Option<DMatrix<f64>> {
-    let mut columns = Vec::with_capacity(x.len());
-    for i in 0..x.len() {
+    let columns = (0..x.len()).map(|i| {
         let [high, low] = [1.0, -1.0].map(|side| {
             let mut moved = x.clone();
             moved[i] += side * step;
             residuals(&moved)
         });
-        columns.push((high? - low?) / (2.0 * step));
-    }
-    Some(DMatrix::from_columns(&columns))
+        Some((high? - low?) / (2.0 * step))
+    });
+    Some(DMatrix::from_columns(&columns.collect::<Option<Vec<DVector<f64>>>>()?))
 }

@@ -8,7 +8,7 @@ use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
 use super::problem::{LeastSquaresProblem, Quantity};
-use super::start::{SearchCounts, SolvedCandidate, WarmStarts, distance_squared, starting_point};
+use super::start::{SearchCounts, WarmStarts, distance_squared, starting_point};
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead panics on errors in its first
 /// simplex and stops at NaN.
@@ -291,23 +291,18 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Residuals of several candidates, each solved from rest in a workspace of its own and kept as a start for others.
     pub(super) fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
-        let solved: Vec<(Option<DVector<f64>>, usize, Option<SolvedCandidate<D>>)> =
-            parallel::map(candidates, |x| {
-                let mut forward = Forward::new(self.problem, self.settings);
-                let residuals = forward.residuals(x);
-                (residuals, forward.counts.factorisations, forward.known.best().cloned())
-            });
-        let mut out = Vec::with_capacity(candidates.len());
-        for (residuals, factorisations, known) in solved {
-            self.counts.evaluations += 1;
-            self.counts.failures += usize::from(known.is_none());
-            self.counts.factorisations += factorisations;
+        let solved = parallel::map(candidates, |x| {
+            let mut forward = Forward::new(self.problem, self.settings);
+            let residuals = forward.residuals(x);
+            (residuals, forward.counts, forward.known.best().cloned())
+        });
+        Vec::from_iter(solved.into_iter().map(|(residuals, counts, known)| {
+            self.counts += counts;
             if let Some(known) = known {
                 self.known.remember(&known.x, known.cost, &known.positions);
             }
-            out.push(residuals);
-        }
-        out
+            residuals
+        }))
     }
 
     /// Whether candidates are solved along their load paths, which takes many times as long.

@@ -126,13 +126,9 @@ impl<const D: usize> WarmStarts<D> {
 
     /// Largest distance of a candidate from the best one, in units of the unknowns; infinite with fewer than a simplex has corners.
     pub fn spread(&self) -> f64 {
-        match self.best() {
-            Some(best) if self.list.len() == self.most => {
-                let distances = self.list.iter().map(|k| distance_squared(&k.x, &best.x));
-                distances.fold(0.0, f64::max).sqrt()
-            }
-            _ => f64::INFINITY,
-        }
+        let Some(best) = self.best().filter(|_| self.list.len() == self.most) else { return f64::INFINITY };
+        let distances = self.list.iter().map(|k| distance_squared(&k.x, &best.x));
+        distances.fold(0.0, f64::max).sqrt()
     }
 
     pub fn clear(&mut self) {

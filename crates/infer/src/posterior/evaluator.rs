@@ -118,21 +118,19 @@ impl<'a> Evaluator<'a> {
                 });
             }
         }
-        let mut out = Vec::with_capacity(points.len());
-        for (i, (solved, (values, slopes))) in solved.into_iter().zip(&values).enumerate() {
+        let each = solved.into_iter().zip(&values).enumerate().map(|(i, (solved, (values, slopes)))| {
             let adjoints: Option<Vec<_>> = adjoints.iter_mut().map(|shape| shape[i].take()).collect();
-            out.push(solved.zip(adjoints).and_then(|(solved, adjoints)| {
-                let point = DifferentiatedPoint { density: self.density, solved: &solved, values, adjoints };
-                let geometry = match (geometry, self.density.posterior_model.is_of_springs()) {
-                    (true, true) => rest_shape::of_springs(&point)?,
-                    (true, false) => finite_differences::answers(&point)?,
-                    (false, _) => FiniteDifferences::none(self.density.numbers()),
-                };
-                let jacobian = point.jacobian(slopes);
-                Some((LinearisationPoint { jacobian, geometry }, solved))
-            }));
-        }
-        out
+            let (solved, adjoints) = (solved?, adjoints?);
+            let point = DifferentiatedPoint { density: self.density, solved: &solved, values, adjoints };
+            let geometry = match (geometry, self.density.posterior_model.is_of_springs()) {
+                (true, true) => rest_shape::of_springs(&point)?,
+                (true, false) => finite_differences::answers(&point)?,
+                (false, _) => FiniteDifferences::none(self.density.numbers()),
+            };
+            let jacobian = point.jacobian(slopes);
+            Some((LinearisationPoint { jacobian, geometry }, solved))
+        });
+        each.collect()
     }
 
     /// Derivatives of the logarithm of the density by the scores, from the adjoints of all shapes and the weights of the auxiliary data.
@@ -197,16 +195,14 @@ impl SampledDensity for Evaluator<'_> {
             })))
         });
         let adjoints: Vec<Vec<Option<Adjoint<2>>>> = adjoints.collect();
-        let mut out = Vec::with_capacity(points.len());
-        for (i, (solved, weighed)) in solved.into_iter().zip(weighed).enumerate() {
+        let each = solved.into_iter().zip(weighed).enumerate().map(|(i, (solved, weighed))| {
             let own: Option<Vec<&Adjoint<2>>> = adjoints.iter().map(|a| a[i].as_ref()).collect();
-            out.push(solved.zip(weighed).zip(own).map(|((solved, (log, weights)), own)| {
-                let auxiliary = &weights.as_slice()[measurements.len()..];
-                let gradient = self.gradient(points[i].0, &values[i], (&own, auxiliary));
-                DensityPoint { log: log - 0.5 * points[i].0.norm_squared(), gradient, solved }
-            }));
-        }
-        out
+            let (solved, (log, weights), own) = (solved?, weighed?, own?);
+            let auxiliary = &weights.as_slice()[measurements.len()..];
+            let gradient = self.gradient(points[i].0, &values[i], (&own, auxiliary));
+            Some(DensityPoint { log: log - 0.5 * points[i].0.norm_squared(), gradient, solved })
+        });
+        each.collect()
     }
 
     /// Extrapolates the shapes linearly by another step.

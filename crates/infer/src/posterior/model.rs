@@ -50,7 +50,8 @@ pub struct PosteriorModel {
 }
 
 impl PosteriorModel {
-    /// Load of a posture by its number, or of the baseline for the number after the last posture, solved from the positions `start`.
+    /// Load of a posture by its number, or of the baseline for the number after the last posture, solved from the positions `start`. In a
+    /// posture the hyoid is displaced, and tilted by `values.tilt` radians for every metre that it moves back.
     pub fn load<'l>(
         &'l self,
         values: &ParameterValues,
@@ -59,23 +60,17 @@ impl PosteriorModel {
     ) -> Load<'l, 2> {
         let own = values.postures.get(posture);
         let load = Load { start, ..Load::new(own.map_or(&values.tones, |p| &p.tensions).clone()) };
-        match own.filter(|_| self.moves_hyoid()) {
-            Some(own) => self.with_hyoid(load, own.hyoid, values.tilt),
-            None => load,
+        let Some(own) = own.filter(|_| self.moves_hyoid()) else { return load };
+        if values.tilt == 0.0 {
+            return load.with_bone(&self.hyoid, own.hyoid);
         }
+        let angle = values.tilt * own.hyoid.x;
+        let nodes = self.hyoid.chunks(1).zip(&self.turn);
+        nodes.fold(load, |load, (node, turn)| load.with_bone(node, own.hyoid + turn * angle))
     }
 
     pub fn moves_hyoid(&self) -> bool {
         !self.hyoid.is_empty() && !self.priors.hyoid.off
-    }
-
-    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre of `d.x`.
-    fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
-        if tilt == 0.0 {
-            return load.with_bone(&self.hyoid, d);
-        }
-        let nodes = self.hyoid.chunks(1).zip(&self.turn);
-        nodes.fold(load, |load, (node, turn)| load.with_bone(node, d + turn * (tilt * d.x)))
     }
 
     /// Derivatives of a function of a shape by the displacement of the hyoid along both axes, and by its tilt.
@@ -180,16 +175,12 @@ fn kernel(places: &[Point], reach: f64) -> DMatrix<f64> {
 
 /// Sums of bell curves at `places`, one for each column of `weights` (amplitudes, m) and axis.
 fn fields(nodes: &[Point], places: &[Point], reach: f64, weights: &DMatrix<f64>) -> Vec<Field> {
-    let mut out = Vec::with_capacity(2 * places.len());
-    for weights in weights.column_iter() {
+    Vec::from_iter(weights.column_iter().flat_map(|weights| {
         let way =
             |x: &Point| places.iter().zip(weights.iter()).map(|(p, w)| w * bell((x - p).norm(), reach)).sum();
         let ways: Vec<f64> = nodes.iter().map(way).collect();
-        out.extend(
-            [SVector::x(), SVector::y()].map(|axis| ways.iter().map(|w| axis * *w).collect::<Field>()),
-        );
-    }
-    out
+        [SVector::x(), SVector::y()].map(|axis| ways.iter().map(|w| axis * *w).collect())
+    }))
 }
 
 impl PosteriorModel {
