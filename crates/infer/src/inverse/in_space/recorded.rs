@@ -109,24 +109,17 @@ fn space_marks(
 ) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
-    let on_contour = contour
-        .iter()
-        .zip(own_sds(&contour))
-        .map(|(m, sd)| SpaceMark { what: Marked::Contour(similarity.place_back(m.at)), sd_m: sd / scale });
+    let at_mm = distances_along(contour.iter().map(|mark| Some(mark.at)), 1e3);
+    let along = contour.iter().zip(at_mm).map(|(m, at_mm)| Along { channel: 0, at_mm, sd_mm: 1e3 * m.sd });
+    let own_mm2 = Errors::default().own(&along.collect::<Vec<_>>(), f64::INFINITY);
+    let on_contour = contour.iter().zip(own_mm2).map(|(m, mm2)| SpaceMark {
+        what: Marked::Contour(similarity.place_back(m.at)),
+        sd_m: 1e-3 * mm2.sqrt() / scale,
+    });
     let coils = recording.sensors.iter().zip(&frame.sensors).filter_map(|((_, behind), mark)| {
         let Mark { at, sd } = (*mark)?;
         let what = Marked::Coil { behind_tip_m: behind.max(0.0) / scale, place: similarity.place_back(at) };
         Some(SpaceMark { what, sd_m: sd / scale })
     });
     on_contour.chain(coils).collect()
-}
-
-/// Standard deviations of the own errors of contour points, m ([`Errors`]).
-fn own_sds(contour: &[&Mark]) -> Vec<f64> {
-    let along = contour
-        .iter()
-        .zip(distances_along(contour.iter().map(|mark| Some(mark.at)), 1e3))
-        .map(|(mark, at_mm)| Along { channel: 0, at_mm, sd_mm: 1e3 * mark.sd });
-    let variances = Errors::default().own(&along.collect::<Vec<_>>(), f64::INFINITY);
-    variances.into_iter().map(|mm2| 1e-3 * mm2.sqrt()).collect()
 }
