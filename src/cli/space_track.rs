@@ -1,7 +1,6 @@
 //! `tongue-fit track FILES --body space` or a folder: activations that move a body in space to the measured points, which are in tables of
 //! its nodes or in recordings.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -192,16 +191,15 @@ fn text(record: &SpaceTrackRecord) -> String {
     for frame in &record.frames {
         if let Some(time) = frame.time_s {
             let name = frame.recording.as_ref().map_or_else(String::new, |name| format!("{name}, "));
-            let _ = writeln!(text, "{name}at {time} s");
+            text += &format!("{name}at {time} s\n");
         }
         let t = table::rows(&["muscle", "activation", "95 %"], &frame.activations.0, |(name, a)| {
             let interval = frame.interval_95.get(name);
             let interval = interval.map_or_else(String::new, |[low, high]| format!("{low:.3} to {high:.3}"));
             [name.clone(), format!("{a:.3}"), interval]
         });
-        let _ = writeln!(
-            text,
-            "{t}\n{}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations",
+        text += &format!(
+            "{t}\n{}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations\n",
             word(&frame.status),
             frame.rms_mm,
             frame.distances_mm.iter().copied().fold(0.0, f64::max),
@@ -214,15 +212,15 @@ fn text(record: &SpaceTrackRecord) -> String {
             let shares: Vec<String> = shares.map(|(name, s)| format!("{s:+.2} {name}")).collect();
             // An activation is at most 1.
             let sd = if open.sd < 1.0 { format!("±{:.2}", open.sd) } else { "without limit".to_owned() };
-            let _ = writeln!(text, "open ({sd}; the prior decides): {}", shares.join(" "));
+            text += &format!("open ({sd}; the prior decides): {}\n", shares.join(" "));
         }
         for other in &frame.others_as_good {
             let active = other.0.iter().filter(|(_, a)| *a > 0.01);
             let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
-            let _ = writeln!(text, "as good: {}", active.join(", "));
+            text += &format!("as good: {}\n", active.join(", "));
         }
         for alarm in &frame.alarms {
-            let _ = writeln!(text, "alarm   {alarm}");
+            text += &format!("alarm   {alarm}\n");
         }
     }
     text

@@ -182,8 +182,9 @@ fn track_speaker(
     let (journal, found) = track_run::resume(journal, seen.len(), |watch| {
         run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
     })?;
-    let (results, met, unmet) = run.results(&recordings, found);
-    if let Some(why) = unmet.first().filter(|_| met.is_empty()) {
+    let (mut record, unmet) = run.record(&speaker, &recordings, found);
+    let results = &record.results.recordings;
+    if let Some(why) = unmet.first().filter(|_| results.is_empty()) {
         // A note may say why they cannot be reached.
         notes.iter().for_each(|n| output::note(n));
         journal.remove().into_diagnostic()?;
@@ -191,12 +192,11 @@ fn track_speaker(
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
-    notes.extend(ScreenedRecording::left_out(&recordings, &results));
-    let untrusted = why_untrusted(&results, &mut notes);
+    notes.extend(ScreenedRecording::left_out(&recordings, results));
+    let untrusted = why_untrusted(results, &mut notes);
     let untrusted = ScreenedRecording::implausible(&recordings).into_iter().chain(untrusted);
     let untrusted = untrusted.reduce(|all, next| format!("{all}; {next}"));
     let outcome = Outcome::of_reason(untrusted.clone());
-    let mut record = run.record(&speaker, &seen, &met, results);
     (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
     record.formants =
         sound.as_ref().map(|(airway, lips)| FormantsRecord::new(&airway.tract, lips, &record.results));

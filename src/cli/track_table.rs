@@ -1,7 +1,5 @@
 //! Tracking as text for a terminal of 100 columns.
 
-use std::fmt::Write as _;
-
 use tongue_fit::report::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
     repetitions_sentence, with_decimals,
@@ -14,61 +12,57 @@ use super::table::{self, count_of, difference, join_first};
 pub fn track(record: &TrackRecord) -> String {
     let frames = || record.results.frames().map(|(_, frame)| frame);
     let mut text = format!(
-        "{} of {}",
-        count_of(record.results.frames().count(), "frame"),
-        count_of(record.recordings.len(), "recording")
+        "{} of {}: {}\n",
+        count_of(frames().count(), "frame"),
+        count_of(record.recordings.len(), "recording"),
+        table::status_counts(&record.statuses)
     );
-    let _ = writeln!(text, ": {}", table::status_counts(&record.statuses));
     if let Some(rms) = record.median_rms_mm {
-        let _ = writeln!(text, "contour and sensors met to {rms:.2} mm (RMS, median over the frames)");
+        text += &format!("contour and sensors met to {rms:.2} mm (RMS, median over the frames)\n");
     }
     if let Some(placement) = &record.placement {
-        let _ = writeln!(text, "{}", placement_sentence(placement));
+        text += &format!("{}\n", placement_sentence(placement));
     }
     let compared = record.comparisons.first();
     text += &compared.map(contrasts).unwrap_or_default();
     let t = table::from_columns(&courses_columns(record), &record.courses);
     let ([low, high], link) = (prior_interval_n(&record.settings), &record.settings.link);
-    let _ = writeln!(
-        text,
+    text += &format!(
         "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
-         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
+         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}\n",
         link.prior_quantile(0.0),
         NARROW * link.scale_n(),
         compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
     let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
-    let _ = writeln!(
-        text,
-        "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior",
+    text += &format!(
+        "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior\n",
         record.courses.len()
     );
     text += &other_ways(record);
     if let Some(repeats) = &record.repeats {
         let t = table::from_columns(&repeats_columns(repeats), &repeats.muscles.0);
-        let _ = writeln!(text, "\n{}\n{t}", repetitions_sentence(repeats));
+        text += &format!("\n{}\n{t}\n", repetitions_sentence(repeats));
     }
     if let Some(formants) = &record.formants {
-        let _ = writeln!(text, "{}", formants.sentence(frames().count()));
+        text += &format!("{}\n", formants.sentence(frames().count()));
     }
     for (bone, end) in displacements_of_free_bones(record) {
-        let _ = writeln!(
-            text,
-            "{bone}, not seen: displaced by {end} mm (medians over the frames, ranges of 95 % of the draws)"
+        text += &format!(
+            "{bone}, not seen: displaced by {end} mm (medians over the frames, ranges of 95 % of the draws)\n"
         );
     }
     if let Some(held) = &record.held_out {
         let all = &held.opponents;
         let t = table::from_columns(&held_out_columns(), all);
-        let _ = writeln!(text, "\n{} held out; trained on {}\n{t}", held.points.join(", "), held.trained_on);
+        text += &format!("\n{} held out; trained on {}\n{t}\n", held.points.join(", "), held.trained_on);
         let model = all.iter().find(|o| o.name == "the model").map_or(0.0, |model| model.median_mm);
         let better: Vec<&str> = all.iter().filter(|o| o.median_mm < model).map(|o| o.name.as_str()).collect();
         if !better.is_empty() {
-            let _ = writeln!(
-                text,
-                "better than the model at predicting these points: {}; the model is built to find tensions",
+            text += &format!(
+                "better than the model at predicting these points: {}; the model is built to find tensions\n",
                 better.join("; ")
             );
         }
@@ -91,17 +85,15 @@ fn other_ways(record: &TrackRecord) -> String {
     let mut text = String::new();
     let other = record.results.frames().filter(|(_, f)| f.other_way).count();
     if other > 0 {
-        let _ = writeln!(
-            text,
-            "{other} shapes are reached from the posture before or after them, or where one muscle pulls before the others"
+        text += &format!(
+            "{other} shapes are reached from the posture before or after them, or where one muscle pulls before the others\n"
         );
     }
     let replaced = record.results.frames().filter(|(_, f)| f.reached_rms_m.is_some());
     let (off, as_well): (Vec<_>, Vec<_>) = replaced.partition(|(_, f)| f.status == FrameStatus::NotReached);
     if !as_well.is_empty() {
-        let _ = writeln!(
-            text,
-            "{} shapes cannot be reached and are replaced by near ones that can, which meet the points as well",
+        text += &format!(
+            "{} shapes cannot be reached and are replaced by near ones that can, which meet the points as well\n",
             as_well.len()
         );
     }

@@ -7,14 +7,15 @@ use tongue_core::choice;
 use tongue_core::geometry::Point;
 use tongue_core::observe::TongueSurface;
 use tongue_core::statistics::upper_median;
-use tongue_infer::track::{Followed, FrameStatus, Tracked, TrackedRecording};
+use tongue_infer::adapt::AdaptationInput;
+use tongue_infer::track::{self, Followed, FrameStatus, Tracked, TrackedRecording};
 use tongue_input::measured::recording::{
     AlignedRecording, FaultKind, Map, Recording, RecordingFaults, Severity, WITHOUT_BONES, Waveform,
     check_plausibility, other_size, remove_outliers,
 };
 
-use super::track::{TrackRun, given_body};
-use crate::report::RecordingResult;
+use super::track::{TrackRun, TrackedBody, given_body};
+use crate::report::{RecordingResult, TrackRecord, TrackResults, status_name, tally};
 use crate::simulation::SimulationError;
 
 /// A recording without its outliers.
@@ -211,12 +212,14 @@ impl TrackRun<'_> {
         Ok(notes)
     }
 
-    /// The results of `tracked` with their recordings, and a sentence for each recording that the body cannot reach.
-    pub fn results<'r>(
+    /// The record of recordings that were tracked, and a sentence for each one that the body cannot reach, which is left out. All recordings
+    /// decide which labels are compared.
+    pub fn record(
         &self,
-        recordings: &'r [ScreenedRecording],
+        speaker: &TrackedBody,
+        recordings: &[ScreenedRecording],
         tracked: Vec<TrackedRecording>,
-    ) -> (Vec<RecordingResult>, Vec<&'r AlignedRecording>, Vec<String>) {
+    ) -> (TrackRecord, Vec<String>) {
         let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
         for (one, tracked) in recordings.iter().zip(tracked) {
             if let Some(why) = out_of_reach(&one.seen, &tracked.frames, !self.is_given) {
@@ -226,7 +229,38 @@ impl TrackRun<'_> {
                 met.push(&one.seen);
             }
         }
-        (results, met, unmet)
+        let AdaptationInput { body, settings, contracting, palate, .. } = &self.basis;
+        let muscles: Vec<String> = contracting.iter().map(|&m| body.mesh.muscles[m].name.clone()).collect();
+        let seen: Vec<&AlignedRecording> = recordings.iter().map(|one| &one.seen).collect();
+        let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| &one.tracked.frames[..]).collect();
+        let frames: Vec<&Tracked> = of_recordings.iter().copied().flatten().collect();
+        let labelled = results.iter().map(|one| (&one.tracked.frames[..], &one.labels[..]));
+        let draws = results.iter().map(|one| &one.tracked.compared[..]);
+        let record = TrackRecord {
+            recordings: met.iter().map(|seen| seen.name.clone()).collect(),
+            body: speaker.body.what.clone(),
+            rest: speaker.adaptation.as_ref().map(|a| a.rest),
+            placement: speaker.placement.clone(),
+            settings: settings.clone(),
+            statuses: tally(frames.iter().map(|f| status_name(&f.status))),
+            untrusted: None,
+            median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
+            comparisons: track::compare(&track::labels_to_compare(&seen), &muscles, &settings.link, draws),
+            courses: track::course_summaries(&muscles, &frames, &settings.link),
+            repeats: track::repeatability(labelled, &muscles),
+            formants: None,
+            held_out: track::held_out(&met, &of_recordings, self.hide),
+            notes: Vec::new(),
+            results: TrackResults {
+                body: speaker.body.clone(),
+                contracting: contracting.clone(),
+                muscles,
+                palate: palate.unwrap_or_default().to_vec(),
+                recordings: results,
+            },
+            wall_s: 0.0,
+        };
+        (record, unmet)
     }
 }
 

@@ -3,20 +3,19 @@
 use nalgebra::Vector3;
 
 use super::fit;
-use crate::report::{RecordingResult, SpaceFitRecord, TrackRecord, TrackResults, status_name, tally};
+use crate::report::{SpaceFitRecord, status_name};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::Contact;
 use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::seed_of;
-use tongue_core::statistics::upper_median;
 use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
 use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_infer::track::{
-    self, Followed, Frame, NotFinite, RestShape, Tracked, TrackedRecording, TrackingContext, Watch,
+    self, Followed, Frame, NotFinite, RestShape, TrackedRecording, TrackingContext, Watch,
 };
 use tongue_input::measured::recording::AlignedRecording;
 
@@ -207,50 +206,11 @@ impl TrackRun<'_> {
         Watch::collect(|watch| self.track(&speaker, unknown, seen, &|_| (), watch))
     }
 
-    /// The record of `results`, which are those of the recordings `met`. All recordings decide which labels are compared.
-    pub fn record(
-        &self,
-        speaker: &TrackedBody,
-        seen: &[&AlignedRecording],
-        met: &[&AlignedRecording],
-        results: Vec<RecordingResult>,
-    ) -> TrackRecord {
-        let (settings, contracting) = (&self.basis.settings, &self.basis.contracting);
-        let muscles: Vec<String> =
-            contracting.iter().map(|&m| self.basis.body.mesh.muscles[m].name.clone()).collect();
-        let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.tracked.frames).collect();
-        let of_recordings: Vec<&[Tracked]> =
-            results.iter().map(|one| one.tracked.frames.as_slice()).collect();
-        let labelled = results.iter().map(|one| (one.tracked.frames.as_slice(), one.labels.as_slice()));
-        let draws = results.iter().map(|one| one.tracked.compared.as_slice());
-        TrackRecord {
-            recordings: met.iter().map(|s| s.name.clone()).collect(),
-            body: speaker.body.what.clone(),
-            rest: speaker.adaptation.as_ref().map(|a| a.rest),
-            placement: speaker.placement.clone(),
-            settings: settings.clone(),
-            statuses: tally(frames.iter().map(|f| status_name(&f.status))),
-            untrusted: None,
-            median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
-            comparisons: track::compare(&track::labels_to_compare(seen), &muscles, &settings.link, draws),
-            courses: track::course_summaries(&muscles, &frames, &settings.link),
-            repeats: track::repeatability(labelled, &muscles),
-            formants: None,
-            held_out: track::held_out(met, &of_recordings, self.hide),
-            notes: Vec::new(),
-            results: TrackResults {
-                body: speaker.body.clone(),
-                contracting: contracting.clone(),
-                muscles,
-                palate: self.basis.palate.unwrap_or_default().to_vec(),
-                recordings: results,
-            },
-            wall_s: 0.0,
-        }
-    }
-
     /// The bones whose displacement is an unknown in a recording: free bones that it does not show.
-    pub fn unseen_free_bones<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
+    pub(super) fn unseen_free_bones<'b>(
+        &'b self,
+        seen: &'b AlignedRecording,
+    ) -> impl Iterator<Item = &'b str> {
         self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
     }
 

@@ -251,15 +251,11 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         (x[0], x[1]) = (shift.x, shift.y);
         x
     });
-    let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7))
-        .ok_or_else(|| failed("no place of it can be compared with the coils"))?;
+    let nowhere = || failed("no place of it can be compared with the coils");
+    let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7)).ok_or_else(nowhere)?;
     let found = similarity(&best.x);
-    let jacobians = jacobian_by_differences(&best.x, &residuals, 1e-5).zip(jacobian_by_differences(
-        &best.x,
-        &of_the_rest,
-        1e-5,
-    ));
-    let (all, rest) = jacobians.ok_or_else(|| failed("no place of it can be compared with the coils"))?;
+    let all = jacobian_by_differences(&best.x, &residuals, 1e-5).ok_or_else(nowhere)?;
+    let rest = jacobian_by_differences(&best.x, &of_the_rest, 1e-5).ok_or_else(nowhere)?;
     // From units of the search to metres and radians of the placed body.
     let scale = found.scale();
     let units = DVector::from_fn(best.x.len(), |i, _| match i {

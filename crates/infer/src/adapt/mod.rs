@@ -104,11 +104,9 @@ impl Adaptation {
 
     /// The bones of the body that follow their observed places.
     pub fn followed_bones(&self, body: &Body<2>) -> Vec<Followed> {
-        let bones = self.marks_m.iter().map(|(name, mark)| Followed {
-            name: name.clone(),
-            nodes: body.bone(name).to_vec(),
-            mark: Point::from(*mark),
-        });
-        bones.filter(|b| !b.nodes.is_empty()).collect()
+        let names: Vec<String> = self.marks_m.keys().cloned().collect();
+        let mut bones = followed_bones(body, &names);
+        bones.iter_mut().for_each(|bone| bone.mark = Point::from(self.marks_m[&bone.name]));
+        bones
     }
 }

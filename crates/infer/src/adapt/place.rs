@@ -170,12 +170,9 @@ impl RegistrationData {
     pub fn of_recordings(recordings: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in recordings {
-            let shown: Vec<usize> =
-                (0..one.contour.len()).filter(|&i| !hide.contains(&one.contour[i])).collect();
-            let means: Vec<Point> = shown
-                .iter()
-                .filter_map(|&i| mean(one.frames.iter().filter_map(|f| f.contour.get(i)?.map(|m| m.at))))
-                .collect();
+            let shown = (0..one.contour.len()).filter(|&i| !hide.contains(&one.contour[i]));
+            let places = |i: usize| one.frames.iter().filter_map(move |f| f.contour.get(i)?.map(|m| m.at));
+            let means: Vec<Point> = shown.filter_map(|i| mean(places(i))).collect();
             all.extend(resample(&means, POINTS).map(|points| (points, one.frames.len())));
         }
         let frames: usize = all.iter().map(|(_, n)| n).sum();
@@ -207,13 +204,8 @@ impl RegistrationData {
         // A bone that is recorded together with coils may be a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
             let placement = coils::place(body, &self.coils, &self.palate)?;
-            let (similarity, frames) = (placement.similarity, self.frames);
-            return Ok(Registration {
-                similarity,
-                frames,
-                by_coils: Some(placement),
-                ..Registration::default()
-            });
+            let (similarity, by_coils) = (placement.similarity, Some(placement));
+            return Ok(Registration { similarity, by_coils, frames: self.frames, ..Registration::default() });
         }
         if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
             return Err(RestError::Body(
@@ -227,13 +219,9 @@ impl RegistrationData {
                 .into_iter()
                 .filter_map(|(bone, measured, sd)| Some((bone, mark_of(body, bone)?, measured?, 1e-3 * sd)))
                 .collect();
-        let distances = |similarity: &Similarity| -> Vec<f64> {
-            let scale = similarity.scale();
-            let distances = self
-                .contour
-                .iter()
-                .map(|p| scale * surface.distance(similarity.place_back(*p), &body.mesh.nodes));
-            distances.collect()
+        let distances = |to: &Similarity| -> Vec<f64> {
+            let distance = |p: &Point| to.scale() * surface.distance(to.place_back(*p), &body.mesh.nodes);
+            self.contour.iter().map(distance).collect()
         };
         let vault = Vault::of(body, &self.palate);
         let residuals = |x: &DVector<f64>| {
@@ -249,12 +237,18 @@ impl RegistrationData {
             Some(DVector::from_vec(out))
         };
         // The search begins with one observation at its place in the body: the mental spine, or else the middle of the contour.
-        let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
+        let (mark, measured) = match (bones.first(), mean(self.contour.iter().copied())) {
             (Some((_, mark, measured, _)), _) => (*mark, *measured),
             (None, Some(middle)) => (middle_of(&surface, body), middle),
             (None, None) => (Point::zeros(), Point::zeros()),
         };
-        let starts = TURNS.map(|turn| start_at(turn / TURN_SD, anchor));
+        let starts = TURNS.map(|turn| {
+            let mut x = DVector::zeros(4);
+            x[2] = turn / TURN_SD;
+            let shift = (measured - similarity(&x).place(mark)) / SHIFT_M;
+            (x[0], x[1]) = (shift.x, shift.y);
+            x
+        });
         let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7))
             .ok_or_else(|| RestError::Body("no place of it can be compared with what was seen".to_owned()))?;
         let similarity = similarity(&best.x);
@@ -292,15 +286,6 @@ impl RegistrationData {
 /// Unknowns of the search: two shifts, turn and logarithm of the scale, in units of the search.
 fn similarity(x: &DVector<f64>) -> Similarity {
     Similarity::new((sd::LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
-}
-
-/// The unknowns with a turn (in standard deviations) at which a point of the body is at its observed place.
-fn start_at(turn: f64, (mark, measured): (Point, Point)) -> DVector<f64> {
-    let mut x = DVector::zeros(4);
-    x[2] = turn;
-    let shift = (measured - similarity(&x).place(mark)) / SHIFT_M;
-    (x[0], x[1]) = (shift.x, shift.y);
-    x
 }
 
 /// The identity for a recording in the frame of the body, so that rounding does not change the body.

@@ -109,8 +109,12 @@ impl<'a> Rest<'a> {
 
     /// Nodes after the displacements and before the similarity, m.
     fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
-        let nodes = self.body.mesh.nodes.iter().zip(&self.controls.weights);
-        nodes.map(|(p, w)| moved(*p, w, displacements)).collect()
+        Vec::from_iter(self.body.mesh.nodes.iter().zip(&self.controls.weights).map(|(p, weights)| {
+            let controls = weights.iter().zip(displacements.as_slice().chunks_exact(2));
+            let moved: Point = controls.map(|(weight, d)| Point::new(d[0], d[1]) * *weight).sum();
+            // A zero displacement keeps even the sign of a zero.
+            if moved == Point::zeros() { *p } else { p + moved }
+        }))
     }
 
     /// The changed and placed body; displacements in m.
@@ -144,15 +148,6 @@ impl<'a> Rest<'a> {
     pub fn least_area_ratio(&self, displacements: &DVector<f64>) -> f64 {
         area_ratios(&self.body.mesh, &self.changed(displacements)).fold(f64::INFINITY, f64::min)
     }
-}
-
-fn moved(p: Point, weights: &[f64], displacements: &DVector<f64>) -> Point {
-    let mut d = Point::zeros();
-    for (i, w) in weights.iter().enumerate() {
-        d += Point::new(displacements[2 * i], displacements[2 * i + 1]) * *w;
-    }
-    // A zero displacement keeps even the sign of a zero.
-    if d == Point::zeros() { p } else { p + d }
 }
 
 /// Puts displaced nodes of muscles outside the tissue back on straight lines, with the same relative spacing as in the mesh.

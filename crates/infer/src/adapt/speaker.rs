@@ -61,6 +61,12 @@ const TRUSTED_RMS_M: f64 = 1.5e-3;
 const TRUSTED_LANDMARK_M: f64 = 10e-3;
 
 impl Speaker {
+    pub fn adaptation(&self) -> Adaptation {
+        let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
+        let coils = self.placement.iter().flat_map(|placement| placement.coils.iter().cloned());
+        Adaptation { rest: self.how, marks_m: marks.collect(), coils_m: coils.collect() }
+    }
+
     /// Reasons not to trust this body; empty if there are none. `before` is the body from which it was made.
     pub fn doubts(&self, before: &Body<2>) -> Vec<String> {
         let mut out = Vec::new();
@@ -278,11 +284,3 @@ impl AdaptationInput<'_> {
 /// Standard deviations of a drawn contour and of landmarks at rest, m; the hyoid's is larger, because it moves with the neck.
 const CONTOUR_SD_M: f64 = 1e-3 * sd::DRAWN_CONTOUR_MM;
 const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3 * sd::DRAWN_SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)];
-
-impl Speaker {
-    pub fn adaptation(&self) -> Adaptation {
-        let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
-        let coils = self.placement.iter().flat_map(|placement| placement.coils.iter().cloned());
-        Adaptation { rest: self.how, marks_m: marks.collect(), coils_m: coils.collect() }
-    }
-}

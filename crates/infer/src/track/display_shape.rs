@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use tongue_core::statistics::least_by;
 
@@ -13,14 +13,14 @@ use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, apply_steps, minimise, s
 use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
 use super::settings::{TrackSettings, TrackingContext};
-use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
+use super::shape_jacobian::shape_jacobians;
 use super::smoother::{FrameState, SmoothedRecording, Smoother};
 use crate::error_model::{Errors, Knots};
 
 /// Weight of the frames for the displayed shape, which has no intervals.
 const TRUST: f64 = 0.5;
 /// Largest number of frames by which the displayed shape is found.
-const SHAPE_FRAMES: usize = 60;
+pub(super) const SHAPE_FRAMES: usize = 60;
 /// Rounds in which the tensions are adapted to a new shape.
 const SHAPE_ROUNDS: usize = 4;
 /// Damping is in units of the prior precision.
@@ -41,7 +41,7 @@ struct Candidate {
     levels: DVector<f64>,
     sample: Vec<SmoothedRecording>,
     cost: f64,
-    rates: OnceLock<Vec<Vec<Option<ShapeJacobian>>>>,
+    rates: OnceLock<Vec<Vec<Option<DMatrix<f64>>>>>,
 }
 
 /// The displayed body and the frames by which it was found.
@@ -115,7 +115,7 @@ impl<'a> Display<'a> {
         at.keeps = false;
         let plain: Vec<SmoothedRecording> =
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
-        let mut sample = sample_frames(&at, &plain);
+        let mut sample = at.thinned(&plain, SHAPE_FRAMES);
         let cost = minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
@@ -155,15 +155,6 @@ impl<'a> Display<'a> {
         let (recordings, levels) = self.find_on_body(body.as_ref(), (&levels, false), recordings, &sample);
         DisplayShape { body, recordings, levels }
     }
-}
-
-/// Frames evenly spread over recordings, by which the displayed shape is found.
-pub(super) fn sample_frames(
-    smoother: &Smoother<'_>,
-    recordings: &[SmoothedRecording],
-) -> Vec<SmoothedRecording> {
-    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
-    smoother.thinned(recordings, frames.div_ceil(SHAPE_FRAMES).max(1))
 }
 
 /// Sets the state of every frame to that of the nearest frame in time of a sample.

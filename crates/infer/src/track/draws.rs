@@ -16,7 +16,7 @@
 use std::ops::Range;
 
 use fastrand::Rng;
-use nalgebra::{DMatrix, DMatrixView, DVector};
+use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::symmetric_cholesky;
 
@@ -161,26 +161,19 @@ impl Sampler<'_> {
             });
             frames.collect::<Vec<FrameDraws>>()
         });
-        let mut parts = parts.into_iter();
-        let mut all = parts.next().unwrap_or_default();
-        for frames in parts {
+        let together = parts.into_iter().reduce(|mut all, frames| {
             all.iter_mut().zip(frames).for_each(|(all, more)| all.extend(more));
-        }
-        all
-    }
-
-    /// The rows of the shape at rest in draws of the shared unknowns.
-    fn of_shape<'t>(&self, theta: &'t DMatrix<f64>) -> DMatrixView<'t, f64> {
-        let first = self.linear.smoother.sizes.shared();
-        theta.rows(first, theta.nrows() - first)
+            all
+        });
+        together.unwrap_or_default()
     }
 
     /// Draws of the changes of a frame's formants, Hz.
     fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
         let Some(rates) = &self.formant_jacobians[t] else { return Vec::new() };
-        let own = changes.nrows();
+        let (own, first) = (changes.nrows(), self.linear.smoother.sizes.shared());
         let mut changes = changes.clone().resize_vertically(rates.ncols(), 0.0);
-        changes.rows_mut(own, rates.ncols() - own).copy_from(&self.of_shape(theta));
+        changes.rows_mut(own, rates.ncols() - own).copy_from(&theta.rows_range(first..));
         (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
     }
 }

@@ -9,7 +9,6 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::ornstein_uhlenbeck::Factors;
-use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows, in_chunks};
 
 pub(super) const WINDOW: usize = 4 * CHUNK;
@@ -61,7 +60,7 @@ pub(super) struct Eliminated<'a> {
     pub smoother: &'a Smoother<'a>,
     pub recording: &'a SmoothedRecording,
     damping: &'a [f64],
-    pub by_shape: &'a [Option<ShapeJacobian>],
+    pub by_shape: &'a [Option<DMatrix<f64>>],
     columns: usize,
     pub factors: Factors,
     /// The steps of the states at fixed shared unknowns, in columns.
@@ -84,7 +83,7 @@ impl<'a> Eliminated<'a> {
         smoother: &'a Smoother<'a>,
         recording: &'a SmoothedRecording,
         damping: &'a [f64],
-        (by_shape, columns): (&'a [Option<ShapeJacobian>], usize),
+        (by_shape, columns): (&'a [Option<DMatrix<f64>>], usize),
     ) -> Option<Self> {
         let (n, s) = (smoother.sizes.state(), smoother.sizes.shared());
         let z: Vec<DVector<f64>> = recording.here.iter().map(|h| h.z.clone()).collect();
@@ -222,10 +221,10 @@ fn contributions(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
     window: &Range<usize>,
-    (by_shape, columns): (&[Option<ShapeJacobian>], usize),
+    (by_shape, columns): (&[Option<DMatrix<f64>>], usize),
 ) -> Contributions {
     let one = |&t: &usize| {
-        let by_shape = by_shape.get(t).and_then(Option::as_ref).map(|by| &by.fitted);
+        let by_shape = by_shape.get(t).and_then(Option::as_ref);
         let rows = smoother.rows(recording, t, (by_shape, columns))?;
         let found = Contribution::of(&rows);
         Some((rows, found))

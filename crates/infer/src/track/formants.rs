@@ -79,13 +79,13 @@ pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) 
             let hidden = hidden.collect();
             let frame = Frame { hidden, formants: Vec::new(), ..frame.clone() };
             let x = smoother.unknowns(&here.z, &smoother.shared);
-            let linear = solver.linearise(&frame, &x, Some(positions))?;
-            let mut all = linear.hidden_jacobian * 1e-3;
+            let rates = solver.rates(&solver.unknowns(), &[(&frame, &x, Some(positions))]).pop()??;
+            let mut all = rates.jacobian_of_hidden() * 1e-3;
             if let Some(shape) = smoother.context.shape {
-                let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&linear.positions))]).pop()??;
+                let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&rates.positions))]).pop()??;
                 let own = all.ncols();
                 all = all.resize_horizontally(own + shape.count(), 0.0);
-                all.columns_mut(own, shape.count()).copy_from(&(by_shape.hidden * 1e-3));
+                all.columns_mut(own, shape.count()).copy_from(&(by_shape.jacobian_of_hidden() * 1e-3));
             }
             Some(all)
         }))

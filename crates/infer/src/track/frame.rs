@@ -43,15 +43,6 @@ pub struct FrameObservation {
     pub along: Along,
 }
 
-impl FrameObservation {
-    /// Derivative of the value, not weighted, by the positions of the nodes on which it depends.
-    pub(super) fn slope(&self, positions: &[Point]) -> Vec<(usize, Point)> {
-        let mut slope = Vec::with_capacity(4);
-        self.observation.observable.gradient(positions, &mut |node, s| slope.push((node, s)));
-        slope
-    }
-}
-
 /// The frames of a recording for a body; contour points and coils in `hide` are not fitted.
 pub fn frames(
     recording: &AlignedRecording,

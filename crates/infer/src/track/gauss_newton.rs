@@ -3,14 +3,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, windows};
 use super::jacobian::Linearisation;
 use super::rest_shape::RestShape;
-use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
 
 /// Largest number of rounds of the search.
@@ -116,7 +115,7 @@ fn costs(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> f64 {
 #[derive(Clone, Copy)]
 pub(super) struct ShapeStep<'a> {
     pub shape: &'a RestShape,
-    pub rates: &'a [Vec<Option<ShapeJacobian>>],
+    pub rates: &'a [Vec<Option<DMatrix<f64>>>],
     /// Weight of its prior, and its damping in units of that prior's precision.
     pub weight: f64,
     pub damping: f64,
@@ -207,7 +206,7 @@ fn own_cost(
     shared: &DVector<f64>,
 ) -> Option<f64> {
     let residuals = smoother.residuals_mm(recording, t, here, shared)?;
-    let whitened = recording.errors[t].as_ref()?.whitened(nalgebra::DMatrix::from_columns(&[residuals]));
+    let whitened = recording.errors[t].as_ref()?.whitened(DMatrix::from_columns(&[residuals]));
     Some(whitened.norm_squared())
 }
 
@@ -294,9 +293,9 @@ struct Trial<'a> {
     t: usize,
     /// State after the whole step.
     z: DVector<f64>,
-    /// Unknowns of the equilibrium before and after the whole step.
-    unknowns_before: DVector<f64>,
-    unknowns_after: DVector<f64>,
+    /// Unknowns of the equilibrium before the step, and their change in the whole step.
+    x: DVector<f64>,
+    change: DVector<f64>,
     /// Cost before, if there is an equilibrium, and cost after the whole step by the linearisation.
     cost: Option<f64>,
     expected: f64,
@@ -313,21 +312,10 @@ impl<'a> Trial<'a> {
     ) -> Self {
         let before = &recording.here[t];
         let z = &before.z + &step.states[t];
-        let (unknowns_before, unknowns_after) =
-            (smoother.unknowns(&before.z, &smoother.shared), smoother.unknowns(&z, shared));
+        let x = smoother.unknowns_of(recording, t);
+        let change = smoother.unknowns(&z, shared) - &x;
         let cost = own_cost(smoother, recording, t, before, &smoother.shared);
-        Self {
-            smoother,
-            recording,
-            shared,
-            t,
-            z,
-            unknowns_before,
-            unknowns_after,
-            cost,
-            expected: step.expected[t],
-            damping,
-        }
+        Self { smoother, recording, shared, t, z, x, change, cost, expected: step.expected[t], damping }
     }
 
     fn before(&self) -> &'a FrameState {
@@ -349,7 +337,8 @@ impl<'a> Trial<'a> {
 
     /// The whole step with the kept linearisation; `None` if the step is too long for it, or if none is kept.
     fn with_kept_linearisation(&self) -> Option<TrialResult> {
-        let moved = &self.unknowns_after - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
+        let moved = self.smoother.unknowns(&self.z, self.shared)
+            - &self.before().linear.as_ref().filter(|_| self.smoother.keeps)?.x;
         let (muscles, sd) = (self.smoother.sizes.muscles, self.smoother.settings.link.deviation_sd_n);
         if !moved.iter().enumerate().all(|(i, by)| by.abs() < KEPT_RANGE * if i < muscles { sd } else { 1.0 })
         {
@@ -362,14 +351,14 @@ impl<'a> Trial<'a> {
 
     /// Unknowns of the equilibrium after a part of the step.
     fn unknowns(&self, part: f64) -> DVector<f64> {
-        &self.unknowns_before + (&self.unknowns_after - &self.unknowns_before) * part
+        &self.x + &self.change * part
     }
 
     /// State after a part of the step, which applies to tensions and displacements only, because the residuals are linear in the errors.
     fn state(&self, part: f64) -> DVector<f64> {
         let mut z = self.z.clone();
-        let mut x = z.rows_mut(0, self.unknowns_before.len());
-        x -= (&self.unknowns_after - &self.unknowns_before) * (1.0 - part);
+        let mut x = z.rows_mut(0, self.x.len());
+        x -= &self.change * (1.0 - part);
         z
     }
 

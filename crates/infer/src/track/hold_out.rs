@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use tongue_core::geometry::{NaturalSpline, Point};
+use tongue_core::statistics::median;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 use super::Tracked;
@@ -44,8 +45,7 @@ impl BaselinePredictor {
         distances_m.retain(|d| d.is_finite());
         distances_m.iter_mut().for_each(|d| *d = d.abs());
         distances_m.sort_by(f64::total_cmp);
-        let n = distances_m.len();
-        let median = 0.5 * (distances_m.get(n.checked_sub(1)? / 2)? + distances_m[n / 2]);
+        let (n, median) = (distances_m.len(), median(distances_m.iter().copied())?);
         let pooled = (distances_m.iter().map(|d| d * d).sum::<f64>() / n as f64).sqrt();
         Some(Self { name: name.to_owned(), points: n, median_mm: median * 1e3, pooled_mm: pooled * 1e3 })
     }
@@ -82,6 +82,7 @@ fn opponents(
         }
     });
     let (mut by_mean, mut by_line, mut of_coils) = (Vec::new(), Vec::new(), Vec::new());
+    let coil_names = |s: &AlignedRecording| s.sensors.iter().map(|(name, _)| name.clone()).collect();
     each_frame(recordings, hide, &coil_names, &|f| &f.sensors, &mut |coils, learned| {
         let Some(learned) = learned else { return };
         let (mean, expected) = (points(&learned.mean), learned.by_gaussian(coils));
@@ -128,14 +129,16 @@ fn each_frame(
     let first = recordings.first().map(|s| names(s)).unwrap_or_default();
     let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
     let place = |f: &AlignedFrame, i: usize| marks(f).get(i).copied().flatten().map(|m| m.at);
-    let whole = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, i)).collect::<Option<Vec<Point>>>();
+    let whole = |f: &AlignedFrame| {
+        let places = (0..first.len()).map(|i| place(f, i)).collect::<Option<Vec<Point>>>()?;
+        Some(DVector::from_iterator(2 * places.len(), places.iter().flat_map(|p| [p.x, p.y])))
+    };
     for (nth, one) in recordings.iter().enumerate().filter(|(_, s)| names(s) == first) {
         let others = recordings
             .iter()
             .enumerate()
             .filter(|(o, s)| (*o != nth || recordings.len() == 1) && names(s) == first);
-        let training: Vec<_> =
-            others.flat_map(|(_, s)| s.frames.iter().filter_map(whole)).map(coordinates).collect();
+        let training: Vec<_> = others.flat_map(|(_, s)| s.frames.iter().filter_map(whole)).collect();
         let learned = Learned::of(&training);
         for frame in &one.frames {
             let visible = shown.iter().map(|&i| place(frame, i)).collect::<Option<Vec<_>>>();
@@ -156,14 +159,6 @@ fn missed(frame: &Tracked) -> Vec<f64> {
         }
     }
     out.into_iter().map(|(_, far)| far).collect()
-}
-
-fn coil_names(s: &AlignedRecording) -> Vec<String> {
-    s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>()
-}
-
-fn coordinates(points: Vec<Point>) -> DVector<f64> {
-    DVector::from_iterator(2 * points.len(), points.iter().flat_map(|p| [p.x, p.y]))
 }
 
 /// Mean and covariance of the coordinates of complete frames.

@@ -28,14 +28,15 @@ pub(super) struct Rates {
 impl Rates {
     /// The rows of a frame with these positions, with columns of zeros; `None` where a residual is not finite.
     fn new(frame: &Frame, positions: Vec<Point>, columns: &Columns<'_>) -> Option<Self> {
-        let found = frame.observations.iter().map(|o| o.observation.residual_and_slope(&positions));
-        let (residuals, mut slopes): (Vec<f64>, Vec<_>) = found.unzip();
-        slopes.extend(frame.hidden.iter().map(|hidden| hidden.slope(&positions)));
+        let all = frame.observations.iter().chain(&frame.hidden);
+        let found = all.clone().map(|o| o.observation.residual_and_slope(&positions));
+        let (mut residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
+        residuals.truncate(frame.observations.len());
         let mut rows: Vec<_> = slopes.into_iter().map(|slope| (slope, 1.0)).collect();
         match columns {
             Columns::Unknowns { .. } => rows.iter_mut().skip(residuals.len()).for_each(|row| row.1 = 1e3),
             Columns::Shape(_) => {
-                for ((slope, _), o) in rows.iter_mut().zip(frame.observations.iter().chain(&frame.hidden)) {
+                for ((slope, _), o) in rows.iter_mut().zip(all) {
                     slope.iter_mut().for_each(|(_, s)| *s *= 1e3 / o.observation.weight);
                 }
             }
@@ -166,11 +167,13 @@ pub struct Linearisation {
     pub jacobian: DMatrix<f64>,
     /// Positions of all nodes, m.
     pub positions: Arc<[Point]>,
-    /// Derivative of the distances of hidden points from the surface, mm, positive outside.
-    pub hidden_jacobian: DMatrix<f64>,
 }
 
-impl FrameSolver<'_> {
+impl<'a> FrameSolver<'a> {
+    pub(super) fn unknowns(&self) -> Columns<'a> {
+        Columns::Unknowns { muscles: self.system.contracting(), freed: self.freed, link: self.link }
+    }
+
     /// Derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
     pub(super) fn rates(
         &mut self,
@@ -218,14 +221,12 @@ impl FrameSolver<'_> {
 
     /// `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
     pub fn linearise_all(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Linearisation>> {
-        let (muscles, freed, link) = (self.system.contracting(), self.freed, self.link);
-        let rates = self.rates(&Columns::Unknowns { muscles, freed, link }, postures);
+        let rates = self.rates(&self.unknowns(), postures);
         Vec::from_iter(rates.into_iter().zip(postures).map(|(rates, (_, x, _))| {
             let rates = rates?;
-            let (jacobian, hidden_jacobian) = (rates.jacobian_of_fitted(), rates.jacobian_of_hidden());
+            let jacobian = rates.jacobian_of_fitted();
             let Rates { residuals, positions, .. } = rates;
-            let positions = positions.into();
-            Some(Linearisation { x: (*x).clone(), residuals, jacobian, positions, hidden_jacobian })
+            Some(Linearisation { x: (*x).clone(), residuals, jacobian, positions: positions.into() })
         }))
     }
 

@@ -22,6 +22,7 @@ use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
 use crate::error_model::bell;
 use crate::standard_deviations::POINTS_APART_MM;
+use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, mean_and_variance, student_95};
 
 /// Candidates for the weight of the mechanics, the correlation length, mm, and the noise as a part of the standard deviation.
@@ -38,17 +39,16 @@ const INNER: usize = 5;
 /// Number of chosen parameters, which is subtracted from the degrees of freedom of the errors.
 const CHOSEN: f64 = 3.0;
 
-/// Points of a contour, in mm: places along it, and distances from the surface at rest and under tensions.
-#[derive(Default)]
-struct ContourLine {
-    places: Vec<f64>,
-    at_rest: Vec<f64>,
-    pulled: Vec<f64>,
+/// A point of a contour, in mm: its place along it, and its distances from the surface at rest and under tensions.
+struct ContourPoint {
+    at: f64,
+    at_rest: f64,
+    pulled: f64,
 }
 
 struct Split {
-    fitted: ContourLine,
-    hidden: ContourLine,
+    fitted: Vec<ContourPoint>,
+    hidden: Vec<ContourPoint>,
 }
 
 #[derive(Clone, Copy)]
@@ -64,25 +64,29 @@ const OF_COILS: FittedProcess = FittedProcess(Process { weight: 0.35, length_mm:
 /// Fewest visible coils by which a hidden one is predicted.
 const FEWEST_COILS: usize = 2;
 
-/// Predictions of the hidden points of every frame, contour points by the best candidate; `None` for a point with too few others.
+/// Predictions of the hidden points of every frame, contour points by the best candidate. A point with too few others is predicted where the
+/// body has it, without an interval.
 pub(super) fn predict_hidden(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
     fitted: Option<&FittedProcess>,
-) -> Vec<Vec<Option<HeldOutPrediction>>> {
+) -> Vec<Vec<HeldOutPrediction>> {
     Vec::from_iter((0..recording.frames.len()).map(|t| {
-        let hidden = &recording.frames[t].hidden;
-        let mut out = vec![None; hidden.len()];
+        let (hidden, positions) = (&recording.frames[t].hidden, recording.here[t].positions.as_deref());
+        let mut out = Vec::from_iter(hidden.iter().map(|hidden| HeldOutPrediction {
+            point: hidden.name.clone(),
+            missed_m: positions.map_or(f64::NAN, |positions| hidden.observation.residual(positions)),
+            interval_m: None,
+        }));
         for (channel, fitted) in [(0, fitted), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
             let Some(FittedProcess(process, reach)) = fitted else { continue };
             let split = split(smoother, recording, t, channel);
-            let split = split.filter(|s| channel == 0 || s.fitted.places.len() >= FEWEST_COILS);
+            let split = split.filter(|s| channel == 0 || s.fitted.len() >= FEWEST_COILS);
             let errors = split.and_then(|s| process.errors(&s)).unwrap_or_default();
             let own = (0..hidden.len()).filter(|&i| hidden[i].along.channel == channel);
             for (i, (missed, variance)) in own.zip(errors) {
-                let (point, far) = (hidden[i].name.clone(), 1e-3 * reach * variance.sqrt());
-                let (missed_m, interval_m) = (1e-3 * missed, Some([-far, far]));
-                out[i] = Some(HeldOutPrediction { point, missed_m, interval_m });
+                let far = 1e-3 * reach * variance.sqrt();
+                (out[i].missed_m, out[i].interval_m) = (1e-3 * missed, Some([-far, far]));
             }
         }
         out
@@ -116,7 +120,6 @@ pub(super) fn best_process(
     let row = rows.max().unwrap_or(1);
     points.retain(|(.., is_hidden)| !is_hidden);
     let inner = points.get(1..points.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
-    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let mut splits: Vec<(Vec<String>, Split)> = Vec::new();
     for fold in 0..FOLDS {
         let rows = inner.chunks(row).skip(fold).step_by(FOLDS).flatten();
@@ -124,7 +127,7 @@ pub(super) fn best_process(
         if hide.is_empty() {
             continue;
         }
-        let mut sample = smoother.thinned(recordings, frames.div_ceil(JUDGES).max(1));
+        let mut sample = smoother.thinned(recordings, JUDGES);
         for recording in &mut sample {
             Arc::make_mut(&mut recording.frames).iter_mut().for_each(|f| without(f, &hide));
             recording.here.iter_mut().for_each(|h| h.linear = None);
@@ -175,16 +178,15 @@ fn without(frame: &mut Frame, hide: &[&str]) {
 /// The points of a channel of a frame; `None` where there is no equilibrium.
 fn split(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
     let (frame, rest) = (&recording.frames[t], smoother.context.system.rest());
-    let pulled = &recording.here[t].linear.as_ref()?.positions;
+    let pulled: &[Point] = &recording.here[t].linear.as_ref()?.positions;
     let [fitted, hidden] = [&frame.observations, &frame.hidden].map(|all| {
-        let mut line = ContourLine::default();
-        for FrameObservation { observation, along, .. } in all.iter().filter(|o| o.along.channel == channel) {
+        let own = all.iter().filter(|o| o.along.channel == channel);
+        let points = own.map(|FrameObservation { observation, along, .. }| {
             let unit = 1e3 / observation.weight;
-            line.places.push(along.at_mm);
-            line.at_rest.push(unit * observation.residual(rest));
-            line.pulled.push(unit * observation.residual(pulled));
-        }
-        line
+            let [at_rest, pulled] = [rest, pulled].map(|nodes| unit * observation.residual(nodes));
+            ContourPoint { at: along.at_mm, at_rest, pulled }
+        });
+        points.collect()
     });
     Some(Split { fitted, hidden })
 }
@@ -193,19 +195,17 @@ impl Process {
     /// Errors of the predictions of the hidden points, mm, and their variances in units of `s²`.
     fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
         let (fitted, hidden) = (&split.fitted, &split.hidden);
-        let covariance = |a: f64, b: f64| bell(a - b, self.length_mm) + MEAN;
-        let value = |line: &ContourLine, i: usize| {
-            (1.0 - self.weight) * line.at_rest[i] + self.weight * line.pulled[i]
-        };
-        let n = fitted.places.len();
+        let covariance = |a: &ContourPoint, b: &ContourPoint| bell(a.at - b.at, self.length_mm) + MEAN;
+        let value = |p: &ContourPoint| (1.0 - self.weight) * p.at_rest + self.weight * p.pulled;
+        let n = fitted.len();
         let noise = |i: usize, j: usize| if i == j { self.noise.powi(2) } else { 0.0 };
-        let own = DMatrix::from_fn(n, n, |i, j| covariance(fitted.places[i], fitted.places[j]) + noise(i, j));
+        let own = DMatrix::from_fn(n, n, |i, j| covariance(&fitted[i], &fitted[j]) + noise(i, j));
         let factor = Cholesky::new(own)?;
-        let weighed = factor.solve(&DVector::from_fn(n, |i, _| value(fitted, i)));
-        let predicted = (0..hidden.places.len()).map(|i| {
-            let across = DVector::from_fn(n, |j, _| covariance(hidden.places[i], fitted.places[j]));
+        let weighed = factor.solve(&DVector::from_fn(n, |i, _| value(&fitted[i])));
+        let predicted = hidden.iter().map(|point| {
+            let across = DVector::from_fn(n, |j, _| covariance(point, &fitted[j]));
             let variance = 1.0 + MEAN + self.noise.powi(2) - across.dot(&factor.solve(&across));
-            (value(hidden, i) - across.dot(&weighed), variance)
+            (value(point) - across.dot(&weighed), variance)
         });
         Some(predicted.collect())
     }
@@ -215,15 +215,13 @@ impl Process {
 mod tests {
     use super::*;
 
-    fn line(places: &[f64], at_rest: &[f64], pulled: &[f64]) -> ContourLine {
-        ContourLine { places: places.to_vec(), at_rest: at_rest.to_vec(), pulled: pulled.to_vec() }
-    }
-
     #[test]
     fn a_prediction_is_the_conditional_normal_distribution() {
         let process = Process { weight: 0.4, length_mm: 12.0, noise: 0.1 };
-        let fitted = line(&[0.0, 10.0, 31.0], &[1.0, 2.0, -1.0], &[0.5, 0.1, 0.3]);
-        let split = Split { fitted, hidden: line(&[18.0], &[0.7], &[0.2]) };
+        let points = [[0.0, 1.0, 0.5], [10.0, 2.0, 0.1], [31.0, -1.0, 0.3], [18.0, 0.7, 0.2]];
+        let mut fitted = points.map(|[at, at_rest, pulled]| ContourPoint { at, at_rest, pulled }).into();
+        let hidden = Vec::split_off(&mut fitted, 3);
+        let split = Split { fitted, hidden };
         let (error, variance) = process.errors(&split).unwrap()[0];
         let places = [0.0, 10.0, 31.0, 18.0];
         let joint = DMatrix::from_fn(4, 4, |i, j| {

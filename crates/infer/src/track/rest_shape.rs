@@ -12,9 +12,10 @@ use crate::adapt::{
 use crate::least_squares::jacobian_by_differences;
 use crate::standard_deviations as sd;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
-use tongue_core::effect::{Contact, Effect};
+use tongue_core::effect::Contact;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::TongueSurface;
+use tongue_core::parallel;
 use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
 
@@ -160,30 +161,35 @@ impl ShapePrior {
     }
 }
 
-/// The system of a mesh with its nodes at `nodes`.
-fn assembled(
-    mesh: &Mesh<2>,
-    nodes: &[Point],
-    (model, contracting): (&Model, &[usize]),
-    wall: Option<&Contact>,
-    layout: Option<Arc<Layout>>,
-) -> Result<System<2>, RestError> {
-    let mesh = Mesh { nodes: nodes.to_vec(), ..mesh.clone() };
-    let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
-    let additions = Additions { effects, layout, ..Additions::default() };
-    System::with_additions(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
+/// A body whose nodes may be elsewhere than in its mesh.
+#[derive(Clone)]
+struct MovableBody {
+    mesh: Mesh<2>,
+    model: Model,
+    contracting: Vec<usize>,
+    /// A wall that the tongue does not pass, such as the palate.
+    wall: Option<Contact>,
+}
+
+impl MovableBody {
+    fn of(body: &Body<2>, model: &Model, contracting: &[usize]) -> Self {
+        Self { mesh: body.mesh.clone(), model: *model, contracting: contracting.to_vec(), wall: None }
+    }
+
+    fn system(&self, nodes: Vec<Point>, layout: Option<Arc<Layout>>) -> Result<System<2>, RestError> {
+        let mesh = Mesh { nodes, ..self.mesh.clone() };
+        let mut additions = Additions { layout, ..Additions::default() };
+        self.wall.iter().for_each(|wall| additions.add_contact(wall.clone()));
+        System::with_additions(&mesh, &self.model, &self.contracting, additions)
+            .map_err(|e| RestError::Body(e.to_string()))
+    }
 }
 
 /// The uncertainty of a body's shape, with slightly perturbed bodies.
 pub struct RestShape {
     pub prior: ShapePrior,
-    /// The mesh at zero amounts, and the nodes of this body.
-    mesh: Mesh<2>,
-    nodes: Vec<Point>,
-    model: Model,
-    contracting: Vec<usize>,
-    /// A wall that the tongue does not pass, such as the palate.
-    wall: Option<Contact>,
+    /// The body, whose mesh has the nodes at zero amounts.
+    body: MovableBody,
     pub system: System<2>,
     /// The body a small step along every direction, and these bodies for lanes, made when they are first used; most bodies of a search for
     /// a shape are not.
@@ -200,9 +206,7 @@ impl RestShape {
         contracting: &[usize],
         measured: impl Fn(&str) -> Option<Point>,
     ) -> Result<Self, RestError> {
-        let prior = ShapePrior::of(body, measured)?;
-        let nodes = body.mesh.nodes.clone();
-        Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
+        Self::checked(ShapePrior::of(body, measured)?, MovableBody::of(body, model, contracting))
     }
 
     /// The shape of a body that was placed by coils.
@@ -213,38 +217,36 @@ impl RestShape {
         by: &Placement,
     ) -> Result<Self, RestError> {
         let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &adapt::outline_of(body)?, by);
-        let nodes = body.mesh.nodes.clone();
-        Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
+        Self::checked(prior, MovableBody::of(body, model, contracting))
     }
 
-    fn about(
-        prior: ShapePrior,
-        mesh: &Mesh<2>,
-        nodes: Vec<Point>,
-        (model, contracting): (&Model, &[usize]),
-        wall: Option<Contact>,
-    ) -> Result<Self, RestError> {
-        let (mesh, model, contracting) = (mesh.clone(), *model, contracting.to_vec());
-        let system = assembled(&mesh, &nodes, (&model, &contracting), wall.as_ref(), None)?;
+    /// The body in contact with a wall.
+    pub fn with_wall(self, wall: Contact) -> Result<Self, RestError> {
+        Self::checked(self.prior, MovableBody { wall: Some(wall), ..self.body })
+    }
+
+    fn new(prior: ShapePrior, body: MovableBody, nodes: Vec<Point>) -> Result<Self, RestError> {
+        let system = body.system(nodes, None)?;
         let (changed, in_lanes) = (OnceLock::new(), OnceLock::new());
-        Ok(Self { prior, mesh, nodes, model, contracting, wall, system, changed, in_lanes, is_kept: false })
+        Ok(Self { prior, body, system, changed, in_lanes, is_kept: false })
     }
 
-    /// Checks that the body can be assembled a small step along every direction.
-    fn checked(self) -> Result<Self, RestError> {
-        let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d).map(drop));
-        all.into_iter().collect::<Result<(), _>>().map(|()| self)
+    /// The body at zero amounts. Checks that it can be assembled a small step along every direction.
+    fn checked(prior: ShapePrior, body: MovableBody) -> Result<Self, RestError> {
+        let nodes = body.mesh.nodes.clone();
+        let shape = Self::new(prior, body, nodes)?;
+        let all = parallel::map(&shape.prior.directions, |d| shape.step(d).map(drop));
+        all.into_iter().collect::<Result<(), _>>().map(|()| shape)
     }
 
     fn step(&self, direction: &Vec<Point>) -> Result<System<2>, RestError> {
-        let nodes: Vec<Point> = self.nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect();
-        let assumptions = (&self.model, self.contracting.as_slice());
-        assembled(&self.mesh, &nodes, assumptions, self.wall.as_ref(), Some(self.system.layout()))
+        let nodes = self.system.rest().iter().zip(direction).map(|(p, d)| p + d * STEP);
+        self.body.system(nodes.collect(), Some(self.system.layout()))
     }
 
     pub(super) fn perturbed_systems(&self) -> Option<&[System<2>]> {
         let make = || {
-            let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d));
+            let all = parallel::map(&self.prior.directions, |d| self.step(d));
             all.into_iter().collect::<Result<_, _>>().ok()
         };
         self.changed.get_or_init(make).as_deref()
@@ -256,37 +258,36 @@ impl RestShape {
             .get_or_init(|| {
                 let lanes = Lanes::new(&self.system);
                 let one = |d: &Vec<Point>| lanes.reshaped(&self.step(d).ok()?, d.clone(), STEP);
-                tongue_core::parallel::map(&self.prior.directions, one).into_iter().collect()
+                parallel::map(&self.prior.directions, one).into_iter().collect()
             })
             .as_deref()
     }
 
-    /// The body in contact with a wall.
-    pub fn with_wall(self, wall: Contact) -> Result<Self, RestError> {
-        let nodes = self.mesh.nodes.clone();
-        Self::about(self.prior, &self.mesh, nodes, (&self.model, &self.contracting), Some(wall))?.checked()
+    /// Nodes displaced by these amounts, with the straight parts of muscles outside the tissue.
+    fn nodes_at(&self, amounts: &DVector<f64>) -> Vec<Point> {
+        let mut nodes = self.prior.moved(&self.body.mesh, amounts);
+        straighten(&self.body.mesh, &mut nodes);
+        nodes
     }
 
     /// The body displaced by these amounts, with the same prior; `None` if it passes the wall.
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
-        let mut nodes = self.prior.moved(&self.mesh, amounts);
-        straighten(&self.mesh, &mut nodes);
-        if self.wall.as_ref().is_some_and(|w| w.first_penetration(&nodes, &self.mesh.connections).is_some()) {
+        let (nodes, connections) = (self.nodes_at(amounts), &self.body.mesh.connections);
+        if self.body.wall.as_ref().is_some_and(|w| w.first_penetration(&nodes, connections).is_some()) {
             return None;
         }
-        let assumptions = (&self.model, self.contracting.as_slice());
-        Self::about(self.prior.clone(), &self.mesh, nodes, assumptions, self.wall.clone()).ok()
+        Self::new(self.prior.clone(), self.body.clone(), nodes).ok()
     }
 
     /// The body with the prior expanded about these amounts.
     pub(super) fn expanded(self, amounts: &DVector<f64>) -> Self {
-        Self { prior: self.prior.expanded_about(&self.mesh, amounts), ..self }
+        Self { prior: self.prior.expanded_about(&self.body.mesh, amounts), ..self }
     }
 
     /// Cost of these amounts relative to that of zero amounts.
     pub(super) fn relative_cost(&self, amounts: &DVector<f64>) -> f64 {
         let (precision, gradient) = &self.prior.own;
-        let areas = self.prior.area_logs(&self.mesh, amounts).norm_squared();
+        let areas = self.prior.area_logs(&self.body.mesh, amounts).norm_squared();
         amounts.dot(&(precision * amounts)) + 2.0 * gradient.dot(amounts) + areas
     }
 
@@ -295,11 +296,10 @@ impl RestShape {
         let mut step = step.clone();
         for _ in 0..10 {
             let there = amounts + &step;
-            let mut nodes = self.prior.moved(&self.mesh, &there);
-            straighten(&self.mesh, &mut nodes);
-            if let Some(placed) = Similarity::between(&self.mesh.nodes, &nodes) {
+            let mut nodes = self.nodes_at(&there);
+            if let Some(placed) = Similarity::between(&self.body.mesh.nodes, &nodes) {
                 nodes.iter_mut().for_each(|p| *p = placed.place_back(*p));
-                if is_believable(&self.mesh, &nodes) {
+                if is_believable(&self.body.mesh, &nodes) {
                     return there;
                 }
             }

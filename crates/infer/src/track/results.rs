@@ -132,17 +132,15 @@ pub(super) struct FrameSolution<'a> {
     pub t: usize,
     /// Its unknowns on that body.
     pub x: &'a DVector<f64>,
-    /// Positions of all nodes of the placed body, m, by which hidden points are predicted.
+    /// Positions of all nodes of the placed body, m.
     pub placed: Option<&'a [SVector<f64, 2>]>,
     pub reachability: Option<&'a Reachability>,
-    /// Predictions of its hidden points; `None` where there are too few others.
-    pub predicted: &'a [Option<HeldOutPrediction>],
     /// Whether its observations cannot be right.
     pub lost: bool,
     pub means: &'a Means,
 }
 
-/// Results for a frame, without its faults.
+/// Results for a frame, without its hidden points and faults.
 pub(super) fn frame_result(
     solver: &mut FrameSolver<'_>,
     found: &FrameSolution<'_>,
@@ -212,14 +210,6 @@ pub(super) fn frame_result(
     } else {
         FrameStatus::Converged
     };
-    let hidden = frame.hidden.iter().zip(found.predicted).map(|(hidden, predicted)| {
-        let missed_m = placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
-        predicted.clone().unwrap_or_else(|| HeldOutPrediction {
-            point: hidden.name.clone(),
-            missed_m,
-            interval_m: None,
-        })
-    });
     Tracked {
         time_s: frame.time_s,
         status,
@@ -229,7 +219,7 @@ pub(super) fn frame_result(
         rms_sd: is_seen.then_some(rms_sd),
         other_way: matches!(found.reachability, Some(Reachability::OtherWay)),
         reached_rms_m,
-        hidden: hidden.collect(),
+        hidden: Vec::new(),
         resolved,
         tensions: intervals,
         formants: formants::tracked_formants(frame, &positions, &draws.formants),
@@ -244,7 +234,8 @@ fn interval(draws: &[f32]) -> Interval {
 
 fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
     let n = tensions.len();
-    let means: Vec<f64> = tensions.iter().map(|t| mean(t)).collect();
+    let means: Vec<f64> =
+        tensions.iter().map(|draws| mean_and_variance(draws.iter().map(|d| f64::from(*d))).0).collect();
     let count = tensions.first().map_or(1, Vec::len).max(1) as f64;
     let covariance = DMatrix::from_fn(n, n, |i, j| {
         let pairs = tensions[i].iter().zip(&tensions[j]);
@@ -252,10 +243,6 @@ fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
         sum / count / prior_sd_n.powi(2)
     });
     covariance.symmetric_eigenvalues().iter().filter(|v| **v < RESOLVED * RESOLVED).count()
-}
-
-fn mean(draws: &[f32]) -> f64 {
-    draws.iter().map(|d| f64::from(*d)).sum::<f64>() / draws.len().max(1) as f64
 }
 
 const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
@@ -274,22 +261,13 @@ impl Interval {
         let mut all: Vec<f64> = draws.collect();
         let count = all.len() as f64;
         let (_, variance) = mean_and_variance(all.iter().copied());
-        let mut quantiles = [f64::NAN; 3];
-        // Draws below `done` are in their final order, which the next quantile needs.
-        let mut done = 0;
-        for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
+        all.sort_unstable_by(f64::total_cmp);
+        let [low, median, high] = TAILS.map(|part| {
             let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
             let below = at as usize;
-            for place in [below, (below + 1).min(all.len().saturating_sub(1))] {
-                if place >= done && place < all.len() {
-                    all[done..].select_nth_unstable_by(place - done, |a, b| a.total_cmp(b));
-                    done = place + 1;
-                }
-            }
             let (a, b) = (all.get(below), all.get(below + 1).or(all.get(below)));
-            *quantile = a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a));
-        }
-        let [low, median, high] = quantiles;
+            a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a))
+        });
         Self { median, low, high, variance }
     }
 

@@ -10,7 +10,7 @@ use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
-use super::display_shape::{Display, DisplayShape, begin_beside, sample_frames};
+use super::display_shape::{Display, DisplayShape, SHAPE_FRAMES, begin_beside};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::frame::Frame;
@@ -72,11 +72,8 @@ pub fn track(
         recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
     let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
     let is_whole = frames <= settings.shared_frames;
-    let mut sample = if is_whole {
-        recordings.clone()
-    } else {
-        smoother.thinned(&recordings, frames.div_ceil(settings.shared_frames.max(1)))
-    };
+    let mut sample =
+        if is_whole { recordings.clone() } else { smoother.thinned(&recordings, settings.shared_frames) };
     let (usual, outliers) = fit_placed(&mut smoother, &mut sample, None, &|round| progress(round, passes));
     progress(ROUNDS, passes);
     let process = best_process(&smoother, &sample);
@@ -95,12 +92,12 @@ pub fn track(
     parallel::map(&wanted, |&number| {
         let mut smoother = smoother.clone();
         let mut recording = sample[number].clone();
-        let (mut faults, mut lost) = outliers[number].clone();
+        let mut outliers = outliers[number].clone();
         if !is_whole {
             recording = recordings[number].clone();
             begin_beside(&mut recording, &sample[number]);
             let (_, own) = fit_placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
-            (faults, lost) = own.into_iter().next().unwrap_or_default();
+            outliers = own.into_iter().next().unwrap_or_default();
         }
         let own = (!is_whole).then(|| shape_jacobians(&smoother, &recording));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
@@ -120,7 +117,7 @@ pub fn track(
         let formant_jacobians = formants::jacobians(&smoother, &recording);
         let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
         let found = displayed.as_ref().unwrap_or(&recording);
-        take(number, summarise(&again, found, &sampler, &predicted, (faults, &lost)));
+        take(number, summarise(&again, found, &sampler, predicted, outliers));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
         Ok(())
     })
@@ -142,7 +139,7 @@ pub fn rest_shape(
     let mut smoother = Smoother::new(*context, settings, &knots);
     let recordings: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
-    let mut recordings = sample_frames(&smoother, &recordings);
+    let mut recordings = smoother.thinned(&recordings, SHAPE_FRAMES);
     fit_placed(&mut smoother, &mut recordings, None, &|round| progress(round, ROUNDS));
     let DisplayShape { body, recordings, .. } =
         Display::new(context, settings).fit_shape(shape, &smoother, &recordings);
@@ -166,8 +163,8 @@ fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
     Knots::new(settings.errors, observations.map(|o| &o.along))
 }
 
-/// Faults that the search found in every frame of a recording, and whether the frame is lost.
-type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
+/// For every frame of a recording the faults that the search found in it, and whether the frame is lost.
+type Outliers = Vec<(Vec<Fault>, bool)>;
 
 /// Finds the most probable tensions on the placed body without outliers. Returns the usual residual, in standard deviations, found in these
 /// recordings if it is not given, and the outliers of every recording.
@@ -185,7 +182,7 @@ fn fit_placed(
         1.4826 * upper_median(far).unwrap_or(0.0)
     });
     let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
-    if found.iter().flat_map(|(faults, _)| faults).any(|f| !f.is_empty()) {
+    if found.iter().flatten().any(|(faults, _)| !faults.is_empty()) {
         minimise(smoother, recordings, ROUNDS, progress);
     }
     (usual, found)
@@ -203,7 +200,7 @@ fn absolute_residuals(smoother: &Smoother<'_>, recording: &SmoothedRecording, t:
 fn without_outliers(smoother: &Smoother<'_>, recording: &mut SmoothedRecording, usual: f64) -> Outliers {
     let all: Vec<Vec<f64>> =
         (0..recording.frames.len()).map(|t| absolute_residuals(smoother, recording, t)).collect();
-    let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
+    let mut out = Vec::with_capacity(all.len());
     for ((t, frame), far) in Arc::make_mut(&mut recording.frames).iter_mut().enumerate().zip(&all) {
         let mut lost = frame.observations.len() >= FEWEST && recording.here[t].linear.is_none();
         let mut faults = Vec::new();
@@ -217,11 +214,10 @@ fn without_outliers(smoother: &Smoother<'_>, recording: &mut SmoothedRecording, 
             faults.push(Fault { kind: FaultKind::FarFromFit, points });
             lost |= all;
         }
-        of_frames.push(faults);
-        lost_frames.push(lost);
+        out.push((faults, lost));
     }
     smoother.take_errors(recording);
-    (of_frames, lost_frames)
+    out
 }
 
 /// Results for every frame of a recording on the body with the most probable shape; the draws are those of the placed body.
@@ -229,8 +225,8 @@ fn summarise(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
     draws: &Sampler<'_>,
-    predicted: &[Vec<Option<HeldOutPrediction>>],
-    (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
+    predicted: Vec<Vec<HeldOutPrediction>>,
+    outliers: Outliers,
 ) -> TrackedRecording {
     let count = recording.frames.len();
     let unknowns: Vec<_> = (0..count).map(|t| smoother.unknowns_of(recording, t)).collect();
@@ -251,8 +247,7 @@ fn summarise(
                     x: &unknowns[t],
                     placed: draws.linear.recording.here[t].positions.as_deref(),
                     reachability: reachabilities.get(t).and_then(Option::as_ref),
-                    predicted: &predicted[t],
-                    lost: lost[t],
+                    lost: outliers[t].1,
                     means,
                 };
                 frame_result(&mut solver, &found, &drawn[t - window.start], smoother.settings)
@@ -260,7 +255,9 @@ fn summarise(
         }));
         segments.take(window, &frames, drawn, means);
     });
-    frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));
+    for ((frame, hidden), (faults, _)) in frames.iter_mut().zip(predicted).zip(outliers) {
+        (frame.hidden, frame.faults) = (hidden, faults);
+    }
     let rest = smoother.context.system.rest().to_vec();
     TrackedRecording { rest, frames, ..segments.finish() }
 }

@@ -84,10 +84,7 @@ impl<'a> Segments<'a> {
                     sums.add(&draws[t - from].tensions);
                 }
             }
-            let (ended, open) = self.open.drain(..).partition(|(l, ..)| self.last[*l] == Some(t));
-            self.open = open;
-            let ended: Vec<(usize, usize, Means)> = ended;
-            for (label, frames, mut sums) in ended {
+            for (label, frames, mut sums) in self.open.extract_if(.., |(l, ..)| self.last[*l] == Some(t)) {
                 sums.0.iter_mut().flatten().for_each(|sum| *sum /= frames as f64);
                 let of = |(own, means): (&Vec<f64>, &Vec<f64>)| {
                     Interval::of(own.iter().zip(means).map(|(own, mean)| own - mean))

@@ -8,18 +8,12 @@ use super::rest_shape::RestShape;
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 use tongue_core::geometry::Point;
 
-/// Derivatives of a frame's observations and hidden points by the shape, mm.
-pub(super) struct ShapeJacobian {
-    pub fitted: DMatrix<f64>,
-    pub hidden: DMatrix<f64>,
-}
-
-/// Derivatives of all frames by the shape; `None` where the shape is known or a frame has no equilibrium.
+/// Derivatives of the observations of all frames by the shape, mm; `None` where the shape is known or a frame has no equilibrium.
 pub(super) fn shape_jacobians(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,
-) -> Vec<Option<ShapeJacobian>> {
-    let Some(shape) = smoother.context.shape else { return recording.frames.iter().map(|_| None).collect() };
+) -> Vec<Option<DMatrix<f64>>> {
+    let Some(shape) = smoother.context.shape else { return vec![None; recording.frames.len()] };
     in_chunks(0..recording.frames.len(), |chunk| {
         let known: Vec<usize> =
             chunk.iter().copied().filter(|&t| recording.here[t].linear.is_some()).collect();
@@ -29,8 +23,10 @@ pub(super) fn shape_jacobians(
             (&recording.frames[t], x, from)
         }));
         let mut rates = shape.rates(&mut smoother.solver(), &postures).into_iter();
-        let has_equilibrium = chunk.iter().map(|&t| recording.here[t].linear.is_some());
-        has_equilibrium.map(|has| if has { rates.next()? } else { None }).collect()
+        Vec::from_iter(chunk.iter().map(|&t| {
+            recording.here[t].linear.as_ref()?;
+            Some(rates.next()??.jacobian_of_fitted())
+        }))
     })
 }
 
@@ -40,16 +36,12 @@ impl RestShape {
         &self,
         solver: &mut FrameSolver<'_>,
         postures: &[FramePosture<'_>],
-    ) -> Vec<Option<ShapeJacobian>> {
+    ) -> Vec<Option<Rates>> {
         let found = solver.rates(&Columns::Shape(self), postures).into_iter().zip(postures);
         Vec::from_iter(found.map(|(rates, (frame, ..))| {
             let mut rates = rates?;
             self.add_coils(&mut rates, frame);
-            let is_finite = rates.by_unknown.iter().all(|v| v.is_finite());
-            is_finite.then(|| ShapeJacobian {
-                fitted: rates.jacobian_of_fitted(),
-                hidden: rates.jacobian_of_hidden(),
-            })
+            rates.by_unknown.iter().all(|v| v.is_finite()).then_some(rates)
         }))
     }
 

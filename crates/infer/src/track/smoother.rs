@@ -133,9 +133,10 @@ impl<'a> Smoother<'a> {
         recording
     }
 
-    /// Every n-th frame with data, counted over all recordings, in its present state.
-    pub fn thinned(&self, recordings: &[SmoothedRecording], every: usize) -> Vec<SmoothedRecording> {
-        let mut before = 0;
+    /// At most this many frames with data, evenly spread over all recordings, in their present states.
+    pub fn thinned(&self, recordings: &[SmoothedRecording], most: usize) -> Vec<SmoothedRecording> {
+        let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
+        let (every, mut before) = (frames.div_ceil(most.max(1)).max(1), 0);
         Vec::from_iter(recordings.iter().map(|recording| {
             let seen = (0..recording.frames.len()).filter(|&t| recording.errors[t].is_some());
             let taken: Vec<usize> =

@@ -48,16 +48,16 @@ pub(super) fn placement<S: Serializer>(
     placement: &Option<Placement>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    let Some(placement) = placement else { return serializer.serialize_none() };
-    let [back, up, turn, scale] = placement.intervals();
-    let coils_mm: BTreeMap<_, _> =
-        placement.coils.iter().map(|(name, behind)| (name, 1e3 * behind)).collect();
-    let record = json!({
-        "scale": scale,
-        "turn_deg": turn.map(f64::to_degrees),
-        "back_mm": back.map(|m| 1e3 * m),
-        "up_mm": up.map(|m| 1e3 * m),
-        "coils_mm": coils_mm,
+    let record = placement.as_ref().map(|placement| {
+        let [back, up, turn, scale] = placement.intervals();
+        let coils = placement.coils.iter().map(|(name, behind)| (name, 1e3 * behind));
+        json!({
+            "scale": scale,
+            "turn_deg": turn.map(f64::to_degrees),
+            "back_mm": back.map(|m| 1e3 * m),
+            "up_mm": up.map(|m| 1e3 * m),
+            "coils_mm": coils.collect::<BTreeMap<_, _>>(),
+        })
     });
     record.serialize(serializer)
 }
