@@ -147,8 +147,9 @@ fn track_speaker(
         Some(name) => settings.of_speaker(name),
         None => settings,
     };
-    let wall = recordings.iter().find_map(|r| r.palate.as_deref());
-    let basis = AdaptationInput { contracting, palate: wall, ..given.basis(&arguments.body, settings) };
+    let wall = recordings.iter().find_map(|r| r.palate.clone());
+    let basis =
+        AdaptationInput { contracting, palate: wall.as_deref(), ..given.basis(&arguments.body, settings) };
     let run = TrackRun {
         basis,
         adaptation: given.adaptation.as_ref(),
@@ -172,7 +173,7 @@ fn track_speaker(
         );
     }
     let journal = track_run::journal(&run, &given, out, &seen, &format!("{sound:?}"))?;
-    let sound = sound.map(|read| read.into_tract_around(&speaker.body, wall)).transpose()?;
+    let sound = sound.map(|read| read.into_tract_around(&speaker.body, wall.as_deref())).transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
@@ -182,7 +183,8 @@ fn track_speaker(
     let (journal, found) = track_run::resume(journal, seen.len(), |watch| {
         run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
     })?;
-    let (mut record, unmet) = run.record(&speaker, &recordings, found);
+    let implausible = ScreenedRecording::implausible(&recordings);
+    let (mut record, unmet) = run.record(&speaker, recordings, found);
     let results = &record.results.recordings;
     if let Some(why) = unmet.first().filter(|_| results.is_empty()) {
         // A note may say why they cannot be reached.
@@ -192,9 +194,9 @@ fn track_speaker(
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
-    notes.extend(ScreenedRecording::left_out(&recordings, results));
+    notes.extend(ScreenedRecording::left_out(results));
     let untrusted = why_untrusted(results, &mut notes);
-    let untrusted = ScreenedRecording::implausible(&recordings).into_iter().chain(untrusted);
+    let untrusted = implausible.into_iter().chain(untrusted);
     let untrusted = untrusted.reduce(|all, next| format!("{all}; {next}"));
     let outcome = Outcome::of_reason(untrusted.clone());
     (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
@@ -227,9 +229,12 @@ fn why_untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option
     let own = untrusted_frames(&first.tracked.frames.iter().collect::<Vec<_>>())?;
     Some(match (results.len(), bad.len()) {
         (1, _) => own,
-        (_, 1) => format!("{}: {own}", first.name),
+        (_, 1) => format!("{}: {own}", first.seen.name),
         (_, more) => {
-            format!("{all}; in {more} recordings these are more than {most:.0} %, first in {}", first.name)
+            format!(
+                "{all}; in {more} recordings these are more than {most:.0} %, first in {}",
+                first.seen.name
+            )
         }
     })
 }

@@ -162,7 +162,7 @@ impl<'a> BodyFile<'a> {
     ) -> miette::Result<Self> {
         let groups = recordings.chunk_by(|a, b| a.tracked.rest == b.tracked.rest).skip(1);
         let other_rest_shapes = groups.map(|group| RestShapeFile {
-            recordings: group.iter().map(|one| one.name.as_str()).collect(),
+            recordings: group.iter().map(|one| one.seen.name.as_str()).collect(),
             nodes_m: group[0].tracked.rest.iter().map(|p| [p.x, p.y]).collect(),
         });
         let mesh = MeshRecord::of(body, model).into_diagnostic()?;

@@ -100,7 +100,7 @@ fn other_ways(record: &TrackRecord) -> String {
     let off = off.iter().map(|(recording, f)| {
         format!(
             "{}, {:.3} s: no way to its shape was found; the nearest that is reached meets the points to {:.2} mm",
-            recording.name,
+            recording.seen.name,
             f.time_s,
             1e3 * f.reached_rms_m.unwrap_or(f64::NAN)
         )

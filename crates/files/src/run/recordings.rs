@@ -167,11 +167,10 @@ impl ScreenedRecording {
     }
 
     /// Sentences about points that are left out in most frames of a recording.
-    pub fn left_out(all: &[Self], results: &[RecordingResult]) -> Vec<String> {
+    pub fn left_out(results: &[RecordingResult]) -> Vec<String> {
         let mut out = Vec::new();
-        for Self { seen, .. } in all {
-            let Some(result) = results.iter().find(|one| one.name == seen.name) else { continue };
-            let (frames, points) = (&result.tracked.frames, seen.contour.len() + seen.sensors.len());
+        for RecordingResult { seen, tracked, .. } in results {
+            let (frames, points) = (&tracked.frames, seen.contour.len() + seen.sensors.len());
             for name in seen.names().take(points) {
                 let faults =
                     frames.iter().filter(|f| f.faults.iter().any(|fault| fault.points.contains(name)));
@@ -217,24 +216,26 @@ impl TrackRun<'_> {
     pub fn record(
         &self,
         speaker: &TrackedBody,
-        recordings: &[ScreenedRecording],
+        recordings: Vec<ScreenedRecording>,
         tracked: Vec<TrackedRecording>,
     ) -> (TrackRecord, Vec<String>) {
-        let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
-        for (one, tracked) in recordings.iter().zip(tracked) {
+        let seen: Vec<&AlignedRecording> = recordings.iter().map(|one| &one.seen).collect();
+        let compared = track::labels_to_compare(&seen);
+        let (mut results, mut unmet) = (Vec::new(), Vec::new());
+        for (one, tracked) in recordings.into_iter().zip(tracked) {
             if let Some(why) = out_of_reach(&one.seen, &tracked.frames, !self.is_given) {
                 unmet.push(format!("{}: {why}", one.seen.name));
             } else {
-                results.push(RecordingResult::new(one, self.unseen_free_bones(&one.seen), tracked));
-                met.push(&one.seen);
+                let freed = self.unseen_free_bones(&one.seen).map(str::to_owned).collect();
+                results.push(RecordingResult::new(one, freed, tracked));
             }
         }
         let AdaptationInput { body, settings, contracting, palate, .. } = &self.basis;
         let muscles: Vec<String> = contracting.iter().map(|&m| body.mesh.muscles[m].name.clone()).collect();
-        let seen: Vec<&AlignedRecording> = recordings.iter().map(|one| &one.seen).collect();
+        let met: Vec<&AlignedRecording> = results.iter().map(|one| &one.seen).collect();
         let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| &one.tracked.frames[..]).collect();
         let frames: Vec<&Tracked> = of_recordings.iter().copied().flatten().collect();
-        let labelled = results.iter().map(|one| (&one.tracked.frames[..], &one.labels[..]));
+        let labelled = results.iter().map(|one| (&one.tracked.frames[..], &one.seen.labels[..]));
         let draws = results.iter().map(|one| &one.tracked.compared[..]);
         let record = TrackRecord {
             recordings: met.iter().map(|seen| seen.name.clone()).collect(),
@@ -245,7 +246,7 @@ impl TrackRun<'_> {
             statuses: tally(frames.iter().map(|f| status_name(&f.status))),
             untrusted: None,
             median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
-            comparisons: track::compare(&track::labels_to_compare(&seen), &muscles, &settings.link, draws),
+            comparisons: track::compare(&compared, &muscles, &settings.link, draws),
             courses: track::course_summaries(&muscles, &frames, &settings.link),
             repeats: track::repeatability(labelled, &muscles),
             formants: None,

@@ -115,14 +115,16 @@ impl TrackRun<'_> {
             return Ok(None);
         }
         let (model, contracting) = (&self.basis.model, &self.basis.contracting);
-        let shape = match &speaker.placement {
-            Some(placement) => RestShape::of_coils(body, model, contracting, placement),
-            None => {
-                let data = RegistrationData::of_recordings(seen, &[]);
-                let at = |bone: &str| if bone == HYOID { data.hyoid } else { data.spine };
-                RestShape::of(body, model, contracting, at)
-            }
-        };
+        let shape =
+            match &speaker.placement {
+                Some(placement) => RestShape::of_coils(body, model, contracting, placement),
+                None => {
+                    let data = RegistrationData::of_recordings(seen, &[]);
+                    RestShape::of(body, model, contracting, |bone| {
+                        if bone == HYOID { data.hyoid } else { data.spine }
+                    })
+                }
+            };
         let shape = shape.and_then(|shape| match wall {
             Some(wall) => shape.with_wall(wall.clone()),
             None => Ok(shape),

@@ -171,8 +171,9 @@ impl RegistrationData {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in recordings {
             let shown = (0..one.contour.len()).filter(|&i| !hide.contains(&one.contour[i]));
-            let places = |i: usize| one.frames.iter().filter_map(move |f| f.contour.get(i)?.map(|m| m.at));
-            let means: Vec<Point> = shown.filter_map(|i| mean(places(i))).collect();
+            let means: Vec<Point> = shown
+                .filter_map(|i| mean(one.frames.iter().filter_map(|f| f.contour.get(i)?.map(|m| m.at))))
+                .collect();
             all.extend(resample(&means, POINTS).map(|points| (points, one.frames.len())));
         }
         let frames: usize = all.iter().map(|(_, n)| n).sum();

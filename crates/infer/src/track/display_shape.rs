@@ -124,10 +124,9 @@ impl<'a> Display<'a> {
             let context = TrackingContext { shape: Some(here), ..self.context.on_body(from.body.as_ref()) };
             let smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-            let rates = || {
-                from.sample.iter().map(|recording| shape_jacobians(&smoother, recording)).collect::<Vec<_>>()
-            };
-            let rates = from.rates.get_or_init(rates);
+            let sample = from.sample.iter();
+            let rates =
+                from.rates.get_or_init(|| sample.map(|own| shape_jacobians(&smoother, own)).collect());
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
             let by = solve_step(&smoother, &from.sample, &damped, Some(of_shape))?;
             Some(least_squares::TrialStep { size: by.0.amax(), by, predicted_decrease: None, is_last: false })

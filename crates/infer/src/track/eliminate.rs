@@ -223,11 +223,12 @@ fn contributions(
     window: &Range<usize>,
     (by_shape, columns): (&[Option<DMatrix<f64>>], usize),
 ) -> Contributions {
-    let one = |&t: &usize| {
-        let by_shape = by_shape.get(t).and_then(Option::as_ref);
-        let rows = smoother.rows(recording, t, (by_shape, columns))?;
-        let found = Contribution::of(&rows);
-        Some((rows, found))
-    };
-    in_chunks(window.clone(), |chunk| chunk.iter().map(one).collect())
+    in_chunks(window.clone(), |chunk| {
+        Vec::from_iter(chunk.iter().map(|&t| {
+            let by_shape = by_shape.get(t).and_then(Option::as_ref);
+            let rows = smoother.rows(recording, t, (by_shape, columns))?;
+            let found = Contribution::of(&rows);
+            Some((rows, found))
+        }))
+    })
 }

@@ -262,8 +262,8 @@ fn solved(
 ) -> Vec<TrialResult> {
     in_chunks(0..recording.frames.len(), |chunk| {
         let mut solver = smoother.solver();
-        let to_trial = |&t: &usize| Trial::new(smoother, recording, shared, step, (t, damping[t]));
-        let trials: Vec<Trial<'_>> = chunk.iter().map(to_trial).collect();
+        let trials: Vec<Trial<'_>> =
+            chunk.iter().map(|&t| Trial::new(smoother, recording, shared, step, (t, damping[t]))).collect();
         let mut tried: Vec<Option<TrialResult>> = trials
             .iter()
             .map(|trial| trial.without_data().or_else(|| trial.with_kept_linearisation()))

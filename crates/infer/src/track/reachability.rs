@@ -42,8 +42,9 @@ pub(super) fn reachabilities(
     let positions = |t: usize| recording.here[t].linear.as_ref().map(|l| &*l.positions);
     let mut reached = in_chunks(0..count, |chunk| {
         let mut solver = smoother.solver();
-        let mut reached = |&t: &usize| solver.how_reached(&recording.frames[t], &unknowns[t], positions(t)?);
-        Vec::from_iter(chunk.iter().map(&mut reached))
+        Vec::from_iter(
+            chunk.iter().map(|&t| solver.how_reached(&recording.frames[t], &unknowns[t], positions(t)?)),
+        )
     });
     let mut solver = smoother.solver();
     let mut follow = |from: usize, to: usize, reached: &mut [Option<Reachability>]| {
@@ -80,7 +81,7 @@ impl FrameSolver<'_> {
     ) -> bool {
         let whole = self.tensions_of(x);
         self.start_from_rest(frame, x);
-        let arrives = self.follow(&vec![0.0; whole.len()], &whole, &LOADS);
+        let arrives = self.follows_path(&vec![0.0; whole.len()], &whole, &LOADS);
         if arrives && self.is_at(positions) {
             return true;
         }
@@ -165,8 +166,8 @@ impl FrameSolver<'_> {
         });
         orders.any(|first| {
             self.start_from_rest(frame, x);
-            self.follow(&vec![0.0; whole.len()], &first, &PARTS)
-                && self.follow(&first, &whole, &PARTS)
+            self.follows_path(&vec![0.0; whole.len()], &first, &PARTS)
+                && self.follows_path(&first, &whole, &PARTS)
                 && self.is_at(positions)
         })
     }
@@ -178,7 +179,7 @@ impl FrameSolver<'_> {
     }
 
     /// Changes the tensions in these parts of the path between two, and tells whether no equilibrium needed a descent from a saddle.
-    fn follow(&mut self, from: &[f64], to: &[f64], parts: &[f64]) -> bool {
+    fn follows_path(&mut self, from: &[f64], to: &[f64], parts: &[f64]) -> bool {
         parts.iter().all(|part| {
             self.tensions = from.iter().zip(to).map(|(a, b)| a + (b - a) * part).collect();
             self.solves_directly()

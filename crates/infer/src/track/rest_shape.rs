@@ -245,22 +245,22 @@ impl RestShape {
     }
 
     pub(super) fn perturbed_systems(&self) -> Option<&[System<2>]> {
-        let make = || {
-            let all = parallel::map(&self.prior.directions, |d| self.step(d));
-            all.into_iter().collect::<Result<_, _>>().ok()
-        };
-        self.changed.get_or_init(make).as_deref()
+        let made = self.changed.get_or_init(|| {
+            parallel::map(&self.prior.directions, |d| self.step(d)).into_iter().collect::<Result<_, _>>().ok()
+        });
+        made.as_deref()
     }
 
     /// `None` if lanes cannot take the body.
     pub(super) fn in_lanes(&self) -> Option<&[Reshaped<2>]> {
-        self.in_lanes
-            .get_or_init(|| {
-                let lanes = Lanes::new(&self.system);
-                let one = |d: &Vec<Point>| lanes.reshaped(&self.step(d).ok()?, d.clone(), STEP);
-                parallel::map(&self.prior.directions, one).into_iter().collect()
-            })
-            .as_deref()
+        let made = self.in_lanes.get_or_init(|| {
+            let lanes = Lanes::new(&self.system);
+            let all = parallel::map(&self.prior.directions, |d| {
+                lanes.reshaped(&self.step(d).ok()?, d.clone(), STEP)
+            });
+            all.into_iter().collect()
+        });
+        made.as_deref()
     }
 
     /// Nodes displaced by these amounts, with the straight parts of muscles outside the tissue.

@@ -29,7 +29,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         courses.len(),
         if known.is_empty() { "none".to_owned() } else { known.join(", ") }
     );
-    let (mut svg, top) = Svg::new(&one.name, &summary, WIDTH);
+    let (mut svg, top) = Svg::new(&one.seen.name, &summary, WIDTH);
     svg.elements += "<defs><pattern id=\"hatch\" width=\"9\" height=\"9\" patternUnits=\"userSpaceOnUse\" \
         patternTransform=\"rotate(45)\"><rect width=\"9\" height=\"9\" fill=\"#f7f7f7\"/>\
         <line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"9\" stroke=\"#bdbdbd\" stroke-width=\"3\"/></pattern></defs>\n";

@@ -219,7 +219,7 @@ fn why_none(frame: &Tracked) -> &'static str {
 pub fn formants_csv(results: &TrackResults) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let rows = results.frames().flat_map(|(recording, frame)| {
-            let begin = [recording.name.clone(), frame.time_s.to_string()];
+            let begin = [recording.seen.name.clone(), frame.time_s.to_string()];
             let formants = frame.formants.iter().enumerate().map(|(i, formant)| {
                 [format!("F{}", i + 1), formant.hz.to_string(), formant.sd_hz.to_string(), String::new()]
             });

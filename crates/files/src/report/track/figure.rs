@@ -99,12 +99,12 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "sound": one.sound.as_ref().and_then(|sound| drawn_sound(sound, &frames)),
         "courses": of(|f| &f.courses),
         "levels": of(|f| &f.tensions),
-        "mirrored": one.mirrored,
+        "mirrored": one.seen.mirrored,
         "shown": Packed::of(shown().map(|f| f.time_s)),
         "tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),
         "nodes": Packed::of_points(nodes),
         "rest": Packed::of_points(drawn.iter().map(|n| one.tracked.rest.get(*n).copied())),
-        "marks": Packed::of_points(one.marks.iter().flatten().copied()),
+        "marks": Packed::of_points(one.marks().flatten()),
     })
 }
 
@@ -137,12 +137,12 @@ impl TrackResults {
         let shown = one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
         let shapes: Vec<AnimationFrame> = shown.map(|f| self.shape(f)).collect();
         let marks: Vec<Vec<Point>> =
-            one.marks.iter().map(|points| points.iter().flatten().copied().collect()).collect();
+            one.marks().map(|points| points.into_iter().flatten().collect()).collect();
         let title = format!(
             "{}: measured (dots) and simulated; muscles coloured by tension, with their largest",
-            one.name
+            one.seen.name
         );
-        animation(&self.mesh(one), &self.palate, &shapes, &marks, one.mirrored, &title)
+        animation(&self.mesh(one), &self.palate, &shapes, &marks, one.seen.mirrored, &title)
     }
 
     pub fn write_vtu(

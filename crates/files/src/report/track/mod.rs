@@ -30,18 +30,14 @@ use tongue_infer::track::{
     Comparison, CourseSummary, HeldOut, Interval, LabelMean, Repeatability, TrackSettings, Tracked,
     TrackedRecording,
 };
-use tongue_input::measured::recording::{Label, Waveform};
+use tongue_input::measured::recording::{AlignedRecording, Label, Waveform};
 
+/// A recording with its results.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingResult {
-    pub name: String,
-    pub speaker: Option<String>,
-    pub labels: Vec<Label>,
+    pub seen: AlignedRecording,
+    /// Names of the bones whose displacement was an unknown.
     pub freed: Vec<String>,
-    /// Contour, sensors and bones as they were measured in the frames that are shown, m.
-    pub marks: Vec<Vec<Option<Point>>>,
-    /// Whether the face looks to the right in the file.
-    pub mirrored: bool,
     /// The frames have the faults found before the fit and in it.
     pub tracked: TrackedRecording,
     /// The sound that was recorded with it, if it has a file.
@@ -49,30 +45,21 @@ pub struct RecordingResult {
 }
 
 impl RecordingResult {
-    /// `freed` are the names of the bones whose displacement was an unknown.
-    pub fn new<'b>(
-        ScreenedRecording { seen, sound, faults, .. }: &ScreenedRecording,
-        freed: impl Iterator<Item = &'b str>,
-        mut tracked: TrackedRecording,
-    ) -> Self {
+    pub fn new(recording: ScreenedRecording, freed: Vec<String>, mut tracked: TrackedRecording) -> Self {
+        let ScreenedRecording { seen, sound, faults, .. } = recording;
         for (frame, faults) in tracked.frames.iter_mut().zip(faults) {
-            frame.faults.splice(0..0, faults.iter().cloned());
+            frame.faults.splice(0..0, faults);
         }
-        let shown = seen.frames.iter().zip(&tracked.frames).filter(|(_, f)| !f.positions.is_empty());
-        let marks = shown.map(|(seen, _)| {
-            let points = seen.contour.iter().chain(&seen.sensors).map(|m| m.map(|m| m.at));
-            points.chain(seen.bones.iter().copied()).collect()
-        });
-        Self {
-            name: seen.name.clone(),
-            speaker: seen.speaker.clone(),
-            labels: seen.labels.clone(),
-            freed: freed.map(str::to_owned).collect(),
-            marks: marks.collect(),
-            mirrored: seen.mirrored,
-            tracked,
-            sound: sound.clone(),
-        }
+        Self { seen, freed, tracked, sound }
+    }
+
+    /// Contour, sensors and bones as they were measured in the frames that are shown, m.
+    #[cfg(feature = "files")]
+    fn marks(&self) -> impl Iterator<Item = Vec<Option<Point>>> {
+        let frames = self.seen.frames.iter().zip(&self.tracked.frames);
+        frames.filter(|(_, tracked)| !tracked.positions.is_empty()).map(|(seen, _)| {
+            seen.points().map(|mark| Some(mark?.at)).chain(seen.bones.iter().copied()).collect()
+        })
     }
 
     /// The labels that figures show: all but those of the prompt, which belongs to a whole recording; none if there are more than 60.
@@ -81,7 +68,7 @@ impl RecordingResult {
         let [first, last] =
             [self.tracked.frames.first(), self.tracked.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
         let shown: Vec<&Label> = Vec::from_iter(
-            self.labels.iter().filter(|l| l.tier != "prompt" && l.to_s >= first && l.from_s <= last),
+            self.seen.labels.iter().filter(|l| l.tier != "prompt" && l.to_s >= first && l.from_s <= last),
         );
         if shown.len() > MOST { Vec::new() } else { shown }
     }
@@ -107,7 +94,7 @@ impl TrackResults {
     /// Means over labelled time spans, less those over the whole recording.
     fn segments(&self) -> impl Iterator<Item = (&RecordingResult, &Label, &LabelMean)> {
         self.recordings.iter().flat_map(|one| {
-            one.tracked.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s)))
+            one.tracked.segments.iter().filter_map(move |s| Some((one, one.seen.labels.get(s.label)?, s)))
         })
     }
 
@@ -130,7 +117,7 @@ impl TrackResults {
         let squares: f64 = hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
         let missed = (!hidden.is_empty()).then(|| mm((squares / hidden.len() as f64).sqrt()));
         let mut record = json!({
-            "recording": one.name,
+            "recording": one.seen.name,
             "time_s": frame.time_s,
             "status": frame.status,
             "tensions_n": levels[0],
@@ -165,7 +152,7 @@ impl TrackResults {
     /// A labelled time span as JSON: medians and ends of the 95 % intervals of courses, N per metre of thickness.
     fn segment(&self, (one, label, mean): (&RecordingResult, &Label, &LabelMean)) -> Value {
         json!({
-            "recording": one.name,
+            "recording": one.seen.name,
             "tier": label.tier,
             "label": label.name,
             "from_s": label.from_s,

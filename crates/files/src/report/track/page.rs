@@ -35,7 +35,7 @@ impl Export for TrackPage<'_> {
                     noscript { p { "The figures need a browser with JavaScript; " code { "--also svg" } " writes them as files." } }
                     @for (nth, one) in results.recordings.iter().enumerate() {
                         details.recording open[nth == 0] {
-                            summary { (one.name) }
+                            summary { (one.seen.name) }
                             script type="application/json" { (in_html(figure(results, one))) }
                         }
                     }
@@ -171,7 +171,7 @@ fn doubtful_frames(record: &TrackRecord) -> Markup {
             @if doubtful().next().is_none() { p { "None." } } @else {
                 (tongue_page::table(["recording", "time, s", "status", "RMS, mm", "what"], &html! {
                     @for (recording, f) in doubtful().take(MOST) { tr {
-                        td { (recording.name) }
+                        td { (recording.seen.name) }
                         td { (format!("{:.3}", f.time_s)) }
                         td { (status_name(&f.status).replace('_', " ")) }
                         td { @if let Some(r) = f.rms_m { (format!("{:.2}", 1e3 * r)) } }

@@ -20,7 +20,7 @@ pub fn track_csv(record: &TrackRecord) -> impl Export {
             let status = status_name(&frame.status);
             courses.iter().enumerate().map(move |(i, course)| {
                 let numbers = [&frame.tensions[i], &frame.courses[i]].map(|r| [r.median, r.low, r.high]);
-                let begin = [recording.name.clone(), frame.time_s.to_string(), course.muscle.clone()];
+                let begin = [recording.seen.name.clone(), frame.time_s.to_string(), course.muscle.clone()];
                 let end = [
                     course.known.to_string(),
                     status.clone(),
@@ -79,7 +79,7 @@ pub fn segments_csv(results: &TrackResults) -> impl Export {
             "recording,tier,label,from_s,to_s,frames,muscle,course_n_per_m,low_n_per_m,high_n_per_m";
         let rows = results.segments().flat_map(|(one, label, mean)| {
             results.muscles.iter().zip(&mean.changes).map(move |(muscle, course)| {
-                let begin = [&one.name, &label.tier, &label.name].map(String::clone);
+                let begin = [&one.seen.name, &label.tier, &label.name].map(String::clone);
                 let [from, to, median, low, high] =
                     [label.from_s, label.to_s, course.median, course.low, course.high].map(|v| v.to_string());
                 begin.into_iter().chain([
@@ -107,12 +107,17 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
         let rows =
             results.recordings.iter().flat_map(|one| one.tracked.label_courses.iter().map(move |c| (one, c)));
         let rows = rows.flat_map(|(one, course)| {
-            let label = &one.labels[course.label];
+            let label = &one.seen.labels[course.label];
             let repetition = repetitions.entry((&label.tier, &label.name)).or_default();
             *repetition += 1;
-            let speaker = one.speaker.clone().unwrap_or_default();
-            let begin =
-                [speaker, one.name.clone(), label.tier.clone(), label.name.clone(), repetition.to_string()];
+            let speaker = one.seen.speaker.clone().unwrap_or_default();
+            let begin = [
+                speaker,
+                one.seen.name.clone(),
+                label.tier.clone(),
+                label.name.clone(),
+                repetition.to_string(),
+            ];
             course.points.iter().flat_map(move |point| {
                 let begin = begin.clone();
                 let values = results.muscles.iter().zip(point.tensions.iter().zip(&point.courses));
@@ -154,7 +159,7 @@ impl RecordingResult {
             std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
         });
         StoTable {
-            title: format!("tongue-fit: muscle tensions over time, {}", self.name),
+            title: format!("tongue-fit: muscle tensions over time, {}", self.seen.name),
             labels: labels.concat(),
             rows: rows.collect(),
         }
