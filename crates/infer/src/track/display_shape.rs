@@ -13,8 +13,7 @@ use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, apply_steps, minimise, s
 use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
 use super::settings::{TrackSettings, TrackingContext};
-use super::shape_jacobian::shape_jacobians;
-use super::smoother::{FrameState, SmoothedRecording, Smoother};
+use super::smoother::{FrameState, SmoothedRecording, Smoother, shape_jacobians};
 use crate::error_model::{Errors, Knots};
 
 /// Weight of the frames for the displayed shape, which has no intervals.

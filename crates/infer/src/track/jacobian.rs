@@ -131,6 +131,34 @@ impl<'a> Columns<'a> {
 }
 
 impl RestShape {
+    /// Derivatives of frames by each direction, mm; `None` for a frame without an equilibrium at its positions.
+    pub(super) fn rates(
+        &self,
+        solver: &mut FrameSolver<'_>,
+        postures: &[FramePosture<'_>],
+    ) -> Vec<Option<Rates>> {
+        let found = solver.rates(&Columns::Shape(self), postures).into_iter().zip(postures);
+        Vec::from_iter(found.map(|(rates, (frame, ..))| {
+            let mut rates = rates?;
+            self.add_coils(&mut rates, frame);
+            rates.by_unknown.iter().all(|v| v.is_finite()).then_some(rates)
+        }))
+    }
+
+    /// Adds the derivatives by the directions that move coils along the surface.
+    fn add_coils(&self, rates: &mut Rates, frame: &Frame) {
+        let Rates { positions, by_unknown, .. } = rates;
+        let first = by_unknown.ncols() - self.prior.coils.len();
+        for (k, (coil, weights)) in self.prior.coils.iter().enumerate() {
+            let motion: Point = weights.iter().map(|(n, w)| positions[*n] * *w).sum();
+            let rows = frame.observations.iter().chain(&frame.hidden).enumerate();
+            for (row, hidden) in rows.filter(|(_, hidden)| hidden.name == *coil) {
+                by_unknown[(row, first + k)] =
+                    hidden.along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
+            }
+        }
+    }
+
     /// Sets the column of every direction: the factorised stiffness turns the forces of each perturbed body into motion.
     fn set_columns(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
         let tensions = solver.tensions_of(x);

@@ -26,7 +26,6 @@ mod results;
 mod run;
 mod segments;
 mod settings;
-mod shape_jacobian;
 mod smoother;
 
 pub use crate::error_model::{Along, Errors};

@@ -21,8 +21,7 @@ use super::rest_shape::RestShape;
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, frame_result};
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
-use super::shape_jacobian::shape_jacobians;
-use super::smoother::{FEWEST, SmoothedRecording, Smoother, in_chunks};
+use super::smoother::{FEWEST, SmoothedRecording, Smoother, in_chunks, shape_jacobians};
 use super::{draws, formants};
 use crate::error_model::Knots;
 

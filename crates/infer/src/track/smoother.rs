@@ -241,3 +241,25 @@ impl<'a> Smoother<'a> {
         &rows.residuals + &rows.by_state * step + by_shape
     }
 }
+
+/// Derivatives of the observations of all frames by the shape, mm; `None` where the shape is known or a frame has no equilibrium.
+pub(super) fn shape_jacobians(
+    smoother: &Smoother<'_>,
+    recording: &SmoothedRecording,
+) -> Vec<Option<DMatrix<f64>>> {
+    let Some(shape) = smoother.context.shape else { return vec![None; recording.frames.len()] };
+    in_chunks(0..recording.frames.len(), |chunk| {
+        let known: Vec<usize> =
+            chunk.iter().copied().filter(|&t| recording.here[t].linear.is_some()).collect();
+        let x: Vec<_> = known.iter().map(|&t| smoother.unknowns_of(recording, t)).collect();
+        let postures = Vec::from_iter(known.iter().zip(&x).map(|(&t, x)| {
+            let from = recording.here[t].linear.as_ref().map(|linear| &*linear.positions);
+            (&recording.frames[t], x, from)
+        }));
+        let mut rates = shape.rates(&mut smoother.solver(), &postures).into_iter();
+        Vec::from_iter(chunk.iter().map(|&t| {
+            recording.here[t].linear.as_ref()?;
+            Some(rates.next()??.jacobian_of_fitted())
+        }))
+    })
+}
