@@ -114,15 +114,8 @@ fn points_of_some_frames(seen: &[&AlignedRecording]) -> Vec<Point> {
     out
 }
 
-/// Every muscle with its length in the body before and in the speaker's body, m.
-fn lengths(speaker: &Speaker, before: &Body<2>) -> Vec<(String, f64, f64)> {
-    let both = before.mesh.muscles.iter().zip(&speaker.body.mesh.muscles);
-    both.map(|(a, b)| (a.name.clone(), before.mesh.distance(a.ends()), speaker.body.mesh.distance(b.ends())))
-        .collect()
-}
-
 fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[String]) -> Value {
-    let muscles = lengths(speaker, before).into_iter().map(|(muscle, before, after)| {
+    let muscles = speaker.lengths_m(before).map(|(muscle, before, after)| {
         json!({ "muscle": muscle, "before_mm": before * 1e3, "after_mm": after * 1e3, "stretch": after / before })
     });
     json!({
@@ -165,9 +158,9 @@ fn write(
 
 fn text(speaker: &Speaker, before: &Body<2>) -> String {
     let header = ["muscle", "before, mm", "after, mm", "ratio"];
-    let t = table::rows(&header, lengths(speaker, before), |(name, before, after)| {
+    let t = table::rows(&header, speaker.lengths_m(before), |(name, before, after)| {
         [
-            name,
+            name.to_owned(),
             format!("{:.1}", before * 1e3),
             format!("{:.1}", after * 1e3),
             format!("{:.3}", after / before),

@@ -172,7 +172,7 @@ fn track_speaker(
                 .to_owned(),
         );
     }
-    let journal = track_run::journal(&run, &given, out, &seen, &format!("{sound:?}"))?;
+    let journal = track_run::journal(&run, out, &seen, &format!("{sound:?}"))?;
     let sound = sound.map(|read| read.into_tract_around(&speaker.body, wall.as_deref())).transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {

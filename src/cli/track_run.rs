@@ -11,7 +11,6 @@ use tongue_fit::report::batch::sha256;
 use tongue_fit::run::{self, TrackRun, TrackedBody};
 use tongue_fit::track::{TrackedRecording, Watch};
 
-use super::recordings::GivenRecordings;
 use super::{batch, output};
 
 /// The given body, or one adapted to these recordings while a progress bar is shown.
@@ -31,17 +30,16 @@ pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result
 /// The journal of a run, with the recordings that an earlier run with the same inputs finished. `sound` is the tract that was read.
 pub fn journal(
     run: &TrackRun<'_>,
-    given: &GivenRecordings,
     out: &OutputDir,
     seen: &[&AlignedRecording],
     sound: &str,
 ) -> miette::Result<Journal> {
-    let (mesh, model) = (&given.body.mesh, run.basis.model);
+    let (mesh, model) = (&run.basis.body.mesh, run.basis.model);
     let key = sha256(&[
         tongue_fit::VERSION,
         &super::words_of_the_result().join(" "),
         &format!("{seen:?}"),
-        &format!("{mesh:?} {model:?} {:?}", given.adaptation),
+        &format!("{mesh:?} {model:?} {:?}", run.adaptation),
         sound,
     ]);
     batch::open_journal(out.path().join("track.journal"), &key, seen.len(), (seen.len(), "recordings"))

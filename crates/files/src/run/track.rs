@@ -11,7 +11,7 @@ use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::seed_of;
 use tongue_core::system::{Additions, SpaceModel, System};
-use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
+use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
 use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_infer::track::{
@@ -89,12 +89,13 @@ impl TrackRun<'_> {
             return Ok(given_body(self.basis.body.clone(), self.adaptation));
         }
         let made = self.basis.adapt_to_recordings(seen, self.rest, self.hide, progress)?;
-        let adaptation = made.adaptation();
         Ok(TrackedBody {
+            adaptation: Some(made.adaptation()),
+            body: made.body,
+            followed: made.followed,
+            placement: made.placement,
             similarity: Some(made.similarity),
             rms_m: made.rms_m,
-            placement: made.placement,
-            ..given_body(made.body, Some(&adaptation))
         })
     }
 
@@ -115,20 +116,13 @@ impl TrackRun<'_> {
             return Ok(None);
         }
         let (model, contracting) = (&self.basis.model, &self.basis.contracting);
-        let shape =
-            match &speaker.placement {
-                Some(placement) => RestShape::of_coils(body, model, contracting, placement),
-                None => {
-                    let data = RegistrationData::of_recordings(seen, &[]);
-                    RestShape::of(body, model, contracting, |bone| {
-                        if bone == HYOID { data.hyoid } else { data.spine }
-                    })
-                }
-            };
-        let shape = shape.and_then(|shape| match wall {
-            Some(wall) => shape.with_wall(wall.clone()),
-            None => Ok(shape),
-        })?;
+        let mut shape = match &speaker.placement {
+            Some(placement) => RestShape::of_coils(body, model, contracting, placement),
+            None => RestShape::of(body, model, contracting, |bone| adapt::median_place(seen, bone)),
+        }?;
+        if let Some(wall) = wall {
+            shape = shape.with_wall(wall.clone())?;
+        }
         let is_kept =
             speaker.is_fitted() || speaker.adaptation.as_ref().is_some_and(|a| !a.coils_m.is_empty());
         Ok(Some(if is_kept { shape.as_found() } else { shape }))

@@ -12,7 +12,7 @@ mod speaker;
 
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use landmarks::Landmarks;
-pub use place::{Registration, RegistrationData};
+pub use place::{Registration, RegistrationData, median_place};
 pub use rest::{ControlPoints, Rest, RestError, fit_rest_shape};
 pub(crate) use rest::{area_residuals, is_believable, straighten};
 pub use speaker::{AdaptationInput, RestShapeMethod, Speaker};

@@ -308,7 +308,7 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
 }
 
 /// Median place of a bone over all frames.
-pub(super) fn median_place(recordings: &[&AlignedRecording], bone: &str) -> Option<Point> {
+pub fn median_place(recordings: &[&AlignedRecording], bone: &str) -> Option<Point> {
     let all: Vec<Point> = recordings
         .iter()
         .filter_map(|s| Some((s, s.bone(bone)?)))

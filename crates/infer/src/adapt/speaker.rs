@@ -67,6 +67,14 @@ impl Speaker {
         Adaptation { rest: self.how, marks_m: marks.collect(), coils_m: coils.collect() }
     }
 
+    /// Every muscle with its length in the body from which this one was made and in this one, m.
+    pub fn lengths_m<'a>(&'a self, before: &'a Body<2>) -> impl Iterator<Item = (&'a str, f64, f64)> {
+        let both = before.mesh.muscles.iter().zip(&self.body.mesh.muscles);
+        both.map(|(a, b)| {
+            (a.name.as_str(), before.mesh.distance(a.ends()), self.body.mesh.distance(b.ends()))
+        })
+    }
+
     /// Reasons not to trust this body; empty if there are none. `before` is the body from which it was made.
     pub fn doubts(&self, before: &Body<2>) -> Vec<String> {
         let mut out = Vec::new();
@@ -79,10 +87,8 @@ impl Speaker {
         }
         // Compared with the body that is only turned and scaled.
         let scale = self.similarity.scale();
-        let changes = before.mesh.muscles.iter().zip(&self.body.mesh.muscles).map(|(a, b)| {
-            let ratio = self.body.mesh.distance(b.ends()) / (scale * before.mesh.distance(a.ends()));
-            (a.name.as_str(), ratio)
-        });
+        let changes =
+            self.lengths_m(before).map(|(muscle, before, after)| (muscle, after / (scale * before)));
         let most = changes.max_by(|a, b| a.1.ln().abs().total_cmp(&b.1.ln().abs()));
         if let Some((muscle, ratio)) = most.filter(|(_, r)| r.ln().abs() > TRUSTED_STRETCH.ln()) {
             out.push(format!(
@@ -149,7 +155,6 @@ impl AdaptationInput<'_> {
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
         let Registration { similarity, by_coils, .. } = self.place(recordings, hide)?;
-        let data = RegistrationData::of_recordings(recordings, &[]);
         let rest = Rest::new(self.body, similarity)?;
         let mut body = rest.body(&nalgebra::DVector::zeros(rest.unknowns()));
         let mut bones: Vec<String> = recordings.iter().flat_map(|s| s.bones.iter().cloned()).collect();
@@ -165,9 +170,8 @@ impl AdaptationInput<'_> {
             let speaker = self.speaker(&rest, body, followed, RestShapeMethod::Similarity, None);
             return Ok(Speaker { placement: by_coils, ..speaker });
         }
-        let shape = RestShape::of(&body, &self.model, &self.contracting, |bone: &str| {
-            if bone == HYOID { data.hyoid } else { data.spine }
-        })?;
+        let shape =
+            RestShape::of(&body, &self.model, &self.contracting, |bone| median_place(recordings, bone))?;
         let surface = outline_of(&body)?;
         let frames = recordings.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
         let context = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
