@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::symmetric_cholesky;
 
-use super::eliminate::{Eliminated, WINDOW, windows};
+use super::eliminate::{Eliminated, LinearProblem, WINDOW, windows};
 use super::smoother::{SmoothedRecording, Smoother};
 use tongue_core::{parallel, random};
 
@@ -76,11 +76,11 @@ struct DrawBatch {
 impl Sampler<'_> {
     /// Computes the means over the recording, and then the draws of every window in order of time for `take`.
     pub fn draw(&self, mut take: impl FnMut(Range<usize>, &[FrameDraws], &Means)) {
-        let frames = self.linear.recording.frames.len();
+        let frames = self.linear.problem.recording.frames.len();
         let windows = windows(frames);
         let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
         let batches = parallel::map(&numbers, |&number| self.batch(number, &windows));
-        let muscles = self.linear.smoother.sizes.muscles;
+        let muscles = self.linear.problem.smoother.sizes.muscles;
         let mut means = Means(vec![vec![0.0; if frames > 0 { self.shared.ncols() } else { 0 }]; muscles]);
         let mut only = None;
         for window in &windows {
@@ -96,13 +96,13 @@ impl Sampler<'_> {
     }
 
     fn batch(&self, number: usize, windows: &[Range<usize>]) -> DrawBatch {
-        let seed = random::seed_of(!self.linear.smoother.settings.seed, self.number);
+        let seed = random::seed_of(!self.linear.problem.smoother.settings.seed, self.number);
         let mut random = Rng::with_seed(random::seed_of(seed, number));
         let mut generators = Vec::with_capacity(windows.len());
         for window in windows {
             generators.push(random.clone());
             // Every normal number takes two uniform ones.
-            (0..2 * window.len() * self.linear.smoother.sizes.state() * (BATCH / 2)).for_each(|_| {
+            (0..2 * window.len() * self.linear.problem.smoother.sizes.state() * (BATCH / 2)).for_each(|_| {
                 random.f64();
             });
         }
@@ -122,7 +122,7 @@ impl Sampler<'_> {
         mut random: Rng,
         after: Option<&DMatrix<f64>>,
     ) -> Vec<DMatrix<f64>> {
-        let n = self.linear.smoother.sizes.state();
+        let n = self.linear.problem.smoother.sizes.state();
         let mut noise: Vec<DMatrix<f64>> = Vec::from_iter(window.clone().map(|_| {
             let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
             half = half.resize_horizontally(BATCH, 0.0);
@@ -135,7 +135,7 @@ impl Sampler<'_> {
     }
 
     fn window(&self, window: &Range<usize>, batches: &[DrawBatch]) -> Vec<FrameDraws> {
-        let Eliminated { smoother, recording, .. } = self.linear;
+        let LinearProblem { smoother, recording, .. } = self.linear.problem;
         let (m, bones, link) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.settings.link);
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
@@ -171,7 +171,7 @@ impl Sampler<'_> {
     /// Draws of the changes of a frame's formants, Hz.
     fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
         let Some(rates) = &self.formant_jacobians[t] else { return Vec::new() };
-        let (own, first) = (changes.nrows(), self.linear.smoother.sizes.shared());
+        let (own, first) = (changes.nrows(), self.linear.problem.smoother.sizes.shared());
         let mut changes = changes.clone().resize_vertically(rates.ncols(), 0.0);
         changes.rows_mut(own, rates.ncols() - own).copy_from(&theta.rows_range(first..));
         (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()

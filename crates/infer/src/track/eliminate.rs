@@ -17,8 +17,11 @@ pub(super) fn windows(frames: usize) -> Vec<Range<usize>> {
     (0..frames).step_by(WINDOW).map(|from| from..(from + WINDOW).min(frames)).collect()
 }
 
-/// Contribution of a frame's observations to Hessian and gradient.
+/// The observations of a frame, and their contribution to Hessian and gradient.
 struct Contribution {
+    /// No rows for a frame without data or equilibrium.
+    rows: WhitenedRows,
+    damping: f64,
     own: DMatrix<f64>,
     gradient: DVector<f64>,
     with_shape: DMatrix<f64>,
@@ -27,16 +30,6 @@ struct Contribution {
 }
 
 impl Contribution {
-    fn of(WhitenedRows { residuals, by_state, by_shape }: &WhitenedRows) -> Self {
-        Self {
-            own: by_state.tr_mul(by_state),
-            gradient: by_state.tr_mul(residuals),
-            with_shape: by_state.tr_mul(by_shape),
-            shape: by_shape.tr_mul(by_shape),
-            shape_gradient: by_shape.tr_mul(residuals),
-        }
-    }
-
     /// Coupling of the state with the shared unknowns, followed by those of the shape.
     fn coupling(&self, smoother: &Smoother<'_>) -> DMatrix<f64> {
         let (s, columns) = (smoother.sizes.shared(), self.with_shape.ncols());
@@ -49,19 +42,54 @@ impl Contribution {
     }
 }
 
+/// A recording linearised at its present state.
+#[derive(Clone, Copy)]
+pub(super) struct LinearProblem<'a> {
+    pub smoother: &'a Smoother<'a>,
+    pub recording: &'a SmoothedRecording,
+    /// Damping of the tensions and displacements of each frame, in units of their prior precision; empty without damping.
+    pub damping: &'a [f64],
+    /// Derivatives of the frames by `columns` directions of the shape, empty without a shape.
+    pub by_shape: &'a [Option<DMatrix<f64>>],
+    pub columns: usize,
+}
+
+impl LinearProblem<'_> {
+    fn contributions(&self, window: &Range<usize>) -> Vec<Contribution> {
+        let (n, columns) = (self.smoother.sizes.state(), self.columns);
+        in_chunks(window.clone(), |chunk| {
+            Vec::from_iter(chunk.iter().map(|&t| {
+                let by_shape = self.by_shape.get(t).and_then(Option::as_ref);
+                let found = self.smoother.rows(self.recording, t, (by_shape, columns));
+                let damping = self.damping.get(t).filter(|_| found.is_some()).copied().unwrap_or(0.0);
+                let rows = found.unwrap_or_else(|| WhitenedRows {
+                    residuals: DVector::zeros(0),
+                    by_state: DMatrix::zeros(0, n),
+                    by_shape: DMatrix::zeros(0, columns),
+                });
+                Contribution {
+                    damping,
+                    own: rows.by_state.tr_mul(&rows.by_state),
+                    gradient: rows.by_state.tr_mul(&rows.residuals),
+                    with_shape: rows.by_state.tr_mul(&rows.by_shape),
+                    shape: rows.by_shape.tr_mul(&rows.by_shape),
+                    shape_gradient: rows.by_shape.tr_mul(&rows.residuals),
+                    rows,
+                }
+            }))
+        })
+    }
+}
+
 /// Rows of a window of frames, and the responses of their states to the shared unknowns.
 pub(super) struct Window {
-    pub rows: Vec<Option<WhitenedRows>>,
+    pub rows: Vec<WhitenedRows>,
     pub answers: Vec<DMatrix<f64>>,
 }
 
 /// A recording whose states are eliminated.
 pub(super) struct Eliminated<'a> {
-    pub smoother: &'a Smoother<'a>,
-    pub recording: &'a SmoothedRecording,
-    damping: &'a [f64],
-    pub by_shape: &'a [Option<DMatrix<f64>>],
-    columns: usize,
+    pub problem: LinearProblem<'a>,
     pub factors: Factors,
     /// The steps of the states at fixed shared unknowns, in columns.
     pub steps: Vec<DMatrix<f64>>,
@@ -77,31 +105,20 @@ pub(super) struct Eliminated<'a> {
 }
 
 impl<'a> Eliminated<'a> {
-    /// `by_shape` are the derivatives of the frames by `columns` directions of the shape, empty without a shape. `damping` is that of the
-    /// tensions and displacements of each frame, in units of their prior precision.
-    pub fn new(
-        smoother: &'a Smoother<'a>,
-        recording: &'a SmoothedRecording,
-        damping: &'a [f64],
-        (by_shape, columns): (&'a [Option<DMatrix<f64>>], usize),
-    ) -> Option<Self> {
-        let (n, s) = (smoother.sizes.state(), smoother.sizes.shared());
+    pub fn new(problem: LinearProblem<'a>) -> Option<Self> {
+        let LinearProblem { smoother, recording, columns, .. } = problem;
+        let (m, s, bones) = (smoother.sizes.muscles, smoother.sizes.shared(), smoother.sizes.bones);
         let z: Vec<DVector<f64>> = recording.here.iter().map(|h| h.z.clone()).collect();
         let held = recording.chain.image(&z);
         let mut curvature = DMatrix::zeros(s + columns, s + columns);
         let mut gradient = DVector::zeros(s + columns);
         let (mut own, mut steps) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
-        let (m, held_by) = (smoother.sizes.muscles, smoother.settings.link.deviation_sd_n.powi(-2));
+        let held_by = smoother.settings.link.deviation_sd_n.powi(-2);
         let windows = windows(z.len());
         let mut kept = None;
         for window in &windows {
-            let all = contributions(smoother, recording, window, (by_shape, columns));
+            let all = problem.contributions(window);
             for (t, found) in window.clone().zip(&all) {
-                let Some((_, found)) = found else {
-                    own.push(DMatrix::zeros(n, n));
-                    steps.push(DMatrix::from_column_slice(n, 1, held[t].as_slice()));
-                    continue;
-                };
                 let across = found.coupling(smoother);
                 for i in 0..s {
                     let state = smoother.state_of_shared(i);
@@ -113,13 +130,12 @@ impl<'a> Eliminated<'a> {
                 of_shape += &found.shape;
                 let mut of_shape = gradient.rows_mut(s, columns);
                 of_shape += &found.shape_gradient;
-                let damping = damping.get(t).copied().unwrap_or(0.0);
                 let mut by_state = found.own.clone();
                 for i in 0..m {
-                    by_state[(i, i)] += damping * held_by;
-                    curvature[(i, i)] += damping * held_by;
+                    by_state[(i, i)] += found.damping * held_by;
+                    curvature[(i, i)] += found.damping * held_by;
                 }
-                (m..m + smoother.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
+                (m..m + bones).for_each(|i| by_state[(i, i)] += found.damping);
                 own.push(by_state);
                 steps.push(DMatrix::from_columns(&[&found.gradient + &held[t]]));
             }
@@ -127,20 +143,8 @@ impl<'a> Eliminated<'a> {
         }
         let factors = recording.chain.factorise(own)?;
         factors.solve(&mut steps);
-        let mut out = Self {
-            smoother,
-            recording,
-            damping,
-            by_shape,
-            columns,
-            factors,
-            steps,
-            curvature,
-            gradient,
-            before: Vec::new(),
-            after: Vec::new(),
-            kept: None,
-        };
+        let (before, after) = (Vec::new(), Vec::new());
+        let mut out = Self { problem, factors, steps, curvature, gradient, before, after, kept: None };
         if kept.is_none() {
             out.set_window_ends(&windows);
         }
@@ -186,20 +190,15 @@ impl<'a> Eliminated<'a> {
     fn rows_and_coupling(
         &self,
         window: &Range<usize>,
-        known: Option<Contributions>,
-    ) -> (Vec<Option<WhitenedRows>>, Vec<DMatrix<f64>>) {
-        let shape = (self.by_shape, self.columns);
-        let found = known.unwrap_or_else(|| contributions(self.smoother, self.recording, window, shape));
-        let sizes = self.smoother.sizes;
-        let held_by = self.smoother.settings.link.deviation_sd_n.powi(-2);
-        let states = window.clone().zip(found).map(|(t, found)| {
-            let Some((rows, found)) = found else {
-                return (None, DMatrix::zeros(sizes.state(), sizes.shared() + self.columns));
-            };
-            let mut across = found.coupling(self.smoother);
-            let damping = self.damping.get(t).copied().unwrap_or(0.0);
-            (0..sizes.muscles).for_each(|i| across[(i, i)] += damping * held_by);
-            (Some(rows), across)
+        known: Option<Vec<Contribution>>,
+    ) -> (Vec<WhitenedRows>, Vec<DMatrix<f64>>) {
+        let smoother = self.problem.smoother;
+        let held_by = smoother.settings.link.deviation_sd_n.powi(-2);
+        let found = known.unwrap_or_else(|| self.problem.contributions(window));
+        let states = found.into_iter().map(|found| {
+            let mut across = found.coupling(smoother);
+            (0..smoother.sizes.muscles).for_each(|i| across[(i, i)] += found.damping * held_by);
+            (found.rows, across)
         });
         states.unzip()
     }
@@ -212,23 +211,4 @@ impl<'a> Eliminated<'a> {
         self.factors.backward(&mut across, window.start, self.after.get(number));
         across
     }
-}
-
-/// `None` where a frame has no observations or no equilibrium.
-type Contributions = Vec<Option<(WhitenedRows, Contribution)>>;
-
-fn contributions(
-    smoother: &Smoother<'_>,
-    recording: &SmoothedRecording,
-    window: &Range<usize>,
-    (by_shape, columns): (&[Option<DMatrix<f64>>], usize),
-) -> Contributions {
-    in_chunks(window.clone(), |chunk| {
-        Vec::from_iter(chunk.iter().map(|&t| {
-            let by_shape = by_shape.get(t).and_then(Option::as_ref);
-            let rows = smoother.rows(recording, t, (by_shape, columns))?;
-            let found = Contribution::of(&rows);
-            Some((rows, found))
-        }))
-    })
 }

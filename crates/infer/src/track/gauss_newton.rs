@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::symmetric_cholesky;
 
-use super::eliminate::{Eliminated, windows};
+use super::eliminate::{Eliminated, LinearProblem, windows};
 use super::jacobian::Linearisation;
 use super::rest_shape::RestShape;
 use super::smoother::{FrameState, SmoothedRecording, Smoother, in_chunks};
@@ -134,7 +134,8 @@ pub(super) fn solve_step(
     let mut all = Vec::with_capacity(recordings.len());
     for (nth, (recording, damping)) in recordings.iter().zip(damping).enumerate() {
         let by_shape = shape.map_or(&[][..], |s| &s.rates[nth][..]);
-        let eliminated = Eliminated::new(smoother, recording, damping, (by_shape, more))?;
+        let problem = LinearProblem { smoother, recording, damping, by_shape, columns: more };
+        let eliminated = Eliminated::new(problem)?;
         curvature += &eliminated.curvature;
         gradient += &eliminated.gradient;
         all.push(eliminated);
@@ -151,9 +152,8 @@ pub(super) fn solve_step(
             let here = e.window(&window);
             for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
                 let state = -(answer * &step) - e.steps[t].column(0);
-                expected.push(rows.as_ref().map_or(f64::INFINITY, |rows| {
-                    smoother.residuals_after_step(rows, &state, &step).norm_squared()
-                }));
+                let after = smoother.residuals_after_step(rows, &state, &step);
+                expected.push(if after.is_empty() { f64::INFINITY } else { after.norm_squared() });
                 states.push(state);
             }
         }

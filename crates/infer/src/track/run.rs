@@ -7,12 +7,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
-use tongue_core::statistics::median;
+use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::display_shape::{Display, DisplayShape, SHAPE_FRAMES, begin_beside};
 use super::draws::Sampler;
-use super::eliminate::Eliminated;
+use super::eliminate::{Eliminated, LinearProblem};
 use super::frame::Frame;
 use super::gauss_newton::{ROUNDS, minimise};
 use super::prediction::{best_process, predict_hidden};
@@ -81,8 +81,9 @@ pub fn track(
     progress(ROUNDS + 1, passes);
     let columns = context.shape.map_or(0, RestShape::count);
     let of_sample: Vec<_> = sample.iter().map(|recording| shape_jacobians(&smoother, recording)).collect();
-    let linear = sample.iter().zip(&of_sample);
-    let linear = linear.map(|(recording, by)| Eliminated::new(&smoother, recording, &[], (by, columns)));
+    let linear = sample.iter().zip(&of_sample).map(|(recording, by_shape)| {
+        Eliminated::new(LinearProblem { smoother: &smoother, recording, damping: &[], by_shape, columns })
+    });
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
     let shared = draws::draws(&smoother, &sample, &linear).ok_or(NotFinite)?;
     drop(linear);
@@ -100,22 +101,24 @@ pub fn track(
         }
         let own = (!is_whole).then(|| shape_jacobians(&smoother, &recording));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
-        let linear = Eliminated::new(&smoother, &recording, &[], (by_shape, columns)).ok_or(NotFinite)?;
-        let predicted = predict_hidden(&smoother, &recording, process.as_ref());
+        let (smoother, recording) = (&smoother, &recording);
+        let problem = LinearProblem { smoother, recording, damping: &[], by_shape, columns };
+        let linear = Eliminated::new(problem).ok_or(NotFinite)?;
+        let predicted = predict_hidden(smoother, recording, process.as_ref());
         let displayed = shown.as_ref().map(|DisplayShape { body, recordings, levels }| {
             let own = &recordings[number..=number];
             if is_whole {
                 return own[0].clone();
             }
             let known = (levels, true);
-            display.find_on_body(body.as_ref(), known, slice::from_ref(&recording), own).0.swap_remove(0)
+            display.find_on_body(body.as_ref(), known, slice::from_ref(recording), own).0.swap_remove(0)
         });
         let levels = shown.as_ref().map_or(&smoother.shared, |shown| &shown.levels).clone();
         let context_shown = context.on_body(shown.as_ref().and_then(|shown| shown.body.as_ref()));
         let again = Smoother { context: context_shown, shared: levels, ..smoother.clone() };
-        let formant_jacobians = formants::jacobians(&smoother, &recording);
+        let formant_jacobians = formants::jacobians(smoother, recording);
         let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
-        let found = displayed.as_ref().unwrap_or(&recording);
+        let found = displayed.as_ref().unwrap_or(recording);
         take(number, summarise(&again, found, &sampler, predicted, outliers));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
         Ok(())
@@ -178,7 +181,7 @@ fn fit_placed(
         let far = recordings
             .iter()
             .flat_map(|c| (0..c.frames.len()).flat_map(|t| absolute_residuals(smoother, c, t)));
-        1.4826 * median(far).unwrap_or(0.0)
+        1.4826 * upper_median(far).unwrap_or(0.0)
     });
     let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
     if found.iter().flatten().any(|(faults, _)| !faults.is_empty()) {
@@ -244,7 +247,7 @@ fn summarise(
                     recording,
                     t,
                     x: &unknowns[t],
-                    placed: draws.linear.recording.here[t].positions.as_deref(),
+                    placed: draws.linear.problem.recording.here[t].positions.as_deref(),
                     reachability: reachabilities.get(t).and_then(Option::as_ref),
                     lost: outliers[t].1,
                     means,
