@@ -162,7 +162,8 @@ fn quantity(name: &str) -> Option<(&str, TableUnit)> {
     let name = name.trim_end_matches([')', ']', '.', ' ']);
     let lower = name.to_ascii_lowercase();
     TableUnit::ALL.into_iter().find_map(|unit| {
-        let rest = name.get(..lower.strip_suffix(unit.symbol())?.len())?;
+        let (symbol, ..) = unit.facts();
+        let rest = name.get(..lower.strip_suffix(symbol)?.len())?;
         let quantity = rest.trim_end_matches(BEFORE_UNIT).trim_start();
         let is_name = quantity.len() < rest.len()
             && quantity.contains(char::is_alphabetic)

@@ -28,12 +28,8 @@ impl TableUnit {
     /// In the order in which the end of a name is compared with them: `m` is also the end of `mm`.
     pub(super) const ALL: [TableUnit; 3] = [TableUnit::Mm, TableUnit::Cm, TableUnit::M];
 
-    pub(super) const fn symbol(self) -> &'static str {
-        self.facts().0
-    }
-
     /// Symbol, name, power of ten in millimetres, and the length 57.8 mm as an example.
-    const fn facts(self) -> (&'static str, &'static str, i32, &'static str) {
+    pub(super) const fn facts(self) -> (&'static str, &'static str, i32, &'static str) {
         match self {
             TableUnit::Mm => ("mm", "millimetres", 0, "57.8"),
             TableUnit::Cm => ("cm", "centimetres", 1, "5.78"),

@@ -46,11 +46,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
     let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
-    let mut recordings = RecordingRows::new(
-        points.iter().map(|p| p.name.clone()).collect(),
-        ![TIMES[0], "time_s"].iter().any(|title| title.eq_ignore_ascii_case(&header[time])),
-        begins(OF_RECORDING[0]).is_some(),
-    );
+    let mut recordings = RecordingRows::new(points.iter().map(|p| p.name.clone()).collect());
+    recordings.restarts = ![TIMES[0], "time_s"].iter().any(|title| title.eq_ignore_ascii_case(&header[time]));
+    recordings.has_speaker = begins(OF_RECORDING[0]).is_some();
     let mut short: Vec<u64> = Vec::new();
     let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
     for row in table {
@@ -88,14 +86,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             return Err(row.place(*x).error(what, "export both, or leave the spline out"));
         }
         let key = of_recording.iter().map(|field| row.cell(*field).to_owned()).collect();
-        let number = recordings.add(key, time_s, places, row.at)?;
+        let run = recordings.add(key, time_s, places, row.at)?;
         for (tier, column) in tiers {
             if let Some(name) = column.map(|field| row.cell(field)).filter(|name| !name.is_empty()) {
-                recordings.found[number]
-                    .runs
-                    .last_mut()
-                    .into_iter()
-                    .for_each(|run| run.label(tier, name, time_s));
+                run.label(tier, name, time_s);
             }
         }
     }
@@ -121,20 +115,15 @@ pub(super) struct RecordingRows {
     restarts: bool,
     /// Whether the first part of the key is the speaker.
     has_speaker: bool,
-    found: Vec<FoundRows>,
+    /// The key of each recording, and its runs of rows in which times do not step back, in the order of the file.
+    found: Vec<(Vec<String>, Vec<RowRun>)>,
     numbers: BTreeMap<Vec<String>, usize>,
     budget: Budget,
     count: usize,
 }
 
-struct FoundRows {
-    key: Vec<String>,
-    /// Runs of rows in which times do not step back, in the order of the file.
-    runs: Vec<RowRun>,
-}
-
 #[derive(Default)]
-struct RowRun {
+pub(super) struct RowRun {
     rows: Vec<(u64, Sample)>,
     labels: Vec<Label>,
 }
@@ -153,43 +142,42 @@ impl RowRun {
 }
 
 impl RecordingRows {
-    pub fn new(channels: Vec<String>, restarts: bool, has_speaker: bool) -> Self {
-        Self { channels, restarts, has_speaker, ..Self::default() }
+    pub fn new(channels: Vec<String>) -> Self {
+        Self { channels, ..Self::default() }
     }
 
-    /// Adds a row of the recording with this key, and returns the recording's number.
+    /// Adds a row of the recording with this key, and returns the run that it belongs to.
     pub fn add(
         &mut self,
         key: Vec<String>,
         time_s: f64,
         places: Vec<Option<[f64; 3]>>,
         at: SourcePlace<'_>,
-    ) -> Result<usize, Malformed> {
+    ) -> Result<&mut RowRun, Malformed> {
         self.count += 1;
         self.budget.frame(self.count, self.channels.len(), at)?;
         let known = self.numbers.get(&key).copied();
         if known.is_none() {
             self.budget.add_recording(0, self.channels.len(), at)?;
             self.numbers.insert(key.clone(), self.found.len());
-            self.found.push(FoundRows { key, runs: vec![RowRun::default()] });
+            self.found.push((key, vec![RowRun::default()]));
         }
         let number = known.unwrap_or(self.found.len() - 1);
-        let runs = &mut self.found[number].runs;
+        let runs = &mut self.found[number].1;
         let last_s = runs.last().and_then(|run| Some(run.rows.last()?.1.time_s));
         if last_s.is_some_and(|last| last > time_s || (self.restarts && last == time_s)) {
             runs.push(RowRun::default());
         }
-        if let Some(run) = runs.last_mut() {
-            run.rows.push((at.line, Sample::new(time_s, places)));
-        }
-        Ok(number)
+        let last = runs.len() - 1;
+        runs[last].rows.push((at.line, Sample::new(time_s, places)));
+        Ok(&mut runs[last])
     }
 
     /// The recordings, each sorted by time. A row that is repeated for several labels is taken once, although AAA may interpolate its time
     /// and its coordinates again for each.
     pub fn recordings(mut self, format: Format, start: SourcePlace<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
-        let parts = std::mem::take(&mut self.found).into_iter().flat_map(|FoundRows { key, runs }| {
+        let parts = std::mem::take(&mut self.found).into_iter().flat_map(|(key, runs)| {
             let parts = parts(runs, self.restarts).into_iter().enumerate();
             parts.map(move |(nth, part)| (key.clone(), nth, part))
         });
@@ -347,10 +335,7 @@ fn points(header: &csv::StringRecord, start: SourcePlace<'_>) -> Result<HeaderPo
     let mut without_y: Vec<usize> = Vec::new();
     let mut names: BTreeMap<String, usize> = BTreeMap::new();
     // The first column of each title; a map, because a header may have very many columns.
-    let mut columns: BTreeMap<&str, usize> = BTreeMap::new();
-    for (at, title) in header.iter().enumerate() {
-        columns.entry(title).or_insert(at);
-    }
+    let columns: BTreeMap<&str, usize> = (0..header.len()).rev().map(|at| (&header[at], at)).collect();
     for (x, title) in header.iter().enumerate() {
         let Some((number, spline)) = spline_of(title) else { continue };
         match columns.get(format!("Y{number} {spline}").as_str()) {

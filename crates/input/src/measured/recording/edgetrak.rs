@@ -9,8 +9,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
     let mut points: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();
-    let cells = |line| str::split(line, [' ', '\t', ',']).filter(|c| !c.is_empty());
-    for row in rows::split(&text, SourcePlace::start(origin), cells) {
+    for row in rows::split(&text, SourcePlace::start(origin), rows::words) {
         if points.is_empty() && row.cells.iter().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
             continue;
         }

@@ -17,7 +17,6 @@ struct EstHeader {
     ascii: bool,
     big_endian: bool,
     frames: usize,
-    channels: usize,
     breaks: bool,
     names: Vec<String>,
     size: usize,
@@ -31,7 +30,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     let header = header(bytes, start)?;
     let before = 1 + usize::from(header.breaks);
-    let width = before + header.channels;
+    let width = before + header.names.len();
     Budget::default().add_recording(header.frames, width, start)?;
     let axes = axes(&header.names);
     let body = &bytes[header.size..];
@@ -90,7 +89,7 @@ fn header(bytes: &[u8], start: SourcePlace<'_>) -> Result<EstHeader, Malformed> 
     })?;
     let size = head[end..].iter().position(|b| *b == b'\n').map_or(head.len(), |n| end + n + 1);
     let mut header = EstHeader { size, ..EstHeader::default() };
-    let mut given: BTreeMap<usize, String> = BTreeMap::new();
+    let (mut channels, mut given) = (0, BTreeMap::<usize, String>::new());
     let text = String::from_utf8_lossy(&head[..end]);
     for (line, text) in (1..).zip(text.lines()) {
         let (key, value) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
@@ -110,7 +109,7 @@ fn header(bytes: &[u8], start: SourcePlace<'_>) -> Result<EstHeader, Malformed> 
             "DataType" => header.ascii = value == "ascii",
             "ByteOrder" => header.big_endian = value == "10",
             "NumFrames" => header.frames = count(super::MOST_FRAMES)?,
-            "NumChannels" => header.channels = count(MOST_CHANNELS)?,
+            "NumChannels" => channels = count(MOST_CHANNELS)?,
             "BreaksPresent" => header.breaks = value.eq_ignore_ascii_case("true"),
             _ => {
                 if let Some(number) = key.strip_prefix("Channel_").and_then(|n| n.parse().ok()) {
@@ -120,7 +119,7 @@ fn header(bytes: &[u8], start: SourcePlace<'_>) -> Result<EstHeader, Malformed> 
         }
     }
     header.names =
-        (0..header.channels).map(|n| given.remove(&n).unwrap_or_else(|| format!("channel_{n}"))).collect();
+        (0..channels).map(|n| given.remove(&n).unwrap_or_else(|| format!("channel_{n}"))).collect();
     Ok(header)
 }
 

@@ -40,7 +40,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         start.error(what, "export the time of the sample in the recording")
     })?;
     let channels = (1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect();
-    let mut recordings = RecordingRows::new(channels, false, false);
+    let mut recordings = RecordingRows::new(channels);
     for row in &table {
         let fields = row.cells.len();
         if fields != width {
@@ -65,19 +65,27 @@ fn columns(table: &[TableLine<'_>], before: usize) -> (Option<usize>, Vec<usize>
     let rows: Vec<&TableLine<'_>> = table.iter().filter(|row| row.cells.len() >= before).collect();
     let (numbers, words): (Vec<usize>, Vec<usize>) =
         (0..before).partition(|c| rows.iter().all(|row| numbers::number(row.cell(*c)).is_some()));
-    let is_date = |text: &str| text.contains([':', '/']) && text.bytes().any(|b| b.is_ascii_digit());
     let of_recording = match words.iter().find(|c| rows.iter().all(|row| is_date(row.cell(**c)))) {
         None => words.clone(),
-        Some(&date) => {
-            let same = |w: &[&TableLine<'_>], c: usize| w[0].cell(c) == w[1].cell(c);
-            let is_of_date = |c: &usize| rows.windows(2).all(|w| !same(w, date) || same(w, *c));
-            words.iter().copied().filter(is_of_date).collect()
-        }
+        Some(&date) => words
+            .iter()
+            .copied()
+            .filter(|c| rows.windows(2).all(|w| !is_alike(w, &[date]) || is_alike(w, &[*c])))
+            .collect(),
     };
-    let alike = |w: &[&TableLine<'_>]| words.iter().all(|c| w[0].cell(*c) == w[1].cell(*c));
     let time = numbers.into_iter().find(|c| {
-        let value = |row: &TableLine<'_>| numbers::number(row.cell(*c)).unwrap_or(f64::NAN);
-        rows.windows(2).filter(|w| alike(w)).all(|w| value(w[0]) < value(w[1]))
+        let of_one_recording = rows.windows(2).filter(|w| is_alike(w, &words));
+        let mut times = of_one_recording.map(|w| [w[0], w[1]].map(|row| numbers::number(row.cell(*c))));
+        times.all(|[before, after]| before < after)
     });
     (time, of_recording)
+}
+
+fn is_date(text: &str) -> bool {
+    text.contains([':', '/']) && text.bytes().any(|b| b.is_ascii_digit())
+}
+
+/// Whether two successive rows have the same text in these columns.
+fn is_alike(pair: &[&TableLine<'_>], columns: &[usize]) -> bool {
+    columns.iter().all(|&c| pair[0].cell(c) == pair[1].cell(c))
 }

@@ -184,10 +184,6 @@ impl<'a> Measures<'a> {
         Some((of_ends.max(of_top), format!("{times:.1}")))
     }
 
-    pub fn detour_of_contour(&self) -> Option<NamedValue> {
-        Some(unnamed(detour(&self.near_contour(5)?)))
-    }
-
     pub fn coils_that_turn(&self) -> Option<NamedValue> {
         let turn = self.coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);
         turn.map(|w| (1.0, listed(w)))

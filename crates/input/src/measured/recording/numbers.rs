@@ -85,8 +85,7 @@ impl NumberTable {
         let mut budget = Budget::default();
         let text = limits::text(bytes, start.origin)?;
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
-        let cells = |line| str::split(line, [' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
-        for row in rows::split(&text, start, cells) {
+        for row in rows::split(&text, start, rows::words) {
             if row.at.line == start.line && row.cells.iter().all(|c| c.parse::<f64>().is_err()) {
                 continue;
             }

@@ -30,11 +30,9 @@ impl Doubt {
     }
 }
 
+/// Doubts, each with the subject of its check.
 #[derive(Default)]
-struct DoubtList {
-    subjects: Vec<&'static str>,
-    doubts: Vec<Doubt>,
-}
+struct DoubtList(Vec<(&'static str, Doubt)>);
 
 impl DoubtList {
     /// Adds a doubt for each value outside a range, but only for the first check of a subject that fails. `words` is the message, with
@@ -48,15 +46,14 @@ impl DoubtList {
         severity: Severity,
         words: &str,
     ) {
-        if self.subjects.contains(&subject) {
+        if self.0.iter().any(|(known, _)| *known == subject) {
             return;
         }
         for (value, name) in found.into_iter().filter(|(value, _)| *value < least || *value > most) {
             let message = words.replace("{value}", &three_significant_digits(value)).replace("{name}", &name);
             let message =
                 message.replace("{without_bones}", WITHOUT_BONES).replace("{give_palate}", GIVE_PALATE);
-            self.doubts.push(Doubt { message, severity });
-            self.subjects.push(subject);
+            self.0.push((subject, Doubt { message, severity }));
         }
     }
 
@@ -112,7 +109,7 @@ impl DoubtList {
         self.check("axes", m.root_nearer_to_spine_mm(), [-ANY, 0.0], Refused,
             "the end of the contour at the root lies by the mental spine and not by the hyoid: the names of these two are wrong, or contour and \
              bones are not in one frame; correct them, or leave the bones out with a map (--map) of the line {without_bones}");
-        self.check("axes", m.detour_of_contour(), [0.0, MOST_DETOUR], Refused, DISORDERED);
+        self.check("axes", m.near_contour(5).map(|contour| unnamed(detour(&contour))), [0.0, MOST_DETOUR], Refused, DISORDERED);
         self.check("axes", m.near_contour(5).and_then(|contour| sag(&contour)).map(|m| unnamed(m * MM)), [-ANY, 5.0], Refused,
             "the contour hangs below the line of its ends, where a tongue is arched upwards: the recording is upside down; give the axis that \
              grows upwards in a map, such as up = \"-y\"");
@@ -215,12 +212,12 @@ pub fn check_plausibility(recording: &AlignedRecording, palate: Option<&[Point]>
     let mut list = DoubtList::default();
     for stage in [DoubtList::size, DoubtList::shape, DoubtList::motion, DoubtList::palate] {
         stage(&mut list, &measures);
-        if list.doubts.iter().any(Doubt::is_refused) {
+        if list.0.iter().any(|(_, doubt)| doubt.is_refused()) {
             break;
         }
     }
     let stated = recording.stated;
-    for (subject, doubt) in list.subjects.iter().zip(&mut list.doubts) {
+    for (subject, doubt) in &mut list.0 {
         let key = match *subject {
             "axes" if stated.axes => "the axes",
             "size" | "unit" if stated.unit => "unit_mm",
@@ -228,7 +225,7 @@ pub fn check_plausibility(recording: &AlignedRecording, palate: Option<&[Point]>
         };
         doubt.message += &format!(" (the map given states {key}: correct that, or the names in it)");
     }
-    list.doubts
+    list.0.into_iter().map(|(_, doubt)| doubt).collect()
 }
 
 fn three_significant_digits(value: f64) -> String {

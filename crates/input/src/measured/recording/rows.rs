@@ -20,6 +20,11 @@ pub(super) fn split<'a, I: Iterator<Item = &'a str>>(
     })
 }
 
+/// The cells of a line that are separated by spaces, tabs or commas.
+pub(super) fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split([' ', '\t', ',']).map(str::trim).filter(|cell| !cell.is_empty())
+}
+
 /// The separator of a table (tab, comma or semicolon) and the number of lines before its header: those with which most fields are known
 /// names of columns.
 pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {

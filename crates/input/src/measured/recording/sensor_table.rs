@@ -120,8 +120,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    let cells = |line| str::split(line, separator).map(str::trim);
-    for row in rows::split(&text, start, cells).filter(|row| row.at.line > 1) {
+    let rows = rows::split(&text, start, |line| line.split(separator).map(str::trim));
+    for row in rows.filter(|row| row.at.line > 1) {
         let width = row.cells.len();
         if width < last_field && row.at.line == last_line {
             let what = format!("the line has {width} fields where positions end in field {last_field}");
@@ -130,9 +130,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let time_s = row.seconds(time)? * unit_s;
         if let Some(last) = samples.last().map(|s| s.time_s).filter(|last| *last >= time_s) {
             let what = format!("the time {time_s} s comes after {last} s");
-            return Err(row
-                .place(time)
-                .error(what, "times must ascend from row to row; export the table again"));
+            let help = "times must ascend from row to row; export the table again";
+            return Err(row.place(time).error(what, help));
         }
         budget.frame(samples.len() + 1, sensors.len(), row.at)?;
         let places = sensors.iter().map(|sensor: &TableSensor| -> Result<Option<[f64; 3]>, Malformed> {
