@@ -39,7 +39,7 @@ impl Curves {
             name => position_of(names, name).map(Some),
         };
         let wanted = "time_s,GGa,SGm, then a line for each time";
-        let cells = TableLines::read(bytes, origin, wanted, |name| known(name).is_some())?;
+        let mut cells = TableLines::read(bytes, origin, wanted, |name| known(name).is_some())?;
         let mut columns: Vec<Option<usize>> = Vec::new();
         for (field, name) in cells.header.cells.iter().enumerate() {
             let Some(column) = known(name) else {
@@ -56,7 +56,7 @@ impl Curves {
             let help = "name the column of times time_s";
             return Err(cells.header.place(0).error("there is no column time_s", help));
         }
-        let mark = cells.decimal_mark(&(0..columns.len()).collect::<Vec<_>>());
+        cells.find_decimal_mark(0..columns.len());
         let (mut times, mut values): (Vec<f64>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for line in &cells.rows {
             cells.check_shape(line)?;
@@ -66,7 +66,7 @@ impl Curves {
                 if is_missing(text) {
                     return Err(line.place(field).error(format!("{name} is missing"), "give a number"));
                 }
-                let value = cells.number(line, field, mark, "a number")?;
+                let value = cells.number(line, field, "a number")?;
                 let fault = match (column, times.last()) {
                     _ if !value.is_finite() => "it must be finite",
                     (Some(_), _) if value < 0.0 => "it must not be negative: muscles pull, they do not push",

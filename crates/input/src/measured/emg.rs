@@ -2,9 +2,9 @@
 //! lengths.
 
 use super::error::{Malformed, SourcePlace};
+use super::lengths::Vowel;
 use super::lengths::number::is_missing;
 use super::lengths::text::clip;
-use super::lengths::{DecimalMark, Vowel};
 use super::muscles::Muscles;
 use super::table::{TableLine, TableLines};
 use tongue_core::limits::TENSION;
@@ -73,7 +73,7 @@ impl Activity {
     /// is used.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
-        let cells = TableLines::read(bytes, origin, wanted, |name: &str| {
+        let mut cells = TableLines::read(bytes, origin, wanted, |name: &str| {
             matches!(meaning(name), Some(ActivityMeaning::Muscle | ActivityMeaning::Full))
         })?;
         let (mut of_muscle, mut of_full) = (None, None);
@@ -104,7 +104,7 @@ impl Activity {
             let help = "write a header like muscle,i,a and a row for each muscle with its activity, 0 to 1";
             return Err(cells.header.place(0).error(what, format!("{help}{lists}")));
         };
-        let mark = cells.decimal_mark(&columns.iter().map(|(field, ..)| *field).collect::<Vec<_>>());
+        cells.find_decimal_mark(columns.iter().map(|(field, ..)| *field));
         let mut rows: Vec<ActivityRow> = Vec::new();
         for line in &cells.rows {
             cells.check_shape(line)?;
@@ -117,9 +117,9 @@ impl Activity {
                 let what = format!("{muscle} is given twice, here and on line {}", first.line);
                 return Err(at.error(what, "keep one row of each muscle"));
             }
-            let full = of_full.map_or(Ok(None), |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0));
+            let full = of_full.map_or(Ok(None), |field| cell(&cells, line, field, f64::INFINITY, 1.0));
             let activity =
-                columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit)).collect();
+                columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, 1.0, *unit)).collect();
             rows.push(ActivityRow { line: line.at.line, full, activity, muscle });
         }
         let vowels = columns.into_iter().map(|(_, vowel, _)| vowel).collect();
@@ -215,19 +215,12 @@ impl Activity {
 }
 
 /// The number in a cell divided by `unit`, which must be from 0 to `most`.
-fn cell(
-    cells: &TableLines<'_>,
-    line: &TableLine<'_>,
-    field: usize,
-    mark: DecimalMark,
-    most: f64,
-    unit: f64,
-) -> ActivityCell {
+fn cell(cells: &TableLines<'_>, line: &TableLine<'_>, field: usize, most: f64, unit: f64) -> ActivityCell {
     let (name, text) = (cells.header.cell(field), line.cell(field));
     if is_missing(text) {
         return Ok(None);
     }
-    let value = cells.number(line, field, mark, "a number from 0 to 1")? / unit;
+    let value = cells.number(line, field, "a number from 0 to 1")? / unit;
     if value.is_finite() && (0.0..=most).contains(&value) {
         return Ok(Some(value));
     }

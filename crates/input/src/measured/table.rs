@@ -35,6 +35,8 @@ pub(super) struct TableLines<'a> {
     pub encoding: Encoding,
     pub line_ends: LineEnds,
     pub separator: Separator,
+    /// A point, until [`TableLines::find_decimal_mark`].
+    pub mark: DecimalMark,
     pub header: TableLine<'a>,
     pub rows: Vec<TableLine<'a>>,
     last: u64,
@@ -74,14 +76,14 @@ impl<'a> TableLines<'a> {
         let known =
             |line: &TableLine<'_>| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
         let scored = candidates.into_iter().rev().flat_map(|separator| {
-            let first = lines(body, separator, start, before, HEADER_WITHIN);
+            let first = filled(&text, origin, before, separator, HEADER_WITHIN);
             let score = |(n, line): (usize, &TableLine<'_>)| (known(line), Reverse(n), line.cells.len());
             first.iter().enumerate().map(score).map(|score| (score, separator)).collect::<Vec<_>>()
         });
         // `max_by_key` returns the last of equal scores, which is the first of `ALL`.
         let best = scored.max_by_key(|(score, _)| *score);
         let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
-        let mut rows = lines(body, separator, start, before, n + MOST_ROWS + 2).split_off(n);
+        let mut rows = filled(&text, origin, before, separator, n + MOST_ROWS + 2).split_off(n);
         let none = TableLine { at: start, cells: StringRecord::new() };
         let header = if rows.is_empty() { none } else { rows.remove(0) };
         if header.cells.len() > MOST_COLUMNS {
@@ -94,7 +96,8 @@ impl<'a> TableLines<'a> {
         }
         rows.retain(|row| !(row.cell(0).starts_with('#') && row.cells.len() < header.cells.len()));
         let last = 1 + text.matches('\n').count() as u64;
-        let mut cells = Self { origin, encoding, line_ends, separator, header, rows, last };
+        let mark = DecimalMark::Point;
+        let mut cells = Self { origin, encoding, line_ends, separator, mark, header, rows, last };
         // R writes names of rows without a header for their column. Between commas the surplus field may come from a decimal comma.
         let width = cells.header.cells.len();
         if separator != Separator::Comma
@@ -132,25 +135,36 @@ impl<'a> TableLines<'a> {
         self.header.place(second).error(what, "keep one of the two")
     }
 
-    /// The decimal mark of most numbers in some columns.
-    pub fn decimal_mark(&self, fields: &[usize]) -> DecimalMark {
+    /// Takes the decimal mark of most numbers in some columns for that of the table.
+    pub fn find_decimal_mark(&mut self, fields: impl Iterator<Item = usize>) {
+        let fields: Vec<usize> = fields.collect();
         let cells = self.rows.iter().flat_map(|row| fields.iter().map(|field| row.cell(*field)));
         let commas: i64 = cells
             .filter_map(number::mark_of)
             .map(|mark| if mark == DecimalMark::Comma { 1 } else { -1 })
             .sum();
-        if commas > 0 { DecimalMark::Comma } else { DecimalMark::Point }
+        self.mark = if commas > 0 { DecimalMark::Comma } else { DecimalMark::Point };
     }
 
-    pub fn number(
-        &self,
-        line: &TableLine<'_>,
-        field: usize,
-        mark: DecimalMark,
-        like: &str,
-    ) -> Result<f64, Malformed> {
-        let number = number::number(self.header.cell(field), line.cell(field), mark, like);
-        number.map_err(|(what, help)| line.place(field).error(what, help))
+    /// The number in a cell; `like` says what else to write.
+    pub fn number(&self, line: &TableLine<'_>, field: usize, like: &str) -> Result<f64, Malformed> {
+        let (name, cell) = (clip(self.header.cell(field)), line.cell(field));
+        if let Some(number) = number::with_point(cell, self.mark).and_then(|text| text.parse().ok()) {
+            return Ok(number);
+        }
+        let (other, is, should) = match self.mark {
+            DecimalMark::Point => (DecimalMark::Comma, "comma", "point"),
+            DecimalMark::Comma => (DecimalMark::Point, "point", "comma"),
+        };
+        let (what, help) = if number::mark_of(cell) == Some(other) {
+            let to = self.mark.written(&cell.replacen(',', ".", 1));
+            let help = format!("write it with a decimal {should}, as the others: {}", clip(&to));
+            (format!("with a decimal {is}"), help)
+        } else {
+            let help = format!("write {like} with a decimal {should}, or NA where nothing was measured");
+            ("not a number".to_owned(), help)
+        };
+        Err(line.place(field).error(format!("{name} is {:?}, {what}", clip(cell)), help))
     }
 
     /// Refuses a row with content behind the fields of the header, or without a field for a named column.
@@ -182,26 +196,46 @@ impl<'a> TableLines<'a> {
     }
 }
 
-/// At most the first `most` lines that are not empty; their cells are folded ([`fold`]).
-fn lines<'a>(
-    body: &str,
+/// The rows of a table below its title, as the reader of CSV divides them; the header is the first of them.
+pub(super) fn records<'a>(
+    text: &str,
+    origin: &'a str,
+    title_lines: usize,
+    builder: &mut csv::ReaderBuilder,
+    help: &'static str,
+) -> impl Iterator<Item = Result<TableLine<'a>, Malformed>> {
+    let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
+    let body = &text.as_bytes()[begin..];
+    let place = move |at: Option<&csv::Position>| {
+        let (line, byte) = at.map_or((1, 0), |at| (at.line(), at.byte()));
+        // The reader counts blank lines as part of the record after them.
+        let from = usize::try_from(byte).ok().and_then(|byte| body.get(byte..));
+        let blank = from.unwrap_or_default().iter().take_while(|b| **b == b'\n').count() as u64;
+        SourcePlace { line: title_lines as u64 + line + blank, ..SourcePlace::start(origin) }
+    };
+    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(body);
+    reader.into_records().map(move |record| match record {
+        Ok(cells) => Ok(TableLine { at: place(cells.position()), cells }),
+        Err(e) => Err(place(e.position()).error(e.to_string(), help)),
+    })
+}
+
+/// At most the first `most` rows that are not empty; their cells are folded ([`fold`]).
+fn filled<'a>(
+    text: &str,
+    origin: &'a str,
+    title_lines: usize,
     separator: Separator,
-    start: SourcePlace<'a>,
-    before: u64,
     most: usize,
 ) -> Vec<TableLine<'a>> {
-    let mut reader = csv::ReaderBuilder::new();
-    reader.delimiter(separator.byte()).has_headers(false).flexible(true).trim(csv::Trim::All);
+    let mut builder = csv::ReaderBuilder::new();
+    builder.delimiter(separator.byte()).flexible(true);
     // Records of any number of fields in UTF-8 text cannot fail.
-    let records = reader.from_reader(body.as_bytes()).into_records().map_while(Result::ok);
-    let lines = records.filter(|record| record.iter().any(|cell| !cell.is_empty())).map(|record| {
-        let (line, byte) = record.position().map_or((1, 0), |p| (p.line(), p.byte()));
-        // The reader counts blank lines as part of the record after them.
-        let from = usize::try_from(byte).ok().and_then(|byte| body.as_bytes().get(byte..));
-        let blank = from.unwrap_or_default().iter().take_while(|b| **b == b'\n').count() as u64;
-        let is_ascii = record.as_slice().is_ascii();
-        let cells = if is_ascii { record } else { record.iter().map(fold).collect() };
-        TableLine { at: SourcePlace { line: before + line + blank, ..start }, cells }
+    let rows = records(text, origin, title_lines, &mut builder, "").map_while(Result::ok);
+    let rows = rows.filter(|row| row.cells.iter().any(|cell| !cell.is_empty())).map(|row| {
+        let is_ascii = row.cells.as_slice().is_ascii();
+        let cells = if is_ascii { row.cells } else { row.cells.iter().map(fold).collect() };
+        TableLine { cells, ..row }
     });
-    lines.take(most).collect()
+    rows.take(most).collect()
 }

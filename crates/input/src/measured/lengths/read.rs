@@ -5,8 +5,9 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
+use super::cell::LengthCell;
 use super::columns::{LengthColumns, LengthField, is_known};
-use super::number::{CellFault, DecimalMark, LengthNumbers, TableUnit};
+use super::number::TableUnit;
 use super::reading::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::text::clip;
 use super::vowel::Vowel;
@@ -69,15 +70,17 @@ impl Dataset {
 
 fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     let wanted = "subject,vowel,GGa_mm,GGm_mm, then a line for each subject and vowel";
-    let cells = TableLines::read(bytes, origin, wanted, is_known)?;
+    let mut cells = TableLines::read(bytes, origin, wanted, is_known)?;
     let columns = LengthColumns::of(&cells)?;
-    let mark = cells.decimal_mark(&columns.lengths.iter().map(|l| l.field).collect::<Vec<_>>());
+    cells.find_decimal_mark(columns.lengths.iter().map(|l| l.field));
+    let (cells, columns) = (&cells, &columns);
     let name = |field: usize| clip(cells.header.cell(field));
     let by_digits = TableUnit::ALL.map(|unit| {
-        let of_unit = columns.lengths.iter().filter(|l| l.unit == unit);
-        let lengths: Vec<&str> =
-            of_unit.flat_map(|l| cells.rows.iter().map(|row| row.cell(l.field))).collect();
-        half_width_by_digits(&lengths, LengthNumbers { column: "", unit, mark })
+        let of_unit = columns.lengths.iter().filter(move |l| l.unit == unit);
+        half_width_by_digits(of_unit.flat_map(|l| {
+            let lines = cells.rows.iter();
+            lines.map(|line| LengthCell { table: cells, line, field: l.field, unit: l.unit })
+        }))
     });
     let read = columns.lengths.iter().map(|l| {
         let half_width = match (l.half_width.or(columns.half_width), &by_digits[l.unit as usize]) {
@@ -98,7 +101,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
             encoding: cells.encoding,
             line_ends: cells.line_ends,
             separator: cells.separator,
-            decimal_mark: mark,
+            decimal_mark: cells.mark,
             header_line: cells.header.at.line,
             subject: name(columns.subject),
             vowel: name(columns.vowel),
@@ -111,8 +114,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         rows_of_subject: BTreeMap::new(),
     };
     let else_mm = columns.lengths.iter().map(|l| by_digits[l.unit as usize].1).collect();
-    let reader =
-        Reader { cells: &cells, columns: &columns, mark, else_mm, has_both_u: has("u") && has("ɯ") };
+    let reader = Reader { cells, columns, else_mm, has_both_u: has("u") && has("ɯ") };
     let mut seen = BTreeMap::new();
     for line in &cells.rows {
         reader.add(line, &mut data, &mut seen);
@@ -137,21 +139,21 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
 }
 
 /// Whether the digits of lengths in a unit show their half width, and the half width, mm.
-fn half_width_by_digits(lengths: &[&str], numbers: LengthNumbers<'_>) -> (bool, f64) {
-    let decimals = lengths.iter().filter_map(|cell| numbers.decimals_of_mm(cell)).max();
+fn half_width_by_digits<'a>(lengths: impl Iterator<Item = LengthCell<'a>> + Clone) -> (bool, f64) {
+    let decimals = lengths.clone().filter_map(LengthCell::decimals_of_mm).max();
     // Parsing text gives the `f64` that is nearest to the decimal number.
     let mm: Option<f64> =
         decimals.filter(|n| *n <= MOST_DECIMALS).and_then(|n| format!("5e{}", -n - 1).parse().ok());
     let by_digits = mm.unwrap_or(DEFAULT_HALF_WIDTH_MM);
-    (mm.is_some(), half_of_common_step(lengths, numbers).map_or(by_digits, |mm| mm.max(by_digits)))
+    (mm.is_some(), half_of_common_step(lengths).map_or(by_digits, |mm| mm.max(by_digits)))
 }
 
 /// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever digits they are written with. Of fewer than eight
 /// lengths this may be chance.
-fn half_of_common_step(lengths: &[&str], numbers: LengthNumbers<'_>) -> Option<f64> {
+fn half_of_common_step<'a>(lengths: impl Iterator<Item = LengthCell<'a>>) -> Option<f64> {
     const FEWEST: usize = 8;
     const STEPS_MM: [f64; 2] = [10.0, 5.0];
-    let lengths_mm: Vec<f64> = lengths.iter().filter_map(|cell| numbers.length(cell).ok()?).collect();
+    let lengths_mm: Vec<f64> = lengths.filter_map(|cell| cell.length().ok()?).collect();
     let is_common = |step: &f64| lengths_mm.iter().all(|mm| mm % step == 0.0);
     STEPS_MM.into_iter().filter(|_| lengths_mm.len() >= FEWEST).find(is_common).map(|step| step / 2.0)
 }
@@ -159,7 +161,6 @@ fn half_of_common_step(lengths: &[&str], numbers: LengthNumbers<'_>) -> Option<f
 struct Reader<'a> {
     cells: &'a TableLines<'a>,
     columns: &'a LengthColumns,
-    mark: DecimalMark,
     /// Half width of each muscle's lengths, mm, where no column gives it.
     else_mm: Vec<f64>,
     /// Whether the table has rows of both /u/ and /ɯ/, so that `u` does not stand for `ɯ`.
@@ -223,25 +224,20 @@ impl Reader<'_> {
             let what = format!("the vowel is {:?}", clip(line.cell(*vowel)));
             at(*vowel).error(what, "write a label of 1 to 40 printable characters, like a, ɔ or ə")
         })?;
-        let mut number =
-            |(field, unit), read: fn(LengthNumbers<'_>, &str) -> Result<Option<f64>, CellFault>| {
-                let numbers = LengthNumbers { column: self.cells.header.cell(field), unit, mark: self.mark };
-                let found =
-                    read(numbers, line.cell(field)).map_err(|(what, help)| at(field).error(what, help));
-                found.unwrap_or_else(|fault| {
-                    bad.push(fault);
-                    None
-                })
-            };
-        let length_mm: Vec<_> =
-            lengths.iter().map(|l| number((l.field, l.unit), |n, cell| n.length(cell))).collect();
+        let cell = |(field, unit)| LengthCell { table: self.cells, line, field, unit };
+        let mut number = |read: Result<Option<f64>, Malformed>| {
+            read.unwrap_or_else(|fault| {
+                bad.push(fault);
+                None
+            })
+        };
+        let length_mm: Vec<_> = lengths.iter().map(|l| number(cell((l.field, l.unit)).length())).collect();
         let in_mm = lengths.iter().all(|l| l.unit == TableUnit::Mm);
         if in_mm && length_mm.len() > 2 && length_mm.iter().all(|mm| *mm == Some(100.0)) {
             let help = "write the measured lengths, not percent of those in the baseline";
             return Err(at(lengths[0].field).error("every length is 100", help));
         }
-        let mut half =
-            |field: &Option<LengthField>| field.and_then(|field| number(field, |n, cell| n.half_width(cell)));
+        let mut half = |field: &Option<LengthField>| field.and_then(|field| number(cell(field).half_width()));
         let common = half(half_width);
         let own = lengths.iter().zip(&self.else_mm);
         let half_width_mm = own

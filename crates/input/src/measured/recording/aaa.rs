@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
+use super::super::table::records;
 use super::numbers::{self, is_missing};
 use super::{Budget, Format, Label, Recording, Sample, limits, rows};
 
@@ -32,7 +33,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         spline_of(name).is_some() || TIMES.iter().any(|t| name.eq_ignore_ascii_case(t))
     });
     let csv = csv.delimiter(separator).flexible(true);
-    let mut table = rows::records(&text, origin, title_lines, csv, help);
+    let mut table = records(&text, origin, title_lines, csv, help);
     let header = table.next().transpose()?.map(|header| header.cells).unwrap_or_default();
     let column = |title: &str| header.iter().position(|h| h.eq_ignore_ascii_case(title));
     let begins = |word: &str| header.iter().position(|h| h.starts_with(word));

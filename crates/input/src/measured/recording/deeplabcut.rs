@@ -5,7 +5,8 @@
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, Times, limits, names, rows};
+use super::super::table::records;
+use super::{Budget, Format, Recording, Sample, Times, limits, names};
 
 const LEAST_LIKELIHOOD: f64 = 0.05;
 /// A computed likelihood of 1 may be larger by rounding.
@@ -39,7 +40,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let mut parts: Vec<BodyPart> = Vec::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for row in rows::records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
+    for row in records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
         let row = row?;
         if parts.is_empty() {
             titles.push(row.cells.clone());

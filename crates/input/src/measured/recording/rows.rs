@@ -41,26 +41,6 @@ pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize)
     best.map_or((b'\t', 0), |(_, Reverse(n), separator)| (separator, n))
 }
 
-/// The rows of a table below its title, as the reader of CSV divides them; the header is the first of them.
-pub(super) fn records<'a>(
-    text: &'a str,
-    origin: &'a str,
-    title_lines: usize,
-    builder: &mut csv::ReaderBuilder,
-    help: &'static str,
-) -> impl Iterator<Item = Result<TableLine<'a>, Malformed>> {
-    let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
-    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(&text.as_bytes()[begin..]);
-    let place = move |at: Option<&csv::Position>| SourcePlace {
-        line: title_lines as u64 + at.map_or(1, csv::Position::line),
-        ..SourcePlace::start(origin)
-    };
-    reader.into_records().map(move |record| match record {
-        Ok(cells) => Ok(TableLine { at: place(cells.position()), cells }),
-        Err(e) => Err(place(e.position()).error(e.to_string(), help)),
-    })
-}
-
 impl TableLine<'_> {
     /// The number in a cell; `None` if the cell says that nothing was measured. `what` names the cell in errors.
     pub(super) fn number(&self, field: usize, what: impl Display) -> Result<Option<f64>, Malformed> {

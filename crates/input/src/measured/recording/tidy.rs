@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
+use super::super::table::records;
 use super::{Budget, Format, Recording, Sample, limits, rows};
 
 const COLUMNS: [&str; 6] = ["recording", "time_s", "point", "x_mm", "y_mm", "sigma_mm"];
@@ -15,7 +16,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let (separator, title_lines) =
         rows::header(&text, |name| COLUMNS.iter().any(|c| name.eq_ignore_ascii_case(c)));
     let csv = csv.comment(Some(b'#')).delimiter(separator);
-    let mut rows = rows::records(&text, origin, title_lines, csv, help);
+    let mut rows = records(&text, origin, title_lines, csv, help);
     let header = rows.next().transpose()?.map(|header| header.cells).unwrap_or_default();
     let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
     let needed = |name: &str| {
