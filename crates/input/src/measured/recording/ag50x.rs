@@ -5,7 +5,7 @@
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::RATES_HZ;
-use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
+use super::{Budget, Format, Recording, Sample, Times, seen};
 
 const VALUES: usize = 7;
 const LARGEST_HEADER: usize = 1 << 20;
@@ -80,9 +80,8 @@ fn recording(
     }
     let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
         // A sensor that was not connected or not found has zeros or NaN.
-        let places = frame.chunks_exact(VALUES * 4).map(|sensor| {
-            Some(place(sensor)).filter(|place| place.iter().all(|v| is_coordinate(*v)) && *place != [0.0; 3])
-        });
+        let sensors = frame.chunks_exact(VALUES * 4);
+        let places = sensors.map(|sensor| seen(place(sensor)).filter(|place| *place != [0.0; 3]));
         Sample::new(n as f64 / rate, places.collect())
     });
     let names = (1..=sensors).map(|n| format!("sensor_{n}"));

@@ -28,11 +28,19 @@ fn cells(line: &str) -> impl Iterator<Item = &str> {
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
     let start = SourcePlace::start(origin);
-    let table: Vec<TableLine<'_>> = rows::split(&text, start, cells).collect();
-    let width = table.first().map_or(0, |row| row.cells.len());
+    let mut rows = rows::split(&text, start, cells).peekable();
+    let width = rows.peek().map_or(0, |row| row.cells.len());
     if width <= FIELDS {
         return Err(start.error(format!("the line has {width} fields"), HELP));
     }
+    let rows = rows.map(|row| match row.cells.len() {
+        fields if fields == width => Ok(row),
+        fields => {
+            let what = format!("the line has {fields} fields where the first has {width}");
+            Err(row.at.at_column(fields).error(what, "the file is cut off; export it again"))
+        }
+    });
+    let table = rows.collect::<Result<Vec<TableLine<'_>>, _>>()?;
     let before = width - FIELDS;
     let (time, of_recording) = columns(&table, before);
     let time = time.ok_or_else(|| {
@@ -42,11 +50,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let channels = (1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect();
     let mut recordings = RecordingRows::new(channels);
     for row in &table {
-        let fields = row.cells.len();
-        if fields != width {
-            let what = format!("the line has {fields} fields where the first has {width}");
-            return Err(row.at.at_column(fields).error(what, "the file is cut off; export it again"));
-        }
         let time_s = row.seconds(time)?;
         let places = (0..FAN_LINES).map(|nth| {
             let x = before + 2 * nth;
@@ -62,20 +65,19 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 /// The columns of the time and of what identifies a recording, of the `before` columns before the fan. The time is a number that grows while
 /// all words stay the same; words that change within one date are labels and do not identify a recording.
 fn columns(table: &[TableLine<'_>], before: usize) -> (Option<usize>, Vec<usize>) {
-    let rows: Vec<&TableLine<'_>> = table.iter().filter(|row| row.cells.len() >= before).collect();
     let (numbers, words): (Vec<usize>, Vec<usize>) =
-        (0..before).partition(|c| rows.iter().all(|row| numbers::number(row.cell(*c)).is_some()));
-    let of_recording = match words.iter().find(|c| rows.iter().all(|row| is_date(row.cell(**c)))) {
+        (0..before).partition(|c| table.iter().all(|row| numbers::number(row.cell(*c)).is_some()));
+    let of_recording = match words.iter().find(|c| table.iter().all(|row| is_date(row.cell(**c)))) {
         None => words.clone(),
         Some(&date) => words
             .iter()
             .copied()
-            .filter(|c| rows.windows(2).all(|w| !is_alike(w, &[date]) || is_alike(w, &[*c])))
+            .filter(|c| table.windows(2).all(|w| !is_alike(w, &[date]) || is_alike(w, &[*c])))
             .collect(),
     };
     let time = numbers.into_iter().find(|c| {
-        let of_one_recording = rows.windows(2).filter(|w| is_alike(w, &words));
-        let mut times = of_one_recording.map(|w| [w[0], w[1]].map(|row| numbers::number(row.cell(*c))));
+        let of_one_recording = table.windows(2).filter(|w| is_alike(w, &words));
+        let mut times = of_one_recording.map(|w| [&w[0], &w[1]].map(|row| numbers::number(row.cell(*c))));
         times.all(|[before, after]| before < after)
     });
     (time, of_recording)
@@ -86,6 +88,6 @@ fn is_date(text: &str) -> bool {
 }
 
 /// Whether two successive rows have the same text in these columns.
-fn is_alike(pair: &[&TableLine<'_>], columns: &[usize]) -> bool {
+fn is_alike(pair: &[TableLine<'_>], columns: &[usize]) -> bool {
     columns.iter().all(|&c| pair[0].cell(c) == pair[1].cell(c))
 }

@@ -4,7 +4,7 @@
 
 use super::super::error::{Malformed, SourcePlace};
 use super::numbers::NumberTable;
-use super::{Format, Recording, Sample, Times, is_coordinate};
+use super::{Format, Recording, Sample, Times, seen};
 
 /// The sensors, with the channels of their x and y.
 const SENSORS: [(&str, usize, usize); 9] = [
@@ -28,12 +28,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let table = NumberTable::read(bytes, start, &[CHANNELS + 2, CHANNELS], HELP)?;
     let timed = table.width == CHANNELS + 2;
     let samples = table.samples(start, HELP, |n, row| {
-        let (time_s, seen, values) =
+        let (time_s, is_seen, values) =
             if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / RATE_HZ, true, row) };
-        let places = SENSORS.iter().map(|&(_, x, y)| {
-            let place = [values[x], values[y], 0.0];
-            (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
-        });
+        let places =
+            SENSORS.iter().map(|&(_, x, y)| is_seen.then(|| seen([values[x], values[y], 0.0])).flatten());
         Sample::new(time_s, places.collect())
     })?;
     let names = SENSORS.iter().map(|(name, ..)| (*name).to_owned());

@@ -315,6 +315,11 @@ fn coordinate(text: &str) -> Option<f64> {
     text.parse().ok().filter(|v| is_coordinate(*v))
 }
 
+/// The position, if all of its coordinates are numbers within the limit.
+fn seen(place: [f64; 3]) -> Option<[f64; 3]> {
+    place.iter().all(|v| is_coordinate(*v)).then_some(place)
+}
+
 fn is_coordinate(v: f64) -> bool {
     v.is_finite() && v.abs() <= FARTHEST
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::RATES_HZ;
 use super::matlab::{self, MatValue};
-use super::{Budget, Format, Recording, Sample, is_coordinate};
+use super::{Budget, Format, Recording, Sample, seen};
 
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
 
@@ -66,11 +66,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 
 fn place(channel: &Channel<'_>, frame: usize) -> Option<[f64; 3]> {
     let value = |column: usize| channel.signal.number(column * channel.frames + frame);
-    let place = match channel.columns {
+    seen(match channel.columns {
         2 => [value(0)?, 0.0, value(1)?],
         _ => [value(0)?, value(1)?, value(2)?],
-    };
-    place.iter().all(|v| is_coordinate(*v)).then_some(place)
+    })
 }
 
 /// `None` for the sound and other signals that are not of a sensor.
