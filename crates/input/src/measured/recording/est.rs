@@ -5,8 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::numbers::NumberTable;
-use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha};
+use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha, numbers};
 
 const LARGEST_HEADER: usize = 1 << 20;
 const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
@@ -34,7 +33,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     Budget::default().add_recording(header.frames, width, start)?;
     let axes = axes(&header.names);
     let body = &bytes[header.size..];
-    let values: Vec<f64> = if header.ascii {
+    let rows: Vec<Vec<f64>> = if header.ascii {
         let first_line = 1 + bytes[..header.size].iter().filter(|b| **b == b'\n').count() as u64;
         let at = SourcePlace { line: first_line, ..start };
         let cut = "the file is cut off; copy it again";
@@ -42,8 +41,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         if !content.is_empty() && !body[content.len()..].contains(&b'\n') {
             return Err(at.error("the last line does not end in a line end", cut));
         }
-        let values = NumberTable::read(body, at, &[width], "write numbers, separated by blanks")?.values;
-        let frames = values.len() / width;
+        let rows = numbers::number_rows(body, at, &[width], "write numbers, separated by blanks")?;
+        let frames = rows.len();
         if frames < header.frames {
             return Err(at.error(format!("{frames} of {} frames follow the header", header.frames), cut));
         }
@@ -51,21 +50,22 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let what = format!("more than {} frames follow the header", header.frames);
             return Err(at.error(what, "correct NumFrames"));
         }
-        values
+        rows.into_iter().map(|(_, row)| row).collect()
     } else {
         let wanted = header.frames * width * 4;
         if body.len() < wanted {
             let what = format!("{} bytes follow the header where {wanted} are needed", body.len());
             return Err(start.error(what, "the file is cut off; copy it again"));
         }
-        let numbers = body[..wanted].chunks_exact(4).map(|b| {
-            let b: [u8; 4] = b.try_into().unwrap_or_default();
-            f64::from(if header.big_endian { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
-        });
-        numbers.collect()
+        let number = |bytes: &[u8]| {
+            let bytes: [u8; 4] = bytes.try_into().unwrap_or_default();
+            f64::from(if header.big_endian { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) })
+        };
+        let rows = body[..wanted].chunks_exact(4 * width);
+        rows.map(|row| row.chunks_exact(4).map(number).collect()).collect()
     };
     let mut samples: Vec<Sample> = Vec::with_capacity(header.frames);
-    for (n, row) in values.chunks_exact(width).enumerate() {
+    for (n, row) in rows.iter().enumerate() {
         let time_s = row[0];
         let after = samples.last().is_none_or(|last| last.time_s < time_s);
         if !is_coordinate(time_s) || !after {

@@ -3,8 +3,7 @@
 //! Qin and Carreira-Perpinan 2009, `MOCHAread.m`).
 
 use super::super::error::{Malformed, SourcePlace};
-use super::numbers::NumberTable;
-use super::{Format, Recording, Sample, Times, seen};
+use super::{Format, Recording, Sample, Times, numbers, seen};
 
 /// The sensors, with the channels of their x and y.
 const SENSORS: [(&str, usize, usize); 9] = [
@@ -25,9 +24,9 @@ const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a f
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = SourcePlace::start(origin);
-    let table = NumberTable::read(bytes, start, &[CHANNELS + 2, CHANNELS], HELP)?;
-    let timed = table.width == CHANNELS + 2;
-    let samples = table.samples(start, HELP, |n, row| {
+    let rows = numbers::number_rows(bytes, start, &[CHANNELS + 2, CHANNELS], HELP)?;
+    let timed = rows.first().is_some_and(|(_, first)| first.len() == CHANNELS + 2);
+    let samples = numbers::samples(&rows, start, HELP, |n, row| {
         let (time_s, is_seen, values) =
             if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / RATE_HZ, true, row) };
         let places =

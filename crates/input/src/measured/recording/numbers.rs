@@ -65,69 +65,58 @@ pub(super) fn truncation_note(bytes: &[u8]) -> Option<String> {
     })
 }
 
-/// A table with the same number of values in every line.
-pub(super) struct NumberTable {
-    pub width: usize,
-    /// Values line by line; NaN where the file has NaN.
-    pub values: Vec<f64>,
-    lines: Vec<u64>,
+/// The line and the numbers of a row; NaN where the file has NaN.
+pub(super) type NumberRow = (u64, Vec<f64>);
+
+/// Reads a table that begins at `start` and has the same number of values in every line; `widths` are the allowed numbers, and `help` is the
+/// advice for other lines. A first line without numbers is a header and is skipped.
+pub(super) fn number_rows(
+    bytes: &[u8],
+    start: SourcePlace<'_>,
+    widths: &[usize],
+    help: &str,
+) -> Result<Vec<NumberRow>, Malformed> {
+    let mut budget = Budget::default();
+    let text = limits::text(bytes, start.origin)?;
+    let mut out: Vec<NumberRow> = Vec::new();
+    for row in rows::split(&text, start, rows::words) {
+        if row.at.line == start.line && row.cells.iter().all(|c| c.parse::<f64>().is_err()) {
+            continue;
+        }
+        let mut values = Vec::with_capacity(row.cells.len());
+        for (field, cell) in row.cells.iter().enumerate() {
+            let wrong = |_| row.place(field).error(format!("{cell:?} is not a number"), help);
+            values.push(cell.parse::<f64>().map_err(wrong)?);
+        }
+        let width = values.len();
+        let wanted = out.first().map_or(widths.to_vec(), |(_, first)| vec![first.len()]);
+        if !wanted.contains(&width) {
+            let wanted = wanted.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
+            let what = format!("the line has {width} numbers where {wanted} are needed");
+            return Err(row.at.at_column(width.max(1)).error(what, help));
+        }
+        out.push((row.at.line, values));
+        budget.frame(out.len(), width, row.at)?;
+    }
+    Ok(out)
 }
 
-impl NumberTable {
-    /// Reads a table that begins at `start`; `widths` are the allowed numbers of values in a line, and `help` is the advice for other
-    /// lines. A first line without numbers is a header and is skipped.
-    pub fn read(
-        bytes: &[u8],
-        start: SourcePlace<'_>,
-        widths: &[usize],
-        help: &str,
-    ) -> Result<Self, Malformed> {
-        let mut budget = Budget::default();
-        let text = limits::text(bytes, start.origin)?;
-        let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
-        for row in rows::split(&text, start, rows::words) {
-            if row.at.line == start.line && row.cells.iter().all(|c| c.parse::<f64>().is_err()) {
-                continue;
-            }
-            for (field, cell) in row.cells.iter().enumerate() {
-                let wrong = |_| row.place(field).error(format!("{cell:?} is not a number"), help);
-                out.values.push(cell.parse::<f64>().map_err(wrong)?);
-            }
-            let width = row.cells.len();
-            if out.width == 0 && widths.contains(&width) {
-                out.width = width;
-            }
-            if width != out.width {
-                let wanted = match out.width {
-                    0 => widths.iter().map(usize::to_string).collect::<Vec<_>>().join(" or "),
-                    width => width.to_string(),
-                };
-                let what = format!("the line has {width} numbers where {wanted} are needed");
-                return Err(row.at.at_column(width.max(1)).error(what, help));
-            }
-            out.lines.push(row.at.line);
-            budget.frame(out.lines.len(), width, row.at)?;
+/// The samples that `read` makes of the number and the values of each row. Their times must ascend.
+pub(super) fn samples(
+    rows: &[NumberRow],
+    start: SourcePlace<'_>,
+    help: &str,
+    read: impl Fn(usize, &[f64]) -> Sample,
+) -> Result<Vec<Sample>, Malformed> {
+    let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
+    for (line, row) in rows {
+        let sample = read(samples.len(), row);
+        let time_s = sample.time_s;
+        if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
+            let what = format!("the time {time_s} s does not come after that of the line before");
+            return Err(SourcePlace { line: *line, ..start }.error(what, help));
         }
-        Ok(out)
+        samples.push(sample);
     }
-
-    /// The samples that `read` makes of the number and the values of each row. Their times must ascend.
-    pub fn samples(
-        &self,
-        start: SourcePlace<'_>,
-        help: &str,
-        read: impl Fn(usize, &[f64]) -> Sample,
-    ) -> Result<Vec<Sample>, Malformed> {
-        let mut samples: Vec<Sample> = Vec::with_capacity(self.lines.len());
-        for (row, &line) in self.values.chunks_exact(self.width.max(1)).zip(&self.lines) {
-            let sample = read(samples.len(), row);
-            let time_s = sample.time_s;
-            if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
-                let what = format!("the time {time_s} s does not come after that of the line before");
-                return Err(SourcePlace { line, ..start }.error(what, help));
-            }
-            samples.push(sample);
-        }
-        Ok(samples)
-    }
+    Ok(samples)
 }

@@ -4,8 +4,7 @@
 //! chapters 6 and 8).
 
 use super::super::error::{Malformed, SourcePlace};
-use super::numbers::NumberTable;
-use super::{Format, Recording, Sample, is_coordinate};
+use super::{Format, Recording, Sample, is_coordinate, numbers};
 
 /// The pellets in the order of the columns: lips, tongue from the tip backwards, lower incisor and molar.
 const PELLETS: [&str; 8] = ["UL", "LL", "T1", "T2", "T3", "T4", "MANi", "MANm"];
@@ -14,8 +13,8 @@ const HELP: &str = "a .txy has 17 numbers in a line: the time in microseconds, t
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = SourcePlace::start(origin);
-    let table = NumberTable::read(bytes, start, &[1 + 2 * PELLETS.len()], HELP)?;
-    let samples = table.samples(start, HELP, |_, row| {
+    let rows = numbers::number_rows(bytes, start, &[1 + 2 * PELLETS.len()], HELP)?;
+    let samples = numbers::samples(&rows, start, HELP, |_, row| {
         let places = row[1..].chunks_exact(2).map(|pair| {
             let seen = pair.iter().all(|v| *v != MISSING && is_coordinate(*v));
             seen.then_some([pair[0], pair[1], 0.0])
