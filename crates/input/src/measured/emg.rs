@@ -1,6 +1,8 @@
 //! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, in the formats of tables of
 //! lengths.
 
+use std::collections::BTreeMap;
+
 use super::error::{Malformed, SourcePlace};
 use super::lengths::Vowel;
 use super::lengths::number::is_missing;
@@ -105,7 +107,7 @@ impl Activity {
             return Err(cells.header.place(0).error(what, format!("{help}{lists}")));
         };
         cells.find_decimal_mark(columns.iter().map(|(field, ..)| *field));
-        let mut rows: Vec<ActivityRow> = Vec::new();
+        let (mut rows, mut lines) = (Vec::new(), BTreeMap::new());
         for line in &cells.rows {
             cells.check_shape(line)?;
             let (muscle, at) = (line.cell(of_muscle).to_owned(), line.place(of_muscle));
@@ -113,8 +115,8 @@ impl Activity {
                 let what = format!("the muscle is {:?}", clip(&muscle));
                 return Err(at.error(what, "give it a name, like GGa"));
             }
-            if let Some(first) = rows.iter().find(|row| row.muscle.eq_ignore_ascii_case(&muscle)) {
-                let what = format!("{muscle} is given twice, here and on line {}", first.line);
+            if let Some(first) = lines.insert(muscle.to_ascii_lowercase(), line.at.line) {
+                let what = format!("{muscle} is given twice, here and on line {first}");
                 return Err(at.error(what, "keep one row of each muscle"));
             }
             let full = of_full.map_or(Ok(None), |field| cell(&cells, line, field, f64::INFINITY, 1.0));

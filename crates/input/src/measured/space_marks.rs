@@ -3,7 +3,7 @@
 //! The columns say what the rows are (a table in `docs/space.md`). Any table may have a column `sd_mm`, and a column `time_s`: rows of one
 //! time form a frame.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use csv::StringRecord;
@@ -98,6 +98,7 @@ impl OpenFrame {
 /// none.
 pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
     let mut all: Vec<OpenFrame> = Vec::new();
+    let mut by_time: BTreeMap<Option<u64>, usize> = BTreeMap::new();
     for path in paths {
         let origin = path.as_ref().display().to_string();
         let wrong = |problem: String| ReadError::Refused(format!("{origin}: {problem}"));
@@ -112,10 +113,11 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
             return Err(wrong(problem.to_owned()));
         }
         for SpaceFrame { time_s, marks } in frames {
-            let same = all.iter().position(|open| open.frame.time_s == time_s).unwrap_or_else(|| {
+            // Zero is added because it has two signs.
+            let same = *by_time.entry(time_s.map(|time_s| (time_s + 0.0).to_bits())).or_insert(all.len());
+            if same == all.len() {
                 all.push(OpenFrame::new(time_s));
-                all.len() - 1
-            });
+            }
             marks.into_iter().try_for_each(|mark| all[same].add(mark)).map_err(wrong)?;
         }
     }

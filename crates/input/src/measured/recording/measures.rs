@@ -123,9 +123,13 @@ impl<'a> Measures<'a> {
         let coils = &self.coils;
         coils.iter().filter(|_| coils.len() >= 3).find_map(|c| {
             let others: Vec<MeasuredCoil<'_>> = coils.iter().filter(|o| o.0 != c.0).copied().collect();
-            let apart = others.iter().map(|o| nearest_mm(o, &others)).fold(0.0, f64::max);
-            let away = nearest_mm(c, coils);
-            ((4.0..=30.0).contains(&apart) && away > 2.0 * apart).then(|| (away, c.1.to_owned()))
+            let (away, mut apart) = (nearest_mm(c, coils), 0.0);
+            // The first other coil that is too far from its neighbours ends the search, so that many coils take no long time.
+            let is_alone = others.iter().all(|o| {
+                apart = f64::max(apart, nearest_mm(o, &others));
+                apart <= 30.0 && away > 2.0 * apart
+            });
+            (is_alone && apart >= 4.0).then(|| (away, c.1.to_owned()))
         })
     }
 

@@ -31,17 +31,19 @@ impl Role {
     }
 }
 
-/// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and usual protocols of NDI and Carstens.
+/// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and usual protocols of NDI and Carstens, with
+/// their rank from the tip backwards: a number in the name, or 1 at the tip, 2 on blade and body, 3 behind them.
 #[rustfmt::skip]
-const COILS: [&str; 25] = [
-    "t1", "t2", "t3", "t4", "t5", "tt", "tb", "tm", "td", "tr", "ta", "tc", "ttip", "tbody", "tdorsum", "tmid", "tback",
-    "tonguetip", "tongueblade", "tonguebody", "tonguemid", "tonguedorsum", "tongueback", "tonguerear", "tongueroot",
+const COILS: [(&str, u32); 25] = [
+    ("t1", 1), ("t2", 2), ("t3", 3), ("t4", 4), ("t5", 5), ("tt", 1), ("tb", 2), ("tm", 2), ("td", 3), ("tr", 3),
+    ("ta", 1), ("tc", 3), ("ttip", 1), ("tbody", 2), ("tdorsum", 3), ("tmid", 2), ("tback", 3), ("tonguetip", 1),
+    ("tongueblade", 2), ("tonguebody", 2), ("tonguemid", 2), ("tonguedorsum", 3), ("tongueback", 3),
+    ("tonguerear", 3), ("tongueroot", 3),
 ];
 /// Names of coils on the jaw: at the lower incisors, and at molars or beside the incisors.
 const INCISORS: [&str; 9] =
     ["li", "jaw", "mani", "lowerincisor", "lowerincisors", "lowincisor", "linc", "lowerjaw", "jawi"];
 const BESIDE_INCISORS: [&str; 4] = ["manm", "jawl", "jawr", "jawm"];
-const TIPS: [&str; 5] = ["t1", "tt", "ta", "tonguetip", "ttip"];
 
 /// Beginnings of names of coils on the head and of traces, and whole names of other channels, none of which are of the tongue.
 const OF_HEAD: [&str; 9] = ["ref", "head", "nose", "nas", "ear", "mastoid", "palate", "roof", "vel"];
@@ -64,7 +66,7 @@ pub(super) fn role(channel: &str) -> Role {
         return Role::Contour;
     }
     match normalised(channel).as_str() {
-        name if COILS.contains(&name) => Role::Coil(None),
+        name if rank_of_coil(name).is_some() => Role::Coil(None),
         name if INCISORS.contains(&name) || BESIDE_INCISORS.contains(&name) => {
             Role::Bone(MANDIBLE.to_owned())
         }
@@ -87,19 +89,14 @@ pub(super) fn is_unknown(channel: &str) -> bool {
     role(channel) == Role::Ignored && lip(channel).is_none() && !is_beside
 }
 
-/// Rank of a coil from the tip backwards, by its name: its number, or 1 at the tip, 2 on blade and body, 3 behind them.
+fn rank_of_coil(name: &str) -> Option<u32> {
+    COILS.iter().find(|(coil, _)| *coil == name).map(|(_, rank)| *rank)
+}
+
+/// Rank of a coil from the tip backwards, by its name.
 pub(super) fn rank(channel: &str) -> Option<u32> {
     let name = normalised(channel);
-    match name.strip_prefix('t').and_then(|n| n.parse().ok()) {
-        Some(number) => Some(number),
-        None if is_tip(channel) => Some(1),
-        None if ["tb", "tm", "tmid", "tongueblade", "tonguebody", "tonguemid", "tbody"]
-            .contains(&name.as_str()) =>
-        {
-            Some(2)
-        }
-        None => COILS.contains(&name.as_str()).then_some(3),
-    }
+    name.strip_prefix('t').and_then(|number| number.parse().ok()).or_else(|| rank_of_coil(&name))
 }
 
 pub(super) fn lip(channel: &str) -> Option<bool> {
@@ -122,5 +119,5 @@ pub fn is_coil(channel: &str) -> bool {
 }
 
 pub(super) fn is_tip(channel: &str) -> bool {
-    TIPS.contains(&normalised(channel).as_str())
+    rank_of_coil(&normalised(channel)) == Some(1)
 }
