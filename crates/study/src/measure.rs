@@ -56,23 +56,24 @@ pub struct Timed<T> {
     pub repeats: usize,
 }
 
+/// The result of `work`, and its wall-clock time, s.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let clock = Instant::now();
+    let result = work();
+    (result, clock.elapsed().as_secs_f64())
+}
+
 /// Runs `work` up to `effort.repeats` times and takes the median time. The first of several runs is not counted.
 pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
     let begin = Instant::now();
-    let mut result = work();
-    let mut times = vec![begin.elapsed().as_secs_f64()];
-    let warming = times[0];
-    while times.len() < effort.repeats + 1
-        && begin.elapsed() < Duration::from_secs_f64(effort.repeat_within_s)
-    {
-        let clock = Instant::now();
-        result = work();
-        times.push(clock.elapsed().as_secs_f64());
+    let (mut result, warming) = timed(&mut work);
+    let mut times = Vec::new();
+    while times.len() < effort.repeats && begin.elapsed() < Duration::from_secs_f64(effort.repeat_within_s) {
+        let (again, seconds) = timed(&mut work);
+        result = again;
+        times.push(seconds);
     }
-    if times.len() > 1 {
-        times.remove(0);
-    }
-    Timed { result, seconds: median(times.iter().copied()).unwrap_or(warming), repeats: times.len() }
+    Timed { result, repeats: times.len().max(1), seconds: median(times).unwrap_or(warming) }
 }
 
 /// The exponent p in `error ~ step^p`, by least squares of logarithms; `None` with fewer than two usable points.

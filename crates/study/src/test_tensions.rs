@@ -19,16 +19,6 @@ pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa",
 /// kappa_s as printed in table 4.2, J per metre of thickness.
 const PRINTED_KAPPA: f64 = 1.46e3;
 
-/// Newton's method until rounding stops it.
-const UNTIL_ROUNDING: SolveSettings = SolveSettings {
-    tolerance: 0.0,
-    max_iterations: 100,
-    load_steps: 0,
-    certify: false,
-    most_solves: 0,
-    beyond: true,
-};
-
 #[derive(Debug)]
 pub struct TestTensions {
     /// The muscles with tension contract.
@@ -77,17 +67,18 @@ impl TestTensions {
     /// The equilibrium when only rounding stops Newton's method, and its residual force, N.
     pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), Error> {
         let mut workspace = Workspace::new(&self.system);
-        let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &UNTIL_ROUNDING);
-        if solution.max_residual_force.is_nan()
-            || solution.max_residual_force > SolveSettings::default().tolerance
-        {
-            let force = solution.max_residual_force;
+        let usual = SolveSettings::default();
+        let settings =
+            SolveSettings { tolerance: 0.0, max_iterations: 100, load_steps: 0, most_solves: 0, ..usual };
+        let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &settings);
+        let force = solution.max_residual_force;
+        if force.is_nan() || force > usual.tolerance {
             return Err(format!(
                 "the residual force of the reference equilibrium is {force:e} N, which is too large to measure errors against"
             )
             .into());
         }
-        Ok((workspace.positions().to_vec(), solution.max_residual_force))
+        Ok((workspace.positions().to_vec(), force))
     }
 
     pub fn solve(&self, workspace: &mut Workspace<2>, tolerance: f64) -> Solution {

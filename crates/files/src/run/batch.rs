@@ -151,23 +151,22 @@ impl BatchRun {
         }));
         let reference = &data.muscles()[reference_muscle(data.muscles())];
         let ratios = muscles.iter().filter(|m| *m != reference && data.muscles().contains(m)).count();
-        let fits = digests.len();
-        let digests = digests.iter().map(|(_, digest)| digest);
+        let count = |is: fn(&Digest) -> bool| digests.iter().filter(|(_, digest)| is(digest)).count();
         let substitutes = plan.jobs.iter().filter(|job| job.substitute);
         let substitutes: BTreeSet<String> = substitutes.map(|job| job.target.subject.clone()).collect();
         BatchSummary {
             rows: data.rows().len(),
-            fits,
-            statuses: tally(digests.clone().map(|digest| digest.status.clone())),
+            fits: digests.len(),
+            statuses: tally(digests.iter().map(|(_, digest)| digest.status.clone())),
             baselines: plan.baselines.len(),
-            not_fitted: plan.refusals.len() + plan.jobs.len() - fits,
+            not_fitted: plan.refusals.len() + plan.jobs.len() - digests.len(),
             unreadable_rows: unreadable,
-            posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
-            posteriors_contradicted: digests.clone().filter(|d| d.contradicted).count(),
+            posteriors_untold: count(|d| d.posterior_untold),
+            posteriors_contradicted: count(|d| d.contradicted),
             substitute_baselines: substitutes.into_iter().collect(),
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(muscles, &rest, data, reference),
-            passive: passive_groups(digests),
+            passive: passive_groups(&plan.jobs, digests),
             thickness_m: THICKNESS_M,
         }
     }

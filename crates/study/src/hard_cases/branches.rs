@@ -1,7 +1,5 @@
 //! Case 9: two equilibria at one load, with known critical loads.
 
-use std::time::Instant;
-
 use tongue_core::body::Mesh;
 use tongue_core::statics::{
     CriticalKind, SolveSettings, SolveStatus, Trace, Workspace, smallest_eigenvalue, trace,
@@ -11,6 +9,7 @@ use tongue_files::report::status_name;
 
 use super::{HardCase, bodies};
 use crate::Error;
+use crate::measure::timed;
 
 /// Largest relative error of a critical load.
 const AGREEMENT: f64 = 1e-6;
@@ -52,9 +51,7 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
 fn trace_row(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), Error> {
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
-    let clock = Instant::now();
-    let traced = trace(&system, &mut workspace, &[load], &SolveSettings::default());
-    let wall_s = clock.elapsed().as_secs_f64();
+    let (traced, wall_s) = timed(|| trace(&system, &mut workspace, &[load], &SolveSettings::default()));
     let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
     let s = traced.solution;
     let converged = s.status == SolveStatus::Converged;

@@ -1,7 +1,5 @@
 //! Case 10: the answer does not depend on the numbering of nodes, the position of the body or the number of threads.
 
-use std::time::Instant;
-
 use nalgebra::SVector;
 
 use crate::test_tensions::{PUBLISHED_A, TestTensions, target, tongue};
@@ -15,6 +13,7 @@ use tongue_input::measured::TargetKind;
 use super::search::of_fit;
 use super::{HardCase, bodies, equilibrium_row};
 use crate::Error;
+use crate::measure::timed;
 
 /// Largest difference of equal shapes, m.
 const SAME: f64 = 1e-9;
@@ -69,16 +68,17 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
     let mut first: Option<Vec<u64>> = None;
     let mut rows = Vec::new();
     for count in [1, 2, 4] {
-        let clock = Instant::now();
-        let fit =
-            parallel::with_threads(count, || inverse::fit(mesh, &Model::default(), &target, &settings))??;
+        let (fit, wall_s) = timed(|| {
+            parallel::with_threads(count, || inverse::fit(mesh, &Model::default(), &target, &settings))
+        });
+        let fit = fit??;
         let Answer { tensions, lengths, positions, .. } = &fit.answer;
         let all = tensions.iter().chain(lengths).chain(positions.iter().flatten());
         let bits: Vec<u64> = all.map(|v| v.to_bits()).collect();
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
         let variant = format!("fit of S2 /a/ on {count} threads");
         let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
-        rows.push(of_fit(10, variant, &fit, same, clock.elapsed().as_secs_f64(), note));
+        rows.push(of_fit(10, variant, &fit, same, wall_s, note));
     }
     Ok(rows)
 }

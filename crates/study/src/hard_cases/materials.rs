@@ -1,12 +1,11 @@
 //! Cases 3 and 5: extreme materials, and degenerate, invalid and large meshes.
 
-use std::time::Instant;
-
 use nalgebra::SVector;
 
 use super::loads::CONTINUUM_M;
 use super::{HardCase, HowMany, bodies, equilibrium_row};
 use crate::Error;
+use crate::measure::timed;
 use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue, with_poisson_ratio};
 use tongue_core::body::{Body, Cells, ContinuumSettings, Mesh};
 use tongue_core::effect::spring::Spring;
@@ -127,11 +126,9 @@ pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> 
 }
 
 fn solve_case(variant: String, mesh: &Mesh<2>, load: f64) -> Result<HardCase, SystemError> {
-    let clock = Instant::now();
-    let system = System::new(mesh, &Model::default(), &[0])?;
-    let mut workspace = Workspace::new(&system);
-    let made = clock.elapsed().as_secs_f64();
-    let row = equilibrium_row(5, variant, &system, &mut workspace, &[load]);
+    let (system, made) = timed(|| System::new(mesh, &Model::default(), &[0]));
+    let system = system?;
+    let row = equilibrium_row(5, variant, &system, &mut Workspace::new(&system), &[load]);
     Ok(row.with_note(&format!("system made in {made:.2} s")))
 }
 

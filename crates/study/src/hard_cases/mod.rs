@@ -16,10 +16,9 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use std::time::Instant;
-
 use serde::Serialize;
 
+use crate::measure::timed;
 use crate::{Error, tell};
 use tongue_core::statics::{
     SAME_SHAPE_M, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
@@ -137,10 +136,8 @@ fn equilibrium_row<const D: usize>(
     tensions: &[f64],
 ) -> HardCase {
     workspace.start_from_rest(system);
-    let clock = Instant::now();
-    let solution =
-        solve(system, workspace, tensions, &SolveSettings { certify: true, ..SolveSettings::default() });
-    let wall_s = clock.elapsed().as_secs_f64();
+    let settings = SolveSettings { certify: true, ..SolveSettings::default() };
+    let (solution, wall_s) = timed(|| solve(system, workspace, tensions, &settings));
     let found = matches!(solution.status, SolveStatus::Converged | SolveStatus::Unstable);
     let smallest_eigenvalue = if found { smallest_eigenvalue(system, workspace) } else { None };
     let (smallest, _) = system.cell_ratios(workspace.positions());

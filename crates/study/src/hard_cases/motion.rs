@@ -1,7 +1,5 @@
 //! Cases 1 and 8: motions with the misprints of the thesis, and with steps from a microsecond to a hundred seconds.
 
-use std::time::Instant;
-
 use nalgebra::SVector;
 
 use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
@@ -16,6 +14,7 @@ use tongue_files::report::status_name;
 
 use super::{HardCase, HowMany};
 use crate::Error;
+use crate::measure::timed;
 
 /// Step of table 4.2, s.
 const PRINTED_STEP: f64 = 5.0e-6;
@@ -109,9 +108,8 @@ fn run(
     control: Control,
     end: f64,
 ) -> Result<HardCase, Error> {
-    let clock = Instant::now();
-    let (outcome, positions) = integrate(motion, method, control, end)?;
-    let wall_s = clock.elapsed().as_secs_f64();
+    let (run, wall_s) = timed(|| integrate(motion, method, control, end));
+    let (outcome, positions) = run?;
     let (smallest, _) = motion.system().cell_ratios(&positions);
     let finite = positions.iter().flatten().all(|x| x.is_finite());
     let completed = outcome.status == MotionStatus::Completed;

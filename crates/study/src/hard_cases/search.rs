@@ -1,7 +1,5 @@
 //! Cases 6 and 7: targets that cannot be met, and difficult searches.
 
-use std::time::Instant;
-
 use tongue_core::body::Mesh;
 use tongue_core::statics;
 use tongue_core::system::Model;
@@ -11,6 +9,7 @@ use tongue_input::measured::{Dataset, Target, TargetKind};
 
 use super::HardCase;
 use crate::Error;
+use crate::measure::timed;
 use crate::test_tensions::{target, tongue};
 
 /// Whether the target can be met, if this is known. A fit must miss a target that cannot be met and meet one that can.
@@ -104,9 +103,8 @@ fn row(
     settings: &FitSettings,
     reachable: Reachable,
 ) -> Result<HardCase, Error> {
-    let clock = Instant::now();
-    let fit = inverse::fit(mesh, &Model::default(), target, settings)?;
-    let wall_s = clock.elapsed().as_secs_f64();
+    let (fit, wall_s) = timed(|| inverse::fit(mesh, &Model::default(), target, settings));
+    let fit = fit?;
     let finite = fit.answer.tensions.iter().chain(&fit.answer.lengths).all(|v| v.is_finite());
     let kept = finite && reachable.is_none_or(|r| r == (fit.answer.status == FitStatus::Converged));
     Ok(of_fit(case, variant.to_owned(), &fit, kept, wall_s, note(&fit)))

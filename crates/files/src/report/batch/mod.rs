@@ -64,6 +64,12 @@ impl FinishedFits<'_> {
         let entry: Option<JournalEntry<Fitted>> = self.journal.read(number)?;
         Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
     }
+
+    /// One of the tables of all fits, in pieces.
+    fn tables(&self, which: usize) -> impl Iterator<Item = Result<Table, ReportError>> {
+        let fits = self.digests.iter().filter_map(|(number, _)| self.read(*number).transpose());
+        fits.map(move |fit| fit.map(|(_, mut fit)| std::mem::take(&mut fit.tables[which])))
+    }
 }
 
 impl Serialize for FinishedFits<'_> {
@@ -200,11 +206,13 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
     let over_subjects = over_subjects(batch.contrasts);
     let files: [(&str, &Writes<'_>); 8] = [
         ("batch.json", &|w| write_json(w, batch)),
-        ("fits.csv", &|w| write_fits(w, batch)),
-        ("muscles.csv", &|w| write_rows(w, batch, 1).map(drop)),
+        ("fits.csv", &|w| {
+            write_tables(w, batch.fits.tables(0).chain([Ok(tables::of_rows_without_fit(batch))]))
+        }),
+        ("muscles.csv", &|w| write_tables(w, batch.fits.tables(1))),
         ("batch.html", &|w| page::write(w, batch, &shown)),
         ("tensions.svg", &|w| page::tensions(batch.muscles, &shown).write(w, batch.provenance)),
-        ("posterior.csv", &|w| write_rows(w, batch, 2).map(drop)),
+        ("posterior.csv", &|w| write_tables(w, batch.fits.tables(2))),
         ("contrasts.csv", &|w| summary::write_csv(w, batch)),
         ("over_speakers.csv", &|w| super::over_speakers(&over_subjects).write(w, batch.provenance)),
     ];
@@ -218,25 +226,17 @@ pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     writeln!(w)
 }
 
-fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result<()> {
-    if table.rows.is_empty() {
-        return Ok(());
-    }
-    lines(w, std::mem::take(header).then_some(table.columns).into_iter().chain(table.rows))
-}
-
-/// Writes one of the tables of all fits, and returns whether its header is still to be written.
-fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<bool> {
+/// Writes the rows of tables with the same columns as one table.
+fn write_tables(
+    w: &mut dyn Write,
+    tables: impl Iterator<Item = Result<Table, ReportError>>,
+) -> io::Result<()> {
     let mut header = true;
-    for (number, _) in batch.fits.digests {
-        if let Some((_, mut fit)) = batch.fits.read(*number).map_err(io::Error::other)? {
-            write_table(w, std::mem::take(&mut fit.tables[table]), &mut header)?;
+    for table in tables {
+        let Table { columns, rows } = table.map_err(io::Error::other)?;
+        if !rows.is_empty() {
+            lines(w, std::mem::take(&mut header).then_some(columns).into_iter().chain(rows))?;
         }
     }
-    Ok(header)
-}
-
-fn write_fits(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
-    let mut header = write_rows(w, batch, 0)?;
-    write_table(w, tables::of_rows_without_fit(batch), &mut header)
+    Ok(())
 }

@@ -20,10 +20,6 @@ use tongue_input::measured::lengths::rest_distance::NearestRow;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Digest {
-    /// `ratio` or `stretch`.
-    pub target_kind: String,
-    pub vowel: Vowel,
-    pub substitute_baseline: bool,
     pub status: String,
     /// Mean square residual of the passive stretches, and mean square of their changes, which is the error of "no change".
     pub passive: Option<[f64; 2]>,
@@ -42,9 +38,6 @@ impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
         let (fit, target) = (r.fit(), &r.fit().matched.target);
         Self {
-            target_kind: target.kind.to_string(),
-            vowel: target.vowel.clone(),
-            substitute_baseline: r.substitute_baseline,
             status: status_name(&fit.answer.status),
             passive: r.passive.rms_stretch.zip(r.passive.no_change_rms_stretch).map(|(a, b)| [a * a, b * b]),
             passive_muscles: fit.residuals().len() - target.active.len(),
@@ -129,20 +122,22 @@ pub struct BatchSummary {
 }
 
 /// Groups the digests by kind of target and by own or substitute baseline: every vowel, and then all vowels together.
-pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> Vec<PassiveGroup> {
+pub fn passive_groups(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<PassiveGroup> {
+    let fits: Vec<(&Job, &Digest)> =
+        digests.iter().map(|(number, digest)| (&jobs[*number], digest)).collect();
     let mut out = Vec::new();
-    let kinds: BTreeSet<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
+    let kinds: BTreeSet<&str> = fits.iter().map(|(job, _)| job.target.kind.name()).collect();
     // Vowels are in the order of the rows.
-    let vowels: Vec<&Vowel> = distinct(digests.clone().map(|digest| &digest.vowel));
+    let vowels: Vec<&Vowel> = distinct(fits.iter().map(|(job, _)| &job.target.vowel));
     for kind in kinds {
         for substitute in [false, true] {
             for vowel in vowels.iter().copied().map(Some).chain([None]) {
-                let members = digests.clone().filter(|d| {
-                    d.target_kind == kind
-                        && d.substitute_baseline == substitute
-                        && vowel.is_none_or(|v| *v == d.vowel)
+                let members = fits.iter().filter(|(Job { target, substitute: own, .. }, _)| {
+                    target.kind.name() == kind
+                        && *own == substitute
+                        && vowel.is_none_or(|v| *v == target.vowel)
                 });
-                out.extend(group(kind, vowel, substitute, members));
+                out.extend(group(kind, vowel, substitute, members.map(|(_, digest)| *digest)));
             }
         }
     }

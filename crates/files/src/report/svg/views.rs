@@ -22,25 +22,16 @@ const VIEWS: [(&str, [Vector3<f64>; 3]); 3] = [
     ("top", [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)]),
 ];
 /// Colours of the groups of muscles of a body, in its order (Tol 2021, "muted" and "light").
-const COLOURS: [[f64; 3]; 11] = [
-    [204.0, 102.0, 119.0],
-    [51.0, 34.0, 136.0],
-    [221.0, 204.0, 119.0],
-    [17.0, 119.0, 51.0],
-    [136.0, 204.0, 238.0],
-    [136.0, 34.0, 85.0],
-    [68.0, 170.0, 153.0],
-    [153.0, 153.0, 51.0],
-    [170.0, 68.0, 153.0],
-    [119.0, 170.0, 221.0],
-    [238.0, 136.0, 102.0],
+const COLOURS: [u32; 11] = [
+    0xcc6677, 0x332288, 0xddcc77, 0x117733, 0x88ccee, 0x882255, 0x44aa99, 0x999933, 0xaa4499, 0x77aadd,
+    0xee8866,
 ];
-const TISSUE: [f64; 3] = [214.0, 205.0, 205.0];
-const SOLID: [f64; 3] = [205.0, 222.0, 240.0];
+const TISSUE: u32 = 0xd6cdcd;
+const SOLID: u32 = 0xcddef0;
 /// Muscles with a smaller activation keep the colour of the tissue.
 const ACTIVE: f64 = 5e-3;
 /// Colours of operated tissue, of the shape below, and of the operated part of the shape below.
-const FILLING: [f64; 3] = [110.0, 110.0, 110.0];
+const FILLING: u32 = 0x6e6e6e;
 const UNDER: &str = "#ececec";
 const GONE: &str = "#b0b0b0";
 const SAMPLE: f64 = 34.0;
@@ -103,7 +94,7 @@ pub fn views(
         drawing.outlined = corners.collect();
         drawing.names.push((
             if is_filled { "operated" } else { "removed" }.to_owned(),
-            if is_filled { FILLING } else { [196.0; 3] },
+            if is_filled { FILLING } else { 0xc4c4c4 },
         ));
         let places = [
             ("before", &before.positions[..], "#ffffff"),
@@ -137,13 +128,13 @@ pub fn solid(mesh: &Mesh<3>, positions: &[Vector3<f64>], title: &str) -> Result<
 #[derive(Default)]
 struct Drawing<'a> {
     what: String,
-    /// Corners counter-clockwise as seen from outside, and colour, 0 to 255.
-    faces: Vec<(Vec<usize>, [f64; 3])>,
+    /// Corners counter-clockwise as seen from outside, and colour.
+    faces: Vec<(Vec<usize>, u32)>,
     positions: &'a [Vector3<f64>],
     /// Faces of the shape below with their colours; empty if they are those of `faces`.
     under: Vec<(Vec<usize>, &'static str)>,
     under_positions: &'a [Vector3<f64>],
-    names: Vec<(String, [f64; 3])>,
+    names: Vec<(String, u32)>,
     sides: bool,
     /// The faces of the region whose silhouette is drawn: index and position, m, of each corner.
     outlined: Vec<[(usize, Vector3<f64>); 4]>,
@@ -261,10 +252,10 @@ impl Drawing<'_> {
     }
 }
 
-/// A colour, 0 to 255, darkened for a face on which the light falls with this cosine.
-fn shade(colour: [f64; 3], light: f64) -> String {
+/// A colour, darkened for a face on which the light falls with this cosine.
+fn shade(colour: u32, light: f64) -> String {
     let light = 0.6 + 0.4 * light.max(0.0);
-    let [r, g, b] = colour.map(|c: f64| (c * light.min(1.0)) as u8);
+    let [r, g, b] = [16, 8, 0].map(|shift| (f64::from(colour >> shift & 0xff) * light.min(1.0)) as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 

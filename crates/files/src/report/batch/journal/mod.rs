@@ -74,7 +74,7 @@ struct JournalPlace {
 }
 
 /// The finished jobs of one journal, or of the journals of all shards; other runs are locked out.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Journal {
     /// Only the first file is written to, from `end` on.
     files: Vec<(PathBuf, File)>,
@@ -91,7 +91,7 @@ impl Journal {
     pub fn open(path: PathBuf, key: &str, arguments: &[String], jobs: usize) -> Result<Self, ReportError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
-        let mut journal = Self::empty(key);
+        let mut journal = Self { key: key.to_owned(), ..Self::default() };
         journal.lock(path, &options)?;
         journal.resume(arguments, jobs).map_err(|source| journal.error_of(0, source))?;
         Ok(journal)
@@ -104,7 +104,7 @@ impl Journal {
         arguments: &[String],
         jobs: usize,
     ) -> Result<Self, ReportError> {
-        let mut journal = Self::empty(key);
+        let mut journal = Self { key: key.to_owned(), ..Self::default() };
         for (number, path) in paths.into_iter().enumerate() {
             journal.lock(path, OpenOptions::new().read(true))?;
             let other = journal.scan(number, &journal.header(arguments), jobs);
@@ -114,10 +114,6 @@ impl Journal {
             }
         }
         Ok(journal)
-    }
-
-    fn empty(key: &str) -> Self {
-        Self { files: Vec::new(), end: 0, key: key.to_owned(), done: BTreeMap::new(), notes: Vec::new() }
     }
 
     fn lock(&mut self, path: PathBuf, options: &OpenOptions) -> Result<(), ReportError> {
