@@ -6,11 +6,10 @@ use super::AccuracyStudy;
 use super::equilibrium::NEWTON;
 use super::mesh::{MeshRun, SCENES, order};
 use super::runs::{Run, fastest};
-use super::search::TimedFit;
 use crate::Error;
 use crate::measure::ONE_PER_CENT;
 use crate::table::{duration, markdown, number};
-use tongue_core::dynamics;
+use tongue_core::statistics::least_by;
 use tongue_files::report::column::{self, Column};
 use tongue_infer::inverse::Method;
 use tongue_input::measured::TargetKind;
@@ -128,27 +127,16 @@ fn description(run: &Run) -> String {
     )
 }
 
-fn runs_of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + Clone {
-    runs.iter().filter(|r| methods.contains(&r.method))
-}
-
-fn integrators() -> [&'static str; 2] {
-    dynamics::IntegrationMethod::ALL.map(dynamics::IntegrationMethod::name)
-}
-
-fn stretch_fits(study: &AccuracyStudy, method: Method) -> impl Iterator<Item = &TimedFit> {
-    study.fits.iter().filter(move |r| r.method == method && r.target == TargetKind::Stretch)
-}
-
 fn conclusions(p: &mut String, study: &AccuracyStudy) {
     let _ = writeln!(p, "## In short\n");
     let of_ratio = |r: &Run| r.ratio_error;
     if let Some(r) = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT) {
         let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", description(r));
     }
-    let newton = runs_of(&study.equilibrium, &[NEWTON]);
+    let (newton, integrators): (Vec<&Run>, Vec<&Run>) =
+        study.equilibrium.iter().partition(|r| r.method == NEWTON);
     let seconds = [1e-2, 1e-9]
-        .map(|error_mm| fastest(newton.clone(), |r| r.error_mm, error_mm).and_then(|r| r.seconds));
+        .map(|error_mm| fastest(newton.iter().copied(), |r| r.error_mm, error_mm).and_then(|r| r.seconds));
     if let [Some(rough), Some(tight)] = seconds {
         let (rough, tight) = (duration(rough), duration(tight));
         let _ = writeln!(
@@ -156,7 +144,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             "- More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
         );
     }
-    let _ = match fastest(runs_of(&study.equilibrium, &integrators()), of_ratio, ONE_PER_CENT) {
+    let _ = match fastest(integrators, of_ratio, ONE_PER_CENT) {
         Some(r) => {
             writeln!(
                 p,
@@ -185,8 +173,8 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
         let _ = writeln!(p, "- {verdict}");
     }
     let good = [Method::GaussNewton, Method::NelderMead].map(|method| {
-        let runs = stretch_fits(study, method).filter(|r| r.error_n <= 1e-2);
-        runs.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+        let runs = study.fits.iter().filter(|r| r.method == method && r.target == TargetKind::Stretch);
+        least_by(runs.filter(|r| r.error_n <= 1e-2), |r| r.seconds)
     });
     if let [Some(gn), Some(nm)] = good {
         let _ = writeln!(

@@ -1,6 +1,7 @@
 //! The files of the study.
 
 use crate::Error;
+use tongue_core::statistics::distinct;
 use tongue_files::report::{Files, Markdown, PrecisionCurve, Rows, work_precision};
 use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
@@ -43,25 +44,19 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
 
 /// For every method the runs that no other run of the method beats in both time and error.
 fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
-    let mut curves: Vec<PrecisionCurve> = Vec::new();
-    for run in runs {
-        let Some(point) = run.seconds.zip(run.error_mm) else { continue };
-        match curves.iter_mut().find(|c| c.name == run.method) {
-            Some(curve) => curve.points.push(point),
-            None => curves.push(PrecisionCurve { name: run.method.into(), points: vec![point] }),
-        }
-    }
-    for curve in &mut curves {
-        curve.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let curves = distinct(runs.iter().map(|run| run.method)).into_iter().map(|method| {
+        let own = runs.iter().filter(|run| run.method == method);
+        let mut points: Vec<(f64, f64)> = own.filter_map(|run| run.seconds.zip(run.error_mm)).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut least = f64::INFINITY;
-        curve.points.retain(|p| {
-            p.1 < least && {
-                least = p.1;
-                true
-            }
+        points.retain(|(_, error)| {
+            let is_better = *error < least;
+            least = least.min(*error);
+            is_better
         });
-    }
-    curves
+        PrecisionCurve { name: method.into(), points }
+    });
+    curves.collect()
 }
 
 fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use tongue_core::dynamics::StepCounts;
 use tongue_core::statics::SolveStatus;
+use tongue_core::statistics::least_by;
 
 /// How a run ended that reached its tolerance.
 pub const DONE: &str = "done";
@@ -69,5 +70,5 @@ pub fn fastest<'a>(
 ) -> Option<&'a Run> {
     let timed = runs.into_iter().filter_map(|run| Some((run.seconds?, error(run)?, run)));
     let good = timed.filter(|(_, error, _)| *error <= most);
-    good.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(.., run)| run)
+    least_by(good, |(seconds, ..)| *seconds).map(|(.., run)| run)
 }

@@ -1,6 +1,5 @@
 //! Cases 6 and 7: targets that cannot be met, and difficult searches.
 
-use tongue_core::body::Mesh;
 use tongue_core::statics;
 use tongue_core::system::Model;
 use tongue_files::report::status_name;
@@ -17,14 +16,13 @@ type Reachable = Option<bool>;
 
 /// Case 6.
 pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
-    let mesh = tongue()?;
     let data = Dataset::reference()?;
     let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
     let a = target("S2", "a", TargetKind::Stretch, None)?;
     let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
     let of_one = |value| with_values(one.clone(), &[("HGa", value)]);
     let pair = target("S1", "o", TargetKind::Stretch, Some(&["GGa", "SGa"]))?;
-    let cases: Vec<(&str, Target, Reachable)> = vec![
+    let cases = [
         ("S2 /a/, ratios", target("S2", "a", TargetKind::Ratio, None)?, Some(true)),
         ("unreachable: HGa to a hundredth of its length", of_one(0.01), Some(false)),
         ("unreachable: HGa three times as long", of_one(3.0), Some(false)),
@@ -38,8 +36,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
         ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
         ("S1 /o/ with GGa at 0.70 and SGa at 1.29", with_values(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
     ];
-    let settings = FitSettings { starts: 2, ..FitSettings::default() };
-    cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
+    cases.into_iter().map(|(name, t, reachable)| row(6, name, &t, &two_starts(), reachable)).collect()
 }
 
 fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
@@ -51,11 +48,10 @@ fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
 
 /// Case 7.
 pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
-    let mesh = tongue()?;
     let mut at_rest = target("S2", "a", TargetKind::Stretch, None)?;
     let target = target("S2", "a", TargetKind::Ratio, None)?;
     at_rest.values.fill(1.0);
-    let usual = FitSettings { starts: 2, ..FitSettings::default() };
+    let usual = two_starts();
     let few = |max_iterations| statics::SolveSettings { max_iterations, load_steps: 0, ..Default::default() };
     // From rest, larger tensions need more iterations. So with a limit on iterations candidates beyond some load fail, and searches start
     // among failures or run into them.
@@ -89,21 +85,22 @@ pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
         ("one iteration of the search", &target, FitSettings { max_iterations: 1, ..usual }, None),
         ("cost tolerance 0", &target, FitSettings { cost_tolerance: 0.0, ..usual }, Some(true)),
     ];
-    cases
-        .into_iter()
-        .map(|(name, t, settings, reachable)| row(7, name, &mesh, t, &settings, reachable))
-        .collect()
+    cases.into_iter().map(|(name, t, settings, reachable)| row(7, name, t, &settings, reachable)).collect()
+}
+
+fn two_starts() -> FitSettings {
+    FitSettings { starts: 2, ..FitSettings::default() }
 }
 
 fn row(
     case: u8,
     variant: &str,
-    mesh: &Mesh<2>,
     target: &Target,
     settings: &FitSettings,
     reachable: Reachable,
 ) -> Result<HardCase, Error> {
-    let (fit, wall_s) = timed(|| inverse::fit(mesh, &Model::default(), target, settings));
+    let mesh = tongue()?;
+    let (fit, wall_s) = timed(|| inverse::fit(&mesh, &Model::default(), target, settings));
     let fit = fit?;
     let finite = fit.answer.tensions.iter().chain(&fit.answer.lengths).all(|v| v.is_finite());
     let kept = finite && reachable.is_none_or(|r| r == (fit.answer.status == FitStatus::Converged));
