@@ -107,9 +107,6 @@ impl<'a> SpaceAndPlane<'a> {
     fn alone(&self) -> Vec<PlaneRow> {
         let Self { body, space, plane, .. } = self;
         let faces = body.midsagittal();
-        let area = |x: &[Vector3<f64>]| -> f64 {
-            faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
-        };
         let mut alone = Vec::new();
         for muscle in body.groups() {
             tell(&format!("{muscle} in space and in the plane"));
@@ -126,7 +123,7 @@ impl<'a> SpaceAndPlane<'a> {
                 way_mm: 1e3 * (squares / ways.len() as f64).sqrt(),
                 best_scale,
                 error: (left / squares).sqrt(),
-                area_change_percent: 100.0 * (area(&s) / area(&body.mesh.nodes) - 1.0),
+                area_change_percent: 100.0 * (area(&faces, &s) / area(&faces, &body.mesh.nodes) - 1.0),
             });
         }
         alone
@@ -158,6 +155,11 @@ impl<'a> SpaceAndPlane<'a> {
         }
         Ok(inverse)
     }
+}
+
+/// Area of faces in the midsagittal plane.
+fn area(faces: &[[usize; 4]], x: &[Vector3<f64>]) -> f64 {
+    faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
 }
 
 pub fn picture(study: &PlaneStudy) -> Result<Svg, ReportError> {

@@ -181,8 +181,11 @@ pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
     let refusals = batch.refusals.iter().map(|row| (json!(row), json!({"status": "not_fitted"})));
     let by = json!(batch.provenance);
     for (row, more) in baselines.chain(refusals) {
-        let value = |name: &str| [&row, &more, &by].into_iter().find_map(|values| values.get(name)).cloned();
-        table.rows.push(columns.iter().map(|c| text(value(&c.name).unwrap_or_default())).collect());
+        let values = columns.iter().map(|column| {
+            let value = [&row, &more, &by].into_iter().find_map(|values| values.get(&*column.name));
+            text(value.cloned().unwrap_or_default())
+        });
+        table.rows.push(values.collect());
     }
     table
 }

@@ -168,10 +168,7 @@ impl<'a> BodyView<'a> {
                 of.map(|(cell, _)| Vec::from_iter(cell.iter().map(|&n| self.view.place(&positions[n])))),
             );
             // A stroke of the same colour closes the gaps between triangles that rounding leaves.
-            svg.element(
-                "path",
-                format_args!("d=\"{d}\" fill=\"{paint}\" stroke=\"{paint}\" stroke-width=\"0.6\""),
-            );
+            svg.path(&d, &format!(r#"fill="{paint}" stroke="{paint}" stroke-width="0.6""#));
         }
         (!stretches.is_empty()).then_some(scale)
     }

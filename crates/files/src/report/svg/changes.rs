@@ -161,12 +161,8 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         let shape = std::iter::once([low, base]).chain(curve).chain([[high, base]]);
         let shape = closed_paths([shape.map(|[x, y]| plot.place(x, y))]);
         let colour = &info.colour;
-        svg.element(
-            "path",
-            format_args!(
-                "d=\"{shape}\" fill=\"{colour}\" fill-opacity=\"0.55\" stroke=\"{INK}\" stroke-width=\"1\""
-            ),
-        );
+        let style = format!(r#"fill="{colour}" fill-opacity="0.55" stroke="{INK}" stroke-width="1""#);
+        svg.path(&shape, &style);
         for (ends, width) in [(spreads[m].interval_95, 3.0), (spreads[m].interval_50, 8.0)] {
             svg.stroke(&plot.path(ends.map(|v| [v, base])), INK, width);
         }

@@ -115,28 +115,26 @@ impl Svg {
     }
 
     /// An element without content; `attributes` must not need escaping.
-    fn element(&mut self, name: &str, attributes: fmt::Arguments<'_>) {
+    fn element(&mut self, name: &str, attributes: &str) {
         let _ = writeln!(self.elements, "<{name} {attributes}/>");
     }
 
+    fn path(&mut self, d: &str, style: &str) {
+        self.element("path", &format!(r#"d="{d}" {style}"#));
+    }
+
     fn stroke(&mut self, d: &str, colour: &str, width: f64) {
-        self.element(
-            "path",
-            format_args!(
-                "d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\""
-            ),
-        );
+        let pen = format!(r#"stroke="{colour}" stroke-width="{width}" stroke-linejoin="round""#);
+        self.path(d, &format!(r#"fill="none" {pen}"#));
     }
 
     fn dashes(&mut self, d: &str, colour: &str, width: f64) {
-        self.element(
-            "path",
-            format_args!("d=\"{d}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"14 8\""),
-        );
+        let pen = format!(r#"stroke="{colour}" stroke-width="{width}" stroke-dasharray="14 8""#);
+        self.path(d, &format!(r#"fill="none" {pen}"#));
     }
 
     fn fill(&mut self, d: &str, colour: &str) {
-        self.element("path", format_args!("d=\"{d}\" fill=\"{colour}\""));
+        self.path(d, &format!(r#"fill="{colour}""#));
     }
 
     fn line(&mut self, from: Px, to: Px, colour: &str, width: f64) {
@@ -147,19 +145,13 @@ impl Svg {
         let [x, y] = [a[0].min(b[0]), a[1].min(b[1])];
         let [w, h] = [(a[0] - b[0]).abs(), (a[1] - b[1]).abs()];
         let edge = edge.map_or_else(String::new, |c| format!(" stroke=\"{c}\" stroke-width=\"1.2\""));
-        self.element(
-            "rect",
-            format_args!(
-                "x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\" fill=\"{fill}\"{edge}"
-            ),
-        );
+        let place = format!(r#"x="{x:.2}" y="{y:.2}" width="{w:.2}" height="{h:.2}""#);
+        self.element("rect", &format!(r#"{place} fill="{fill}"{edge}"#));
     }
 
     fn dot(&mut self, [x, y]: Px, radius: f64, fill: &str, edge: &str) {
-        self.element(
-            "circle",
-            format_args!("cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-width=\"1.2\""),
-        );
+        let place = format!(r#"cx="{x:.1}" cy="{y:.1}" r="{radius}""#);
+        self.element("circle", &format!(r#"{place} fill="{fill}" stroke="{edge}" stroke-width="1.2""#));
     }
 
     fn text(&mut self, at: Px, anchor: Anchor, face: FontFace, text: &str) {

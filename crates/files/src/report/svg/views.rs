@@ -230,10 +230,8 @@ impl Drawing<'_> {
             let normal = normal(f, positions).try_normalize(0.0).unwrap_or(axes[2]);
             let light = normal.dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
             let (d, fill) = (closed_paths([f.iter().map(|&n| place(&positions[n]))]), shade(*colour, light));
-            svg.element(
-                "path",
-                format_args!("d=\"{d}\" fill=\"{fill}\" stroke=\"#4a4a4a\" stroke-width=\"0.7\" stroke-linejoin=\"round\""),
-            );
+            let pen = r##"stroke="#4a4a4a" stroke-width="0.7" stroke-linejoin="round""##;
+            svg.path(&d, &format!(r#"fill="{fill}" {pen}"#));
         }
     }
 
@@ -267,10 +265,6 @@ fn scale(svg: &mut Svg, width: f64, per_m: f64, top: f64) {
     let end = x + length * per_m;
     let bars = [[[x, y - 7.0], [x, y + 7.0]], [[x, y], [end, y]], [[end, y - 7.0], [end, y + 7.0]]];
     svg.stroke(&data(bars), INK, 2.0);
-    svg.text(
-        [end + 12.0, y],
-        Anchor::Start,
-        FontFace::Plain,
-        &format!("{} mm", (1e6 * length).round() / 1e3),
-    );
+    let label = format!("{} mm", (1e6 * length).round() / 1e3);
+    svg.text([end + 12.0, y], Anchor::Start, FontFace::Plain, &label);
 }

@@ -38,18 +38,10 @@ pub fn vowel(picture: &VowelPicture<'_>) -> Result<Svg, ReportError> {
 
 fn description(picture: &VowelPicture<'_>) -> String {
     let sound = picture.sound;
-    let each: Vec<String> = sound
-        .formants_hz
-        .iter()
-        .zip(&sound.bandwidths_hz)
-        .enumerate()
-        .map(|(i, (f, b))| format!("F{} {f:.0} Hz (bandwidth {b:.0} Hz)", i + 1))
-        .collect();
-    format!(
-        "A tongue in its vocal tract, {:.0} mm long. Formants: {}.",
-        sound.tract_length_mm,
-        each.join(", ")
-    )
+    let formants = (1..).zip(sound.formants_hz.iter().zip(&sound.bandwidths_hz));
+    let each = formants.map(|(n, (f, b))| format!("F{n} {f:.0} Hz (bandwidth {b:.0} Hz)"));
+    let (length, each) = (sound.tract_length_mm, each.collect::<Vec<_>>().join(", "));
+    format!("A tongue in its vocal tract, {length:.0} mm long. Formants: {each}.")
 }
 
 /// Draws the midsagittal section; returns its lower end, px.
@@ -92,12 +84,8 @@ fn chart(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
     svg.dot([left + 9.0, foot], 9.0, ACCENT, ACCENT);
     svg.text([left + 28.0, foot], Anchor::Start, FontFace::Plain, "heard here");
     if !picture.means.is_empty() {
-        svg.text(
-            [left, foot + 1.4 * TEXT],
-            Anchor::Start,
-            FontFace::Plain,
-            "letters: published means of men",
-        );
+        let note = "letters: published means of men";
+        svg.text([left, foot + 1.4 * TEXT], Anchor::Start, FontFace::Plain, note);
     }
     foot + 2.2 * TEXT
 }
