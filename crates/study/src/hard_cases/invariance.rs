@@ -78,7 +78,7 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
         let variant = format!("fit of S2 /a/ on {count} threads");
         let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
-        rows.push(of_fit(10, variant, &fit, same, wall_s, note));
+        rows.push(HardCase { kept: same, wall_s, note, ..of_fit(10, variant, &fit) });
     }
     Ok(rows)
 }

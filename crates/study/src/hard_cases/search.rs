@@ -104,27 +104,18 @@ fn row(
     let fit = fit?;
     let finite = fit.answer.tensions.iter().chain(&fit.answer.lengths).all(|v| v.is_finite());
     let kept = finite && reachable.is_none_or(|r| r == (fit.answer.status == FitStatus::Converged));
-    Ok(of_fit(case, variant.to_owned(), &fit, kept, wall_s, note(&fit)))
+    Ok(HardCase { kept, wall_s, note: note(&fit), ..of_fit(case, variant, &fit) })
 }
 
-pub(super) fn of_fit(
-    case: u8,
-    variant: String,
-    fit: &Fit,
-    kept: bool,
-    wall_s: f64,
-    note: String,
-) -> HardCase {
+/// The row of a fit, without whether it keeps the promise.
+pub(super) fn of_fit(case: u8, variant: impl Into<String>, fit: &Fit) -> HardCase {
     let Answer { status, counts, replay, .. } = &fit.answer;
     HardCase {
         converged: *status == FitStatus::Converged,
-        kept,
         iterations: counts.evaluations,
         load_reached: replay.solution.load_reached,
         min_area_ratio: Some(replay.min_area_ratio),
         guarded: replay.solution.guarded,
-        wall_s,
-        note,
         ..HardCase::new(case, variant, "fit", status_name(status))
     }
 }

@@ -32,27 +32,14 @@ pub fn animation(
     mirrored: bool,
     title: &str,
 ) -> Result<Svg, ReportError> {
-    if !mirrored {
-        return animation_svg(mesh, palate, frames, seen, ["front", "back"], title);
-    }
-    let over =
-        |points: &[SVector<f64, 2>]| points.iter().map(|p| SVector::from([-p.x, p.y])).collect::<Vec<_>>();
-    let mesh = Mesh { nodes: over(&mesh.nodes), ..mesh.clone() };
-    let frames: Vec<AnimationFrame> =
-        frames.iter().map(|f| AnimationFrame { positions: over(&f.positions), ..f.clone() }).collect();
-    let seen: Vec<Vec<_>> = seen.iter().map(|points| over(points)).collect();
-    animation_svg(&mesh, &over(palate), &frames, &seen, ["back", "front"], title)
-}
-
-/// The animation as SVG; `ends`: what lies to the left and to the right, for the description and the axis.
-fn animation_svg(
-    mesh: &Mesh<2>,
-    palate: &[SVector<f64, 2>],
-    frames: &[AnimationFrame],
-    seen: &[Vec<SVector<f64, 2>>],
-    ends: [&str; 2],
-    title: &str,
-) -> Result<Svg, ReportError> {
+    let (side, ends) = if mirrored { (-1.0, ["back", "front"]) } else { (1.0, ["front", "back"]) };
+    let turned =
+        |points: &[SVector<f64, 2>]| Vec::from_iter(points.iter().map(|p| SVector::from([side * p.x, p.y])));
+    let mesh = &Mesh { nodes: turned(&mesh.nodes), ..mesh.clone() };
+    let palate = &turned(palate);
+    let frames = frames.iter().map(|f| AnimationFrame { positions: turned(&f.positions), ..f.clone() });
+    let frames: Vec<AnimationFrame> = frames.collect();
+    let seen: Vec<Vec<SVector<f64, 2>>> = seen.iter().map(|points| turned(points)).collect();
     frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
     let duration = (last.time - first.time).max(0.1);
