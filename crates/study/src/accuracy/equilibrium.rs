@@ -7,7 +7,7 @@ use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
 use super::runs::{DONE, Run, ending};
-use super::time_stepping::{controls, integrate, words};
+use super::time_stepping::{integrate, settings, words};
 use crate::measure::{Effort, Timed, measure};
 
 pub const NEWTON: &str = "Newton";
@@ -43,10 +43,8 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
         runs.push(run.with_measurements(errors, (seconds, repeats), counts));
     }
     let motion = scene.motion()?;
-    for method in IntegrationMethod::ALL {
-        for control in controls(method, &motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
-            runs.extend(runs_to_equilibrium(scene, &motion, (method, control), &reference, effort));
-        }
+    for setting in settings(&motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
+        runs.extend(runs_to_equilibrium(scene, &motion, setting, &reference, effort));
     }
     Ok((runs, residual))
 }

@@ -73,17 +73,17 @@ pub fn words(control: Control) -> String {
     }
 }
 
-/// Settings of a method: tolerances (m) if it controls its error, otherwise parts of its stability limit.
-pub fn controls(
-    method: IntegrationMethod,
+/// Every method with its settings: tolerances (m) if it controls its error, otherwise parts of its stability limit.
+pub fn settings(
     motion: &Motion<'_, 2>,
     tolerances: &[f64],
     parts: &[f64],
-) -> Vec<Control> {
-    match method.step_limit(motion) {
-        Some(limit) => parts.iter().map(|p| Control::Fixed(p * limit)).collect(),
-        None => tolerances.iter().map(|t| Control::Adaptive(*t)).collect(),
-    }
+) -> Vec<(IntegrationMethod, Control)> {
+    let of_method = IntegrationMethod::ALL.map(|method| match method.step_limit(motion) {
+        Some(limit) => parts.iter().map(|p| (method, Control::Fixed(p * limit))).collect::<Vec<_>>(),
+        None => tolerances.iter().map(|t| (method, Control::Adaptive(*t))).collect(),
+    });
+    of_method.concat()
 }
 
 fn once(

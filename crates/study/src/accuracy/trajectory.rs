@@ -5,7 +5,7 @@ use crate::{Error, TestTensions};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
 use super::runs::{DONE, Run};
-use super::time_stepping::{Stop, TimeSteppingRun, controls, integrate, words};
+use super::time_stepping::{Stop, TimeSteppingRun, integrate, settings, words};
 
 /// Times at which trajectories are compared, s.
 const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
@@ -28,20 +28,17 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
     }
     let (doubt, _) = largest_errors(scene, &check.stops, &reference.stops);
     let mut runs = Vec::new();
-    for method in IntegrationMethod::ALL {
-        for control in controls(method, &motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
-            let TimeSteppingRun { stops, repeats, missing } =
-                integrate(&motion, method, control, &TIMES, effort);
-            let ended = missing.unwrap_or_else(|| DONE.to_owned());
-            let run = Run { method: method.name(), setting: words(control), ended, ..Run::default() };
-            runs.push(match stops.last().filter(|_| run.ended == DONE) {
-                Some(last) => {
-                    let errors = largest_errors(scene, &stops, &reference.stops);
-                    run.with_measurements(errors, (last.seconds, repeats), last.counts)
-                }
-                None => run,
-            });
-        }
+    for (method, control) in settings(&motion, &STEP_TOLERANCES, &PARTS_OF_LIMIT) {
+        let TimeSteppingRun { stops, repeats, missing } = integrate(&motion, method, control, &TIMES, effort);
+        let ended = missing.unwrap_or_else(|| DONE.to_owned());
+        let run = Run { method: method.name(), setting: words(control), ended, ..Run::default() };
+        runs.push(match stops.last().filter(|_| run.ended == DONE) {
+            Some(last) => {
+                let errors = largest_errors(scene, &stops, &reference.stops);
+                run.with_measurements(errors, (last.seconds, repeats), last.counts)
+            }
+            None => run,
+        });
     }
     Ok((runs, doubt))
 }
