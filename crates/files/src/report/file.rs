@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -59,15 +59,16 @@ impl OutputDir {
         &self.path
     }
 
-    /// Writes a set of files, each with its name and a function that writes it, and returns their paths in the same order. All are written
-    /// in full under temporary names before the first is renamed, so that a full disk or a bad name leaves all earlier files as they were.
-    /// The data is not forced to the disk, so that a power cut may lose it.
-    pub(crate) fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
+    /// Writes a set of files with the provenance `by`, and returns their paths in the same order. All are written in full under temporary
+    /// names before the first is renamed, so that a full disk or a bad name leaves all earlier files as they were. The data is not forced to
+    /// the disk, so that a power cut may lose it.
+    pub fn export(
         &self,
-        files: impl Iterator<Item = (&'a str, W)>,
+        files: &[(&str, &dyn Export)],
+        by: &Provenance,
     ) -> Result<Vec<PathBuf>, ReportError> {
         let mut ready = Vec::new();
-        for (name, write) in files {
+        for (name, content) in files {
             let path = self.place(name)?;
             let fail = |source| ReportError::File { path: path.clone(), source };
             // Renaming onto a folder would fail after other files of the set were renamed.
@@ -77,26 +78,15 @@ impl OutputDir {
             let mut file = BufWriter::new(begin(&self.path).map_err(fail)?);
             let ending = path.extension().and_then(|e| e.to_str());
             if ending.is_some_and(|e| TEXT.contains(&e)) {
-                write(&mut EscapeControl::new(&mut file))
+                content.write(&mut EscapeControl::new(&mut file), by)
             } else {
-                write(&mut file)
+                content.write(&mut file, by)
             }
             .map_err(fail)?;
             // Closed, to keep the number of open files below the limit of a process.
             ready.push((file.into_inner().map_err(|e| fail(e.into_error()))?.into_temp_path(), path));
         }
         persist(ready)
-    }
-
-    /// Writes a set of files, all or none, with the provenance `by`, and returns their paths in the same order.
-    pub fn export<'f>(
-        &self,
-        files: &[(&'f str, &'f dyn Export)],
-        by: &Provenance,
-    ) -> Result<Vec<PathBuf>, ReportError> {
-        self.write_streams(
-            files.iter().map(|&(name, content)| (name, move |w: &mut dyn Write| content.write(w, by))),
-        )
     }
 
     fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
@@ -117,8 +107,6 @@ pub fn write(
 ) -> Result<Vec<PathBuf>, ReportError> {
     OutputDir::prepare(folder)?.export(files, &Provenance::new(command))
 }
-
-pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
 /// Temporary names that this process has begun and not renamed, whether or not the file still exists; static, because a signal concerns
 /// the whole process.
@@ -180,9 +168,9 @@ mod tests {
     use super::*;
 
     fn write_all(out: &OutputDir, files: &[(&str, &str)]) -> Result<Vec<PathBuf>, ReportError> {
-        out.write_streams(
-            files.iter().map(|(name, text)| (*name, |w: &mut dyn Write| w.write_all(text.as_bytes()))),
-        )
+        let texts: Vec<String> = files.iter().map(|(_, text)| (*text).to_owned()).collect();
+        let files = files.iter().zip(&texts).map(|((name, _), text)| (*name, text as &dyn Export));
+        out.export(&files.collect::<Vec<_>>(), &Provenance::new("a test"))
     }
 
     fn write(out: &OutputDir, name: &str, text: &str) -> Result<PathBuf, ReportError> {

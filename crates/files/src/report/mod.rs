@@ -26,7 +26,7 @@ pub use csv::{Draws, Rows, Table};
 pub use escape_control::EscapeControl;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
-pub use file::{InterruptGuard, OutputDir, Writes, discard_unfinished, write};
+pub use file::{InterruptGuard, OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{HexahedraRecord, OfBody, Pulls, SimulationRecord};

@@ -18,7 +18,7 @@ use tongue_infer::inverse::batch::{BaselineRow, Job, Refusal};
 use self::journal::{Journal, JournalEntry};
 use self::record::AssessedRecord;
 use super::csv::lines;
-use super::{Export as _, OutputDir, Provenance, ReportError, Table, Writes};
+use super::{Export, OutputDir, Provenance, ReportError, Table};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::summary::{
@@ -204,21 +204,19 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
     }
     let has_posterior = batch.fits.digests.iter().any(|(_, digest)| digest.has_posterior);
     let over_subjects = over_subjects(batch.contrasts);
-    let files: [(&str, &Writes<'_>); 8] = [
-        ("batch.json", &|w| write_json(w, batch)),
-        ("fits.csv", &|w| {
-            write_tables(w, batch.fits.tables(0).chain([Ok(tables::of_rows_without_fit(batch))]))
-        }),
-        ("muscles.csv", &|w| write_tables(w, batch.fits.tables(1))),
-        ("batch.html", &|w| page::write(w, batch, &shown)),
-        ("tensions.svg", &|w| page::tensions(batch.muscles, &shown).write(w, batch.provenance)),
-        ("posterior.csv", &|w| write_tables(w, batch.fits.tables(2))),
-        ("contrasts.csv", &|w| summary::write_csv(w, batch)),
-        ("over_speakers.csv", &|w| super::over_speakers(&over_subjects).write(w, batch.provenance)),
+    let files: [(&str, &dyn Export); 8] = [
+        ("batch.json", &|w: &mut dyn Write, _: &Provenance| write_json(w, batch)),
+        ("fits.csv", &table_of_fits(batch, 0)),
+        ("muscles.csv", &table_of_fits(batch, 1)),
+        ("batch.html", &|w: &mut dyn Write, _: &Provenance| page::write(w, batch, &shown)),
+        ("tensions.svg", &page::tensions(batch.muscles, &shown)),
+        ("posterior.csv", &table_of_fits(batch, 2)),
+        ("contrasts.csv", &|w: &mut dyn Write, _: &Provenance| summary::write_csv(w, batch)),
+        ("over_speakers.csv", &super::over_speakers(&over_subjects)),
     ];
     let is_there = [has_posterior, !batch.contrasts.is_empty(), !over_subjects.is_empty()];
     let count = 5 + is_there.iter().take_while(|there| **there).count();
-    out.write_streams(files[..count].iter().copied())
+    out.export(&files[..count], batch.provenance)
 }
 
 pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
@@ -226,17 +224,17 @@ pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     writeln!(w)
 }
 
-/// Writes the rows of tables with the same columns as one table.
-fn write_tables(
-    w: &mut dyn Write,
-    tables: impl Iterator<Item = Result<Table, ReportError>>,
-) -> io::Result<()> {
-    let mut header = true;
-    for table in tables {
-        let Table { columns, rows } = table.map_err(io::Error::other)?;
-        if !rows.is_empty() {
-            lines(w, std::mem::take(&mut header).then_some(columns).into_iter().chain(rows))?;
+/// One of the tables of all fits, which is made while it is written.
+fn table_of_fits<'b>(batch: &'b Batch<'b>, which: usize) -> impl Export + 'b {
+    move |w: &mut dyn Write, _: &Provenance| {
+        let without_fit = (which == 0).then(|| Ok(tables::of_rows_without_fit(batch)));
+        let mut header = true;
+        for table in batch.fits.tables(which).chain(without_fit) {
+            let Table { columns, rows } = table.map_err(io::Error::other)?;
+            if !rows.is_empty() {
+                lines(w, std::mem::take(&mut header).then_some(columns).into_iter().chain(rows))?;
+            }
         }
+        Ok(())
     }
-    Ok(())
 }
