@@ -82,8 +82,7 @@ impl Study {
                 out.export(&files, by)?
             }
             Self::Stability { full, case } => {
-                let extent = if *full { hard_cases::HowMany::Full } else { hard_cases::HowMany::Sample };
-                let rows = hard_cases::run_all(case, extent)?;
+                let rows = hard_cases::run_all(case, *full)?;
                 let page = Markdown(hard_cases::markdown(&rows, &made)?);
                 let picture = hard_cases::picture(&rows).transpose()?;
                 let table = Rows(&rows);

@@ -6,12 +6,12 @@ use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, System};
 use tongue_files::report::status_name;
 
-use super::{HardCase, HowMany, equilibrium_row};
+use super::{HardCase, equilibrium_row};
 use crate::Error;
 
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N. Each is solved directly and along the branch from rest.
-pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, Error> {
-    subsets_of(2, &tongue()?, f64::INFINITY, extent)
+pub(super) fn subsets(full: bool) -> Result<Vec<HardCase>, Error> {
+    subsets_of(2, &tongue()?, f64::INFINITY, full)
 }
 
 /// Spacing of the continuum of cases 3 and 11, m.
@@ -19,15 +19,15 @@ pub(super) const CONTINUUM_M: f64 = 8e-3;
 /// Largest load to which the branch of a continuum is followed, N: at ten times this load its end takes hours to find.
 const FOLLOWED_N: f64 = 100.0;
 
-pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, Error> {
+pub(super) fn subsets_of_continuum(full: bool) -> Result<Vec<HardCase>, Error> {
     let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
-    subsets_of(11, &body.mesh, FOLLOWED_N, extent)
+    subsets_of(11, &body.mesh, FOLLOWED_N, full)
 }
 
-fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Result<Vec<HardCase>, Error> {
+fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec<HardCase>, Error> {
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
-    let stride = if extent == HowMany::Full { 1 } else { 16 };
+    let stride = if full { 1 } else { 16 };
     let mut rows = Vec::new();
     // The first set in this order has all muscles.
     for set in (1..1u32 << all.len()).rev().step_by(stride) {

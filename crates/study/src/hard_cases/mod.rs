@@ -28,14 +28,6 @@ use tongue_files::report::status_name;
 
 pub use table::{markdown, picture};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HowMany {
-    /// Takes seconds.
-    Sample,
-    /// All variants: every subset of muscles, and the mesh of 50 000 nodes.
-    Full,
-}
-
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct HardCase {
     pub case: u8,
@@ -97,9 +89,9 @@ impl HardCase {
     }
 }
 
-type NamedCase = (&'static str, fn(HowMany) -> Result<Vec<HardCase>, Error>);
+type NamedCase = (&'static str, fn(bool) -> Result<Vec<HardCase>, Error>);
 
-/// Case 1 is the first.
+/// Case 1 is the first. With `true` a case has all variants (every subset of muscles, the mesh of 50 000 nodes), otherwise a sample of them.
 const CASES: [NamedCase; 11] = [
     ("Table 4.2 as printed, and its misprints one by one", |_| motion::printed_table()),
     ("Subsets of the muscles at 1, 10, 100 and 1000 N", loads::subsets),
@@ -116,10 +108,10 @@ const CASES: [NamedCase; 11] = [
 pub const LAST: i64 = CASES.len() as i64;
 
 /// Runs the given cases, or all if none is given.
-pub fn run_all(cases: &[u8], extent: HowMany) -> Result<Vec<HardCase>, Error> {
+pub fn run_all(cases: &[u8], full: bool) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for (case, (_, run)) in (1..).zip(CASES).filter(|(c, _)| cases.is_empty() || cases.contains(c)) {
-        let of_case = run(extent)?;
+        let of_case = run(full)?;
         let kept = of_case.iter().filter(|r| r.kept).count();
         tell(&format!("case {case:2}: promise kept in {kept} of {} rows", of_case.len()));
         rows.extend(of_case);

@@ -12,7 +12,7 @@ use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::Model;
 use tongue_files::report::status_name;
 
-use super::{HardCase, HowMany};
+use super::HardCase;
 use crate::Error;
 use crate::measure::timed;
 
@@ -68,7 +68,7 @@ fn explicit(name: &str, motion: &Motion<'_, 2>) -> Result<HardCase, Error> {
 }
 
 /// Case 8: implicit steps from a microsecond to a hundred seconds, many explicit steps, and a sudden load of 300 N.
-pub(super) fn steps(extent: HowMany) -> Result<Vec<HardCase>, Error> {
+pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let body = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     let motion = body.motion()?;
@@ -81,7 +81,7 @@ pub(super) fn steps(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
     rows.push(run(8, name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
-    let count = if extent == HowMany::Full { 1_000_000 } else { 10_000 };
+    let count = if full { 1_000_000 } else { 10_000 };
     if let Some(limit) = IntegrationMethod::Verlet.step_limit(&motion) {
         let dt = 0.5 * limit;
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");

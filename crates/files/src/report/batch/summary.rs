@@ -1,6 +1,6 @@
 //! Summary of a batch, and differences of tensions between the vowels of a subject, which are the rows of `contrasts.csv`.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
@@ -15,8 +15,8 @@ use tongue_core::statistics::distinct;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::{Contrast, OverSpeakers};
-use tongue_input::measured::Vowel;
 use tongue_input::measured::lengths::rest_distance::NearestRow;
+use tongue_input::measured::{TargetKind, Vowel};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Digest {
@@ -53,7 +53,7 @@ impl Digest {
 /// Root mean square errors of the passive stretches of a group of fits, and of "no change".
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassiveGroup {
-    pub target_kind: String,
+    pub target_kind: TargetKind,
     pub vowel: Option<Vowel>,
     pub substitute_baseline: bool,
     pub fits: usize,
@@ -126,16 +126,13 @@ pub fn passive_groups(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<PassiveG
     let fits: Vec<(&Job, &Digest)> =
         digests.iter().map(|(number, digest)| (&jobs[*number], digest)).collect();
     let mut out = Vec::new();
-    let kinds: BTreeSet<&str> = fits.iter().map(|(job, _)| job.target.kind.name()).collect();
     // Vowels are in the order of the rows.
     let vowels: Vec<&Vowel> = distinct(fits.iter().map(|(job, _)| &job.target.vowel));
-    for kind in kinds {
+    for kind in TargetKind::ALL {
         for substitute in [false, true] {
             for vowel in vowels.iter().copied().map(Some).chain([None]) {
                 let members = fits.iter().filter(|(Job { target, substitute: own, .. }, _)| {
-                    target.kind.name() == kind
-                        && *own == substitute
-                        && vowel.is_none_or(|v| *v == target.vowel)
+                    target.kind == kind && *own == substitute && vowel.is_none_or(|v| *v == target.vowel)
                 });
                 out.extend(group(kind, vowel, substitute, members.map(|(_, digest)| *digest)));
             }
@@ -145,7 +142,7 @@ pub fn passive_groups(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<PassiveG
 }
 
 fn group<'a>(
-    kind: &str,
+    target_kind: TargetKind,
     vowel: Option<&Vowel>,
     substitute_baseline: bool,
     members: impl Iterator<Item = &'a Digest>,
@@ -158,7 +155,7 @@ fn group<'a>(
     });
     let fits = known.len();
     (fits > 0).then(|| PassiveGroup {
-        target_kind: kind.to_owned(),
+        target_kind,
         vowel: vowel.cloned(),
         substitute_baseline,
         fits,
