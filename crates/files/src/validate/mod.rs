@@ -107,11 +107,8 @@ pub fn run(
             predicted
         }),
     });
-    let seeds = [plan.permutations, plan.seed];
-    let posterior = plan
-        .posterior
-        .then(|| posterior::study(body, model, data, baseline, seeds, &progress))
-        .transpose()?;
+    let posterior =
+        plan.posterior.then(|| posterior::study(body, model, data, plan, &progress)).transpose()?;
     progress.add(total, "done");
     Ok(ValidationStudy {
         data: data.origin().to_owned(),

@@ -24,7 +24,7 @@ use super::scored::{
 };
 use super::statistics::{best_shrunk, conditional_normal};
 
-use super::Progress;
+use super::{Progress, ValidationPlan};
 use crate::simulation::SimulationError;
 
 /// Permutations of names take as long as the table itself each.
@@ -175,10 +175,10 @@ pub fn study(
     body: &Body<2>,
     model: &Model,
     data: &Dataset,
-    baseline: &Vowel,
-    [most_permutations, seed]: [u64; 2],
+    plan: &ValidationPlan,
     progress: &Progress<'_>,
 ) -> Result<PosteriorStudy, SimulationError> {
+    let (baseline, seed) = (&plan.baseline, plan.seed);
     let priors = Priors::default();
     let mut fixed_tilt = priors.clone();
     fixed_tilt.hyoid_tilt.off = true;
@@ -219,7 +219,7 @@ pub fn study(
         }
     }
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
-    for order in permutations(data.muscles().len(), most_permutations.min(MOST_PERMUTATIONS), seed) {
+    for order in permutations(data.muscles().len(), plan.permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
         if let Ok(posterior) = predictors.predict(PosteriorKind::Row, &all) {
             let permuted = score(&posterior, &all, |_| true);

@@ -94,16 +94,16 @@ impl AssessedRecord {
 fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
     let target = &fit.matched.target;
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
-    let (measured, reference) = (target.muscles.len(), target.reference);
-    let rms = |kind: TargetKind, simulated: &[f64], wanted: &[f64]| {
-        let squares: Vec<f64> = (0..measured)
+    let reference = target.reference;
+    let error = |kind: TargetKind, simulated: &[f64]| {
+        let wanted = target.measured_in(kind);
+        let squares: Vec<f64> = (0..target.muscles.len())
             .filter(|m| !target.active.contains(m) && kind.constrains(*m, reference))
             .map(|m| (simulated[m] - wanted[m]).powi(2))
             .collect();
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
     let no_change = |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, reference);
-    let error = |kind: TargetKind, values: &[f64]| rms(kind, values, &target.measured_in(kind));
     let thesis = thesis.filter(|t| t.simulated(target));
     let thesis_stretches =
         thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated_in(stretch)[reference]));

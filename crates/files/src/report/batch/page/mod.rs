@@ -69,43 +69,39 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
 
 fn passive(groups: &[PassiveGroup]) -> Markup {
     let columns = PassiveGroup::columns();
-    html! {
-        section {
-            h2 { "Muscles that do not contract" }
-            p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
-            (tongue_page::sortable("passive", columns_with_heading(&columns).0, &html! {
-                @for g in groups { tr { (tongue_page::cells(&columns, g)) } }
-            }))
-        }
-    }
+    let rows = html! { @for g in groups { tr { (tongue_page::cells(&columns, g)) } } };
+    table_section(
+        "Muscles that do not contract",
+        "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction.",
+        &tongue_page::sortable("passive", columns_with_heading(&columns).0, &rows),
+    )
 }
 
 fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
-    html! {
-        section {
-            h2 { "Residuals" }
-            p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks the contracting muscles, whose values the fit has to meet." }
-            (tongue_page::sortable("heat", with_muscle_headings(&["subject", "vowel", "target"], muscles), &html! {
-                @for f in fits { (PreEscaped(&f.heat_row)) }
-            }))
-        }
-    }
+    let headings = with_muscle_headings(&["subject", "vowel", "target"], muscles);
+    let rows = html! { @for f in fits { (PreEscaped(&f.heat_row)) } };
+    table_section(
+        "Residuals",
+        "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks the contracting muscles, whose values the fit has to meet.",
+        &tongue_page::sortable("heat", headings, &rows),
+    )
 }
 
 fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
-    let rows: Vec<&str> =
-        fits.iter().map(|f| f.posterior_row.as_str()).filter(|row| !row.is_empty()).collect();
-    html! {
-        @if !rows.is_empty() {
-            section {
-                h2 { "Which muscles pull harder than in the baseline" }
-                p { "What the posterior of every row says: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; then the probability, and the 95 % interval of the change F − F0 of the tension. A posterior uses all measured stretches of a row, so each row is listed once; its ridges are below, with the fit. posterior.csv has all numbers." }
-                (tongue_page::sortable("posteriors", with_muscle_headings(&["subject", "vowel", "baseline"], muscles), &html! {
-                    @for row in &rows { (PreEscaped(*row)) }
-                }))
-            }
-        }
+    let rows = html! { @for f in fits { (PreEscaped(&f.posterior_row)) } };
+    if rows.0.is_empty() {
+        return rows;
     }
+    let headings = with_muscle_headings(&["subject", "vowel", "baseline"], muscles);
+    table_section(
+        "Which muscles pull harder than in the baseline",
+        "What the posterior of every row says: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; then the probability, and the 95 % interval of the change F − F0 of the tension. A posterior uses all measured stretches of a row, so each row is listed once; its ridges are below, with the fit. posterior.csv has all numbers.",
+        &tongue_page::sortable("posteriors", headings, &rows),
+    )
+}
+
+fn table_section(title: &str, text: &str, table: &Markup) -> Markup {
+    html! { section { h2 { (title) } p { (text) } (table) } }
 }
 
 fn viewer(fits: &[PageFit]) -> Markup {
