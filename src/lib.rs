@@ -156,7 +156,8 @@ pub mod inverse {
     pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
     pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
     pub use tongue_infer::inverse::{
-        Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown, fit, solve,
+        Constant, Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown,
+        fit, solve,
     };
 
     pub mod alarms {

@@ -163,7 +163,7 @@ fn the_plan_says_what_is_simulated_and_why_not() {
 fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let scene = scene::shipped("fit-vowel-a").unwrap();
     let mut prepared = prepare(&scene, flat(&scene)).unwrap();
-    let target = prepared.target.clone().unwrap();
+    let target = prepared.target.clone().unwrap().target;
     let mesh = prepared.body.mesh.clone();
     let there = run(&scene, &mut prepared).unwrap();
     let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::FitSettings::default()).unwrap();

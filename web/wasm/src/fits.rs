@@ -1,6 +1,7 @@
 //! Tables of lengths, and fits of their rows.
 
 use serde_json::{Value, json};
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::{Draw, ShortRun};
@@ -88,6 +89,7 @@ pub fn spoken(
     let mut spoken = engine.scene().clone().spoken(&posture, JOINT_MM);
     spoken.tensions_n = target.active_names().into_iter().map(|name| (name.to_owned(), 0.0)).collect();
     let mut prepared = prepare(&spoken, engine.body.clone()).map_err(|e| e.to_string())?;
+    let target = TargetOnBody::new(&engine.body.mesh, &target).map_err(|e| e.to_string())?;
     prepared.target = Some(target);
     scene::run::fit(&mut prepared).map_err(|e| e.to_string())?;
     Ok(json!({"tensions_n": prepared.tensions, "posture": posture}))

@@ -11,7 +11,7 @@ use super::{loads, vocal_tract};
 use crate::simulation::SimulationError;
 use crate::surgery::Operation;
 use tongue_core::body::Body;
-use tongue_core::effect::{Contact, Effect};
+use tongue_core::effect::Contact;
 use tongue_core::material::Constants;
 use tongue_core::system::model::bending_kept;
 use tongue_core::system::{self, Additions, Model, SpaceModel, System};
@@ -30,7 +30,7 @@ pub struct Prepared<const D: usize> {
     pub start: Option<System<D>>,
     pub tensions: Vec<f64>,
     pub wall: Option<Contact>,
-    pub target: Option<Target>,
+    pub target: Option<TargetOnBody>,
     pub seen: Option<Frame>,
     pub airway: Option<VocalTract>,
 }
@@ -48,7 +48,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
         _ if seen.is_some() => all.collect(),
         None if body.is_activated() => all.filter(|&m| tensions[m] > 0.0).collect(),
         None => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
-        Some(target) => TargetOnBody::new(&body.mesh, target)?.contracting(),
+        Some(target) => target.contracting(),
     };
 
     let mut decisions = tissue_decisions(scene, &body, &contracting);
@@ -134,7 +134,7 @@ fn target<const D: usize>(
     wanted: &FitTarget,
     scene: &Scene,
     body: &Body<D>,
-) -> Result<Target, SimulationError> {
+) -> Result<TargetOnBody, SimulationError> {
     let vowel: Vowel = wanted.vowel.parse()?;
     let kind: TargetKind = wanted.target.parse()?;
     let data = Dataset::reference()?;
@@ -147,11 +147,10 @@ fn target<const D: usize>(
         )));
     }
     let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
-    if let Err(missing) = TargetOnBody::new(&body.mesh, &target) {
+    TargetOnBody::new(&body.mesh, &target).map_err(|missing| {
         let why = format!("{missing}; fit a body that has it, or give tensions");
-        return Err(SimulationError::contradiction("[fit]", scene.body_key(), why));
-    }
-    Ok(target)
+        SimulationError::contradiction("[fit]", scene.body_key(), why)
+    })
 }
 
 /// The tension or activation of every muscle of the mesh; muscles of one name have the same.
@@ -250,7 +249,7 @@ fn roles<const D: usize>(
     body: &Body<D>,
     contracting: &[usize],
     tensions: &[f64],
-    target: Option<&Target>,
+    target: Option<&TargetOnBody>,
 ) -> Vec<MuscleRole> {
     let mut roles: Vec<MuscleRole> = Vec::new();
     for (number, muscle) in body.mesh.muscles.iter().enumerate() {
@@ -264,7 +263,7 @@ fn roles<const D: usize>(
             _ if !contracts => "passive: its connections are tissue".to_owned(),
             Some(tension) => format!("contracts with {tension} {}", force_unit(D)),
             None => match target {
-                Some(target) if target.active_names().contains(&muscle.name.as_str()) => {
+                Some(target) if target.target.active_names().contains(&muscle.name.as_str()) => {
                     "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
                 }
                 Some(_) => "not shorter in this vowel: without tension".to_owned(),
@@ -286,18 +285,5 @@ fn method(scene: &Scene) -> String {
             "Nelder-Mead over some thousand equilibria by Newton's method on the energy".to_owned()
         }
         _ => "one equilibrium by Newton's method on the energy".to_owned(),
-    }
-}
-
-impl<const D: usize> Prepared<D> {
-    pub(crate) fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
-        let mut groups: Vec<(&'static str, Vec<&dyn Effect<D>>)> = Vec::new();
-        for effect in self.system.effects() {
-            match groups.iter_mut().find(|(name, _)| *name == effect.name()) {
-                Some((_, group)) => group.push(effect.as_ref()),
-                None => groups.push((effect.name(), vec![effect.as_ref()])),
-            }
-        }
-        groups
     }
 }

@@ -19,6 +19,7 @@ use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Connection, SolveSettings, Workspace};
+use tongue_core::statistics::distinct;
 use tongue_core::system::System;
 use tongue_infer::inverse;
 use tongue_infer::inverse::alarms;
@@ -113,15 +114,14 @@ pub fn run<const D: usize>(
 pub fn fit<const D: usize>(
     prepared: &mut Prepared<D>,
 ) -> Result<Option<inverse::FitStatus>, SimulationError> {
-    let Some(target) = &prepared.target else { return Ok(None) };
-    let matched = inverse::TargetOnBody::new(&prepared.body.mesh, target)?;
+    let Some(target) = prepared.target.clone() else { return Ok(None) };
     // The end point of Nelder-Mead depends on the last bits of a machine, which moves a formant by 2 Hz.
     let method = match prepared.airway {
         Some(_) => inverse::Method::GaussNewton,
         None => inverse::Method::default(),
     };
     let settings = inverse::FitSettings { method, ..inverse::FitSettings::default() };
-    let fit = inverse::fit_in(&prepared.system, matched, &settings)?;
+    let fit = inverse::fit_in(&prepared.system, target, &settings)?;
     prepared.tensions = fit.answer.tensions;
     Ok(Some(fit.answer.status))
 }
@@ -241,8 +241,9 @@ fn time_by_effect<const D: usize>(
 ) -> Vec<EffectTime> {
     let mut force = vec![SVector::zeros(); at.positions.len()];
     let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
-    let groups = prepared.effects_by_name();
-    let times = groups.iter().map(|(name, effects)| {
+    let all = prepared.system.effects();
+    let times = distinct(all.iter().map(|e| e.name())).into_iter().map(|effect| {
+        let effects: Vec<_> = all.iter().filter(|e| e.name() == effect).collect();
         let energy_us = fastest_us(&mut || {
             std::hint::black_box(effects.iter().map(|e| e.energy(at)).sum::<f64>());
         });
@@ -253,7 +254,7 @@ fn time_by_effect<const D: usize>(
         let costs = [energy_us, force_us, stiffness_us];
         let total_us =
             costs.iter().zip(evaluations).map(|(fastest_us, times)| fastest_us * times as f64).sum();
-        EffectTime { effect: name, energy_us, force_us, stiffness_us, total_us }
+        EffectTime { effect, energy_us, force_us, stiffness_us, total_us }
     });
     times.collect()
 }

@@ -62,15 +62,8 @@ impl<const D: usize> Estimate<D> {
         Ok(shift)
     }
 
-    pub fn young_modulus(&self) -> Option<f64> {
-        self.constant(Constant::YoungModulus)
-    }
-
-    pub fn poisson_ratio(&self) -> Option<f64> {
-        self.constant(Constant::PoissonRatio)
-    }
-
-    fn constant(&self, constant: Constant) -> Option<f64> {
+    /// The value of a constant that was searched for.
+    pub fn constant(&self, constant: Constant) -> Option<f64> {
         let mut values = self.unknowns.iter().zip(&self.answer.x);
         let found = values.find(|(u, _)| u.quantity == Quantity::Constant(constant));
         found.map(|(unknown, x)| x * unknown.unit)
@@ -107,8 +100,8 @@ impl<const D: usize> Estimate<D> {
             let shift = self.displacement(name).ok()?;
             Some((name.clone(), shift.iter().map(|x| x * 1e3).collect::<Vec<_>>()))
         }).collect()),
-            "young_modulus_pa": self.young_modulus(),
-            "poisson_ratio": self.poisson_ratio(),
+            "young_modulus_pa": self.constant(Constant::YoungModulus),
+            "poisson_ratio": self.constant(Constant::PoissonRatio),
             "evaluations": self.answer.counts.evaluations,
             "singular_values": self.answer.identifiability.as_ref().map(|i| &i.singular_values),
             "undetermined": self.undetermined(),
