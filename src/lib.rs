@@ -135,12 +135,8 @@ pub mod files {
 
 pub mod geometry {
     //! Points and similarities.
+    pub use tongue_core::geometry::topology::outlines;
     pub use tongue_core::geometry::{Point, Similarity};
-
-    pub mod topology {
-        //! What bounds a mesh.
-        pub use tongue_core::geometry::topology::outlines;
-    }
 }
 
 pub mod acoustics {
@@ -278,28 +274,14 @@ pub mod run {
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
+    pub use tongue_files::scene::body::build;
     pub use tongue_files::scene::effects::{Hyoid, Jaw};
     pub use tongue_files::scene::file::{SceneBody, Want};
+    pub use tongue_files::scene::prepare::{Prepared, prepare};
+    pub use tongue_files::scene::run::{SceneOutcome, fit, run};
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::scene::*;
     pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
-
-    pub mod body {
-        //! Bodies of scenes.
-        pub use tongue_files::scene::body::build;
-    }
-
-    pub mod prepare {
-        //! Scenes made ready.
-        pub use tongue_files::scene::prepare::{Prepared, prepare};
-    }
-
-    pub mod run {
-        //! Scenes run.
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_files::scene::run::in_axes_of_body;
-        pub use tongue_files::scene::run::{SceneOutcome, fit, run};
-    }
 }
 
 pub mod simulation {

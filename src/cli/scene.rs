@@ -5,9 +5,8 @@ use nalgebra::SVector;
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
-use tongue_fit::scene::prepare::{Prepared, prepare};
-use tongue_fit::scene::run::{self, SceneOutcome as Answer};
-use tongue_fit::scene::{self, Scene, SceneBody, Want, body};
+use tongue_fit::scene::run::in_axes_of_body;
+use tongue_fit::scene::{self, Prepared, Scene, SceneBody, SceneOutcome as Answer, Want, build, prepare};
 
 use super::{Global, Outcome, inputs, output, scene_table};
 
@@ -57,7 +56,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
         SceneAction::Explain(which) => {
             let scene = load(&which.name)?;
-            let plan = match body::build(&scene).into_diagnostic()? {
+            let plan = match build(&scene).into_diagnostic()? {
                 AnyBody::Flat(body) => prepare(&scene, body).into_diagnostic()?.plan,
                 AnyBody::Solid(body) => prepare(&scene, body).into_diagnostic()?.plan,
             };
@@ -92,7 +91,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
     let out = global.given_folder()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
-    let (result, by, written) = match body::build(&scene).into_diagnostic()? {
+    let (result, by, written) = match build(&scene).into_diagnostic()? {
         AnyBody::Flat(body) => run_body(&scene, body, to, section)?,
         AnyBody::Solid(body) => run_body(&scene, body, to, solid)?,
     };
@@ -120,8 +119,8 @@ fn solid(prepared: &Prepared<3>, positions: &[SVector<f64, 3>], result: &Answer)
         return report::solid(&prepared.body.mesh, positions, title);
     }
     let mut body = prepared.body.clone();
-    body.mesh.nodes = run::in_axes_of_body(&body.mesh.nodes);
-    let positions = run::in_axes_of_body(positions);
+    body.mesh.nodes = in_axes_of_body(&body.mesh.nodes);
+    let positions = in_axes_of_body(positions);
     report::views(&body, &positions, result.pulls.values(), title, result.operation.as_ref())
 }
 
@@ -154,7 +153,7 @@ fn run_body<const D: usize>(
         refuse_to_overwrite(scene, out, &names).map(|()| (out, names))
     });
     let to = to.transpose()?;
-    let result = run::run(scene, &mut prepared).into_diagnostic()?;
+    let result = scene::run(scene, &mut prepared).into_diagnostic()?;
     let Some((out, names)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
     let picture = draw(&prepared, &positions, &result).into_diagnostic()?;

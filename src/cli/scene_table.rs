@@ -4,8 +4,7 @@ use std::fmt::Write as _;
 
 use tongue_fit::dynamics::MotionOutcome;
 use tongue_fit::report;
-use tongue_fit::scene::run::SceneOutcome;
-use tongue_fit::scene::{ScenePlan, force_unit};
+use tongue_fit::scene::{SceneOutcome, ScenePlan, force_unit};
 
 use super::table::{self, align_left, newtons, rows};
 use super::word;

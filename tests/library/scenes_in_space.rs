@@ -4,8 +4,7 @@ use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_fit::body::Body;
 use tongue_fit::material::Constants;
-use tongue_fit::scene::run::SceneOutcome;
-use tongue_fit::scene::{self, Scene};
+use tongue_fit::scene::{self, Scene, SceneOutcome};
 use tongue_fit::statics::Connection;
 use tongue_fit::system::{SpaceModel, System};
 

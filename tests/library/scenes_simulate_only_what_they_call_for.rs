@@ -5,9 +5,7 @@ use nalgebra::Vector2;
 use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::dynamics::MotionStatus;
 use tongue_fit::inverse;
-use tongue_fit::scene::prepare::{Prepared, prepare};
-use tongue_fit::scene::run::{SceneOutcome, run};
-use tongue_fit::scene::{self, Scene, Want, body, simulate};
+use tongue_fit::scene::{self, Prepared, Scene, SceneOutcome, Want, build, prepare, run, simulate};
 use tongue_fit::statics::Workspace;
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
@@ -19,7 +17,7 @@ const CYLINDER: &str =
     "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 30.0\nh_mm = 10.0\n";
 
 fn flat(scene: &Scene) -> Body<2> {
-    match body::build(scene).unwrap() {
+    match build(scene).unwrap() {
         AnyBody::Flat(built) => built,
         AnyBody::Solid(_) => panic!("{} is solid", scene.title),
     }
@@ -89,7 +87,7 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
 fn the_parts_left_out_of_shipped_scenes_do_not_change_their_answers() {
     for name in scene::names() {
         let scene = scene::shipped(name).unwrap();
-        match body::build(&scene).unwrap() {
+        match build(&scene).unwrap() {
             AnyBody::Flat(built) => compare_with_everything(name, &scene, &built),
             AnyBody::Solid(built) => compare_with_everything(name, &scene, &built),
         }
@@ -212,7 +210,7 @@ fn the_jaw_takes_the_genioglossus_along_and_the_hyoid_its_muscles() {
 #[test]
 fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     let scene = scene::shipped("cylinder-3d").unwrap();
-    let AnyBody::Solid(built) = body::build(&scene).unwrap() else { panic!("a cylinder is solid") };
+    let AnyBody::Solid(built) = build(&scene).unwrap() else { panic!("a cylinder is solid") };
     let rest = built.mesh.nodes.clone();
     let result = run(&scene, &mut prepare(&scene, built).unwrap()).unwrap();
     assert!(result.converged);
@@ -377,7 +375,7 @@ fn contradictions_are_named() {
     for (text, wanted) in cases {
         let prepared = |scene: Scene| {
             scene.check()?;
-            match body::build(&scene)? {
+            match build(&scene)? {
                 AnyBody::Flat(built) => prepare(&scene, built).map(drop),
                 AnyBody::Solid(built) => prepare(&scene, built).map(drop),
             }

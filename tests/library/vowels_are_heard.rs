@@ -8,9 +8,7 @@ use tongue_core::statics::Response;
 use tongue_fit::acoustics::{Articulation, FormantFrequency, SpaceVocalTract, Tract, VocalTract};
 use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::observe::Observable;
-use tongue_fit::scene::body::build;
-use tongue_fit::scene::prepare::prepare;
-use tongue_fit::scene::{self, Scene};
+use tongue_fit::scene::{self, Scene, build, prepare};
 use tongue_fit::statics::{self, SolveSettings, Workspace};
 use tongue_fit::system::{Additions, Model, System};
 

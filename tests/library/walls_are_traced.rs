@@ -5,8 +5,7 @@ use tongue_fit::acoustics::{Articulation, MeanVowel, Tract, VocalTract, mean_vow
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::report::SoundRecord;
-use tongue_fit::scene::run::SceneOutcome;
-use tongue_fit::scene::{self, JOINT_MM, Scene};
+use tongue_fit::scene::{self, JOINT_MM, Scene, SceneOutcome};
 use tongue_sound::formants::formants;
 use tongue_sound::{Acoustics, Section};
 

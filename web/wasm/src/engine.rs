@@ -8,13 +8,11 @@ use serde_json::{Value, json};
 use tongue_fit::acoustics::{Articulation, Formant, VocalTract, mean_vowels};
 use tongue_fit::body::{Body, HYOID, MANDIBLE, MeshContent};
 use tongue_fit::effect::Contact;
-use tongue_fit::geometry::topology;
+use tongue_fit::geometry;
 use tongue_fit::measured::{Dataset, Muscles, Vowel};
 use tongue_fit::report::SimulationRecord;
 use tongue_fit::run::{BodySource, Kind, PlaneBody, Solved};
-use tongue_fit::scene::prepare::prepare;
-use tongue_fit::scene::{Hyoid, Jaw};
-use tongue_fit::scene::{JOINT_MM, Scene};
+use tongue_fit::scene::{Hyoid, JOINT_MM, Jaw, Scene, prepare};
 use tongue_fit::simulation::read_tensions;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, PrescribedDisplacement, System};
@@ -151,7 +149,7 @@ impl Engine {
             "version": tongue_fit::VERSION,
             "what": self.body.what,
             "nodes_m": points(&mesh.nodes),
-            "outlines": topology::outlines(mesh.cells.iter()),
+            "outlines": geometry::outlines(mesh.cells.iter()),
             "edges": edges,
             "muscles": muscles,
             "bones": self.body.bones.iter().map(|b| json!({"name": b.name, "nodes": b.nodes})).collect::<Vec<_>>(),

@@ -7,8 +7,7 @@ use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::{Draw, ShortRun};
 use tongue_fit::report::{FitRecord, Provenance};
 use tongue_fit::run::FitRun;
-use tongue_fit::scene::prepare::prepare;
-use tongue_fit::scene::{self, JOINT_MM};
+use tongue_fit::scene::{self, JOINT_MM, prepare};
 use tongue_fit::system::TissueModel;
 
 use crate::engine::Engine;
@@ -91,7 +90,7 @@ pub fn spoken(
     let mut prepared = prepare(&spoken, engine.body.clone()).map_err(|e| e.to_string())?;
     let target = TargetOnBody::new(&engine.body.mesh, &target).map_err(|e| e.to_string())?;
     prepared.target = Some(target);
-    scene::run::fit(&mut prepared).map_err(|e| e.to_string())?;
+    scene::fit(&mut prepared).map_err(|e| e.to_string())?;
     Ok(json!({"tensions_n": prepared.tensions, "posture": posture}))
 }
 
