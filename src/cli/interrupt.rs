@@ -46,12 +46,6 @@ pub fn report_files_that_become_too_large() {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }
 
-#[cfg(not(unix))]
-pub fn report_files_that_become_too_large() {}
-
-#[cfg(not(unix))]
-pub fn remove_unfinished_files_on_signals() {}
-
 /// Whether the signal was ignored when the program was started, as SIGINT is for background jobs; only Linux reports it.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {

@@ -157,8 +157,11 @@ pub fn main() -> ExitCode {
 pub fn run(words: Vec<OsString>) -> u8 {
     let (cli, matches) = parse(words.clone()).unwrap_or_else(|error| error.exit());
     Invocation::begin(words, cli.global.volume());
-    interrupt::remove_unfinished_files_on_signals();
-    interrupt::report_files_that_become_too_large();
+    #[cfg(unix)]
+    {
+        interrupt::remove_unfinished_files_on_signals();
+        interrupt::report_files_that_become_too_large();
+    }
     exit_status(option_checks::check(&Cli::command(), &matches).and_then(|()| {
         if cli.global.threads.is_some() {
             start_threads(&cli.global, rayon::ThreadPoolBuilder::build_global)?;

@@ -39,10 +39,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let data = inputs::lengths(arguments.lengths.as_ref(), None)?;
-    let baseline = match &arguments.baseline {
-        Some(label) => label.parse().into_diagnostic()?,
-        None => Vowel::unrounded_u(),
-    };
+    let baseline = arguments.baseline.as_deref().map_or(Ok(Vowel::unrounded_u()), str::parse);
+    let baseline = baseline.into_diagnostic()?;
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);
     let plan = ValidationPlan { baseline, permutations, seed, posterior: arguments.posterior };
     let (body, model) = (arguments.body.body()?, arguments.body.model());
