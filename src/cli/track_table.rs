@@ -4,7 +4,7 @@ use tongue_fit::report::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
     repetitions_sentence, with_decimals,
 };
-use tongue_fit::statistics::upper_median;
+use tongue_fit::statistics::median;
 use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW};
 
 use super::table::{self, count_of, difference, join_first};
@@ -36,7 +36,7 @@ pub fn track(record: &TrackRecord) -> String {
         compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
-    let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
+    let resolved = median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
     text += &format!(
         "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior\n",
         record.courses.len()
@@ -119,14 +119,10 @@ fn displacements_of_free_bones(record: &TrackRecord) -> Vec<(String, String)> {
             own.flat_map(|(r, i)| r.tracked.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
         let axes = [0, 1].map(|a| {
             let of = |end: &dyn Fn(&Displacement) -> f64| {
-                with_decimals(1e3 * median(all.iter().map(|b| end(b))), 1)
+                with_decimals(1e3 * median(all.iter().map(|b| end(b))).unwrap_or(f64::NAN), 1)
             };
             format!("{} ({} to {})", of(&|b| b.shift_m[a]), of(&|b| b.low_m[a]), of(&|b| b.high_m[a]))
         });
         (name.replace('_', " "), axes.join(", "))
     }))
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    upper_median(values).unwrap_or(f64::NAN)
 }

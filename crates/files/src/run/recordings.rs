@@ -6,7 +6,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::choice;
 use tongue_core::geometry::Point;
 use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 use tongue_infer::adapt::AdaptationInput;
 use tongue_infer::track::{self, Followed, FrameStatus, Tracked, TrackedRecording};
 use tongue_input::measured::recording::{
@@ -245,7 +245,7 @@ impl TrackRun<'_> {
             settings: settings.clone(),
             statuses: tally(frames.iter().map(|f| status_name(&f.status))),
             untrusted: None,
-            median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
+            median_rms_mm: median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
             comparisons: track::compare(&compared, &muscles, &settings.link, draws),
             courses: track::course_summaries(&muscles, &frames, &settings.link),
             repeats: track::repeatability(labelled, &muscles),
@@ -270,7 +270,7 @@ fn check_frame(seen: &AlignedRecording, followed: &[Followed]) -> Result<(), Sim
     for bone in followed {
         let Some(number) = seen.bone(&bone.name) else { continue };
         let away = seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm());
-        if let Some(median) = upper_median(away).filter(|d| *d > MOST_BONE_MOTION_M) {
+        if let Some(median) = median(away).filter(|d| *d > MOST_BONE_MOTION_M) {
             return Err(SimulationError::Refused(format!(
                 "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a body to the \
                  speaker (tongue-fit adapt), or correct back, up, turn_deg and shift_mm in a map",
@@ -332,7 +332,7 @@ fn out_of_reach(seen: &AlignedRecording, frames: &[Tracked], is_adapted: bool) -
     /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
     const MOST_RMS_MM: f64 = 2.5;
     let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
-    let rms = upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3);
+    let rms = median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3);
     let is_met = rms.is_none_or(|mm| mm <= MOST_RMS_MM);
     if 2 * out <= frames.len() && is_met {
         return None;

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::display_shape::{Display, DisplayShape, SHAPE_FRAMES, begin_beside};
@@ -181,7 +181,7 @@ fn fit_placed(
         let far = recordings
             .iter()
             .flat_map(|c| (0..c.frames.len()).flat_map(|t| absolute_residuals(smoother, c, t)));
-        1.4826 * upper_median(far).unwrap_or(0.0)
+        1.4826 * median(far).unwrap_or(0.0)
     });
     let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
     if found.iter().flatten().any(|(faults, _)| !faults.is_empty()) {
