@@ -113,10 +113,14 @@ fn record<'a>(
         let own = plan.baselines.iter().find(|row| row.subject == name).map(|row| &row.vowel);
         own.and_then(|vowel| data.row(name, vowel).ok()).map(|lengths| &lengths.vowel)
     };
+    let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
+    for row in data.rows() {
+        rows.entry(&row.lengths.subject).or_default().push(row_record(row));
+    }
     let subjects = data.subjects().into_iter().map(|name| SubjectRecord {
         subject: name,
         baseline: of_subject(name),
-        rows: data.rows().iter().filter(|row| row.lengths.subject == name).map(row_record).collect(),
+        rows: rows.remove(name).unwrap_or_default(),
     });
     Ok(LengthRecord {
         version: tongue_fit::VERSION,

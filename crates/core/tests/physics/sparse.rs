@@ -1,5 +1,7 @@
 //! Orders of elimination and their fill-in.
 
+use std::collections::BTreeSet;
+
 use tongue_core::sparse::ordering::{
     approximate_minimum_degree, minimum_degree, nested_dissection, order, rows_below, work,
 };
@@ -31,6 +33,18 @@ fn a_ring_fills_in_n_minus_3_places() {
     assert_eq!(rows_below(&ring, &order).concat().len(), (n + n - 3) as usize);
 }
 
+/// The rows below the diagonal, by joining all later neighbours of each unknown that is eliminated.
+fn eliminated_one_by_one(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
+    let place = |unknown: usize| order.iter().position(|&u| u == unknown).unwrap() as u32;
+    let mut left: Vec<BTreeSet<u32>> =
+        Vec::from_iter(order.iter().map(|&u| neighbours[u].iter().map(|&v| place(v as usize)).collect()));
+    Vec::from_iter((0..order.len()).map(|k| {
+        let later: Vec<u32> = left[k].iter().copied().filter(|&row| row as usize > k).collect();
+        later.iter().for_each(|&row| left[row as usize].extend(&later));
+        later
+    }))
+}
+
 #[test]
 fn other_orders_fill_in_little_more_than_exact_minimum_degree() {
     // A grid of 7 by 9 nodes, each joined to its eight neighbours.
@@ -44,6 +58,7 @@ fn other_orders_fill_in_little_more_than_exact_minimum_degree() {
         near.filter(inside).map(move |(a, b)| (a * columns + b) as u32).collect::<Vec<_>>()
     }));
     let order = minimum_degree(grid.clone());
+    assert_eq!(rows_below(&grid, &order), eliminated_one_by_one(&grid, &order));
     let fill = |order: &[usize]| rows_below(&grid, order).iter().map(Vec::len).sum::<usize>();
     for mut other in [approximate_minimum_degree(&grid).unwrap(), nested_dissection(&grid)] {
         assert!(fill(&other) < fill(&order) * 5 / 4);

@@ -42,15 +42,14 @@ impl OutputDir {
         let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let created = path.ancestors().take_while(is_missing).last().map(Path::to_owned);
         let out = Self { path: path.to_owned(), created };
-        fs::create_dir_all(path).and_then(|()| begin(path)).map(drop).map_err(|source| {
-            ReportError::Folder {
-                path: path.to_owned(),
-                reason: match path.ancestors().find(|p| p.is_file()) {
-                    Some(file) => format!("\"{}\" is a file, not a folder", file.display()),
-                    None => source.to_string(),
-                },
-                source,
-            }
+        let tried = fs::create_dir_all(path).and_then(|()| begin(path));
+        tried.map(|trial| drop(unfinished().remove(trial.path()))).map_err(|source| ReportError::Folder {
+            path: path.to_owned(),
+            reason: match path.ancestors().find(|p| p.is_file()) {
+                Some(file) => format!("\"{}\" is a file, not a folder", file.display()),
+                None => source.to_string(),
+            },
+            source,
         })?;
         Ok(out)
     }

@@ -190,6 +190,8 @@ pub struct RestShape {
     pub prior: ShapePrior,
     /// The body, whose mesh has the nodes at zero amounts.
     body: MovableBody,
+    /// The nodes from which the system is assembled, m. In its rest shape the parts of muscles outside the tissue are straight.
+    nodes: Vec<Point>,
     pub system: System<2>,
     /// The body a small step along every direction, and these bodies for lanes, made when they are first used; most bodies of a search for
     /// a shape are not.
@@ -226,9 +228,9 @@ impl RestShape {
     }
 
     fn new(prior: ShapePrior, body: MovableBody, nodes: Vec<Point>) -> Result<Self, RestError> {
-        let system = body.system(nodes, None)?;
+        let system = body.system(nodes.clone(), None)?;
         let (changed, in_lanes) = (OnceLock::new(), OnceLock::new());
-        Ok(Self { prior, body, system, changed, in_lanes, is_kept: false })
+        Ok(Self { prior, body, nodes, system, changed, in_lanes, is_kept: false })
     }
 
     /// The body at zero amounts. Checks that it can be assembled a small step along every direction.
@@ -240,7 +242,7 @@ impl RestShape {
     }
 
     fn step(&self, direction: &Vec<Point>) -> Result<System<2>, RestError> {
-        let nodes = self.system.rest().iter().zip(direction).map(|(p, d)| p + d * STEP);
+        let nodes = self.nodes.iter().zip(direction).map(|(p, d)| p + d * STEP);
         self.body.system(nodes.collect(), Some(self.system.layout()))
     }
 

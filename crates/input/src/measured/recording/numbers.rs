@@ -89,7 +89,8 @@ pub(super) fn number_rows(
             values.push(cell.parse::<f64>().map_err(wrong)?);
         }
         let width = values.len();
-        let wanted = out.first().map_or(widths.to_vec(), |(_, first)| vec![first.len()]);
+        let first = out.first().map(|(_, first)| [first.len()]);
+        let wanted = first.as_ref().map_or(widths, |first| first);
         if !wanted.contains(&width) {
             let wanted = wanted.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ");
             let what = format!("the line has {width} numbers where {wanted} are needed");
