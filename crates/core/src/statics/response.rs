@@ -113,7 +113,7 @@ pub fn position_rates<const D: usize>(
             response.compute_for_tension(fibre);
             motion.iter_mut().zip(response.motion()).for_each(|(sum, m)| *sum += m);
         }
-        system.move_path_nodes(positions, &mut motion);
+        system.paths().iter().for_each(|path| path.carry(positions, &mut motion));
         motion
     });
     Some(motions.collect())
