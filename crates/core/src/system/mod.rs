@@ -65,7 +65,7 @@ pub struct System<const D: usize> {
     /// Shared by bodies that differ only in the positions of their nodes.
     layout: Arc<Layout>,
     paths: Vec<StraightPath>,
-    continuum: Option<Arc<Continuum<D>>>,
+    pub(crate) continuum: Option<Arc<Continuum<D>>>,
     muscle_ends: Vec<[usize; 2]>,
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
@@ -218,16 +218,6 @@ impl<const D: usize> System<D> {
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
         self.continuum.iter().for_each(|c| c.place_followers(positions));
-    }
-
-    /// Moves the forces on nodes that follow a continuum to the nodes that they follow.
-    pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
-        self.continuum.iter().for_each(|c| c.carry_loads(load));
-    }
-
-    /// Computes the motion of the nodes that follow a continuum from that of the unknowns.
-    pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
-        self.continuum.iter().for_each(|c| c.move_followers(motion));
     }
 }
 

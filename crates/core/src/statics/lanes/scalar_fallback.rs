@@ -110,7 +110,7 @@ fn adjoint_of<const D: usize>(
     part: f64,
 ) -> Adjoint<D> {
     let mut gradient = gradient.to_vec();
-    system.carry_loads(&mut gradient);
+    system.continuum.iter().for_each(|c| c.carry_loads(&mut gradient));
     response.compute_for_load(|_, load| load.copy_from_slice(&gradient));
     let motion = response.motion();
     let at = response.configuration();
