@@ -134,7 +134,7 @@ mod many {
         let lanes = Lanes::new(&system);
         let load = |i: usize| {
             let load = Load::new(loads[i].clone());
-            if is_warm { load.starting_at(&middle) } else { load }
+            Load { start: is_warm.then_some(&middle[..]), ..load }
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         bencher.counter(COUNT).bench_local(|| {

@@ -98,7 +98,7 @@ fn shapes_agree_from_a_neighbour_with_displaced_bones_and_in_separate_bodies() {
         .map(|i| {
             let mut load = Load::new(PUBLISHED.map(|t| (t + about(0.2) * t.max(5.0)).max(0.0)).to_vec());
             if i % 3 > 0 {
-                load = load.starting_at(&middle);
+                load.start = Some(&middle);
             }
             if i % 2 > 0 {
                 load = load.with_bone(&hyoid, SVector::from([about(1e-3), about(1e-3)]));
@@ -152,7 +152,7 @@ fn bits_do_not_depend_on_threads() {
     let load = |i: usize| {
         let load = Load::new(tensions[i].clone());
         // Some chunks begin with factors of other loads.
-        if i < 200 { load.starting_at(&middle) } else { load }
+        Load { start: (i < 200).then_some(&middle[..]), ..load }
     };
     let all = |threads| {
         let keep = |_: usize, shape: &LaneEquilibrium<2>| shape.clone();
@@ -203,7 +203,7 @@ fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
                 let lengths = |h: f64| {
                     let mut shift = SVector::zeros();
                     shift[axis] = h;
-                    let load = load.clone().with_bone(&bone, shift).starting_at(w.positions());
+                    let load = Load { start: Some(w.positions()), ..load.clone().with_bone(&bone, shift) };
                     let shape = one_at_a_time(&system, &load, &SHARP).1;
                     system.length(shape.positions(), muscle)
                 };
@@ -258,7 +258,7 @@ fn motions_are_the_derivatives_of_the_shape_by_tensions_bones_and_the_shape_at_r
         for ((load, shape), motion) in loads.iter().zip(&shapes).zip(&motions).take(3) {
             let motion = motion.as_ref().expect("stable");
             let at = |part: f64| {
-                let mut load = load.clone().starting_at(&shape.positions);
+                let mut load = Load { start: Some(&shape.positions), ..load.clone() };
                 match change {
                     UnitChange::Tension(muscle) => load.tensions[muscle] += part,
                     UnitChange::Bone(nodes, axis) => {

@@ -107,29 +107,35 @@ fn cells(of: &[[usize; 3]]) -> Cells<2> {
 #[test]
 fn check_finds_every_kind_of_fault() {
     type Breaks = fn(&mut Mesh<2>);
-    let missing = |what: &str, node| MeshFault::NoSuchNode { what: what.into(), node, count: 4 };
-    let cases: [(Breaks, MeshFault); 15] = [
-        (|m| m.nodes[1].x = f64::NAN, MeshFault::NotFinite { node: 1 }),
-        (|m| m.connections[4] = [2, 9], missing("connection 4", 9)),
-        (|m| m.cells = cells(&[[0, 1, 7]]), missing("cell 0", 7)),
-        (|m| m.muscles[0].nodes = vec![0, 4], missing("muscle M", 4)),
-        (|m| m.fixed = vec![4], missing("the list of fixed nodes", 4)),
-        (|m| m.cells = cells(&[[0, 1, 2], [0, 3, 2]]), MeshFault::Inverted { cell: 1 }),
-        (|m| m.nodes[1] = [0.5, 0.5].into(), MeshFault::Degenerate { cell: 0 }),
-        (|m| m.cells = cells(&[[0, 1, 2], [1, 2, 0]]), MeshFault::RepeatedCell { cell: 1 }),
-        (|m| m.connections[1] = [2, 0], MeshFault::Unordered { connection: 1 }),
-        (|m| m.connections.push([0, 1]), MeshFault::Repeated { connection: 5 }),
-        (|m| m.nodes[1] = m.nodes[0], MeshFault::NoLength { connection: 0 }),
-        (|m| m.connections.retain(|c| *c != [1, 2]), MeshFault::CellEdge { cell: 0, from: 1, to: 2 }),
-        (|m| m.muscles[0].nodes.truncate(1), MeshFault::ShortChain { name: "M".into(), count: 1 }),
-        (|m| m.muscles[0].nodes = vec![1, 3], MeshFault::ChainStep { name: "M".into(), from: 1, to: 3 }),
-        (|m| m.fixed = vec![3, 0], MeshFault::FixedOrder { entry: 1 }),
+    let cases: [(Breaks, &str); 15] = [
+        (|m| m.nodes[1].x = f64::NAN, "the position of node 1 is not finite"),
+        (
+            |m| m.connections[4] = [2, 9],
+            "connection 4 refers to node 9, but there are 4 nodes (numbered from 0)",
+        ),
+        (|m| m.cells = cells(&[[0, 1, 7]]), "cell 0 refers to node 7"),
+        (|m| m.muscles[0].nodes = vec![0, 4], "muscle M refers to node 4"),
+        (|m| m.fixed = vec![4], "the list of fixed nodes refers to node 4"),
+        (|m| m.cells = cells(&[[0, 1, 2], [0, 3, 2]]), "cell 1 is turned inside out"),
+        (|m| m.nodes[1] = [0.5, 0.5].into(), "cell 0 has no area or volume"),
+        (|m| m.cells = cells(&[[0, 1, 2], [1, 2, 0]]), "cell 1 repeats an earlier one"),
+        (|m| m.connections[1] = [2, 0], "connection 1 joins nodes in descending order"),
+        (|m| m.connections.push([0, 1]), "connection 5 repeats an earlier one"),
+        (|m| m.nodes[1] = m.nodes[0], "connection 0 has no length"),
+        (|m| m.connections.retain(|c| *c != [1, 2]), "nodes 1 and 2 of cell 0 are not connected"),
+        (|m| m.muscles[0].nodes.truncate(1), "muscle M has 1 nodes; it needs at least two"),
+        (
+            |m| m.muscles[0].nodes = vec![1, 3],
+            "muscle M steps from node 1 to node 3, which are not connected",
+        ),
+        (|m| m.fixed = vec![3, 0], "entry 1 of the fixed nodes is not above the one before"),
     ];
     square().check().unwrap();
     for (breaks, fault) in cases {
         let mut mesh = square();
         breaks(&mut mesh);
-        assert_eq!(mesh.check(), Err(fault));
+        let found = mesh.check().unwrap_err().to_string();
+        assert!(found.starts_with(fault), "{found}");
     }
 }
 

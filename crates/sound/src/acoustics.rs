@@ -34,10 +34,3 @@ impl Default for Acoustics {
         Self { friction: true, wall: true, radiation: true, shape_factor: 1.3 }
     }
 }
-
-impl Acoustics {
-    /// A rigid tube without losses whose pressure is zero at the lips.
-    pub fn ideal() -> Self {
-        Self { friction: false, wall: false, radiation: false, ..Self::default() }
-    }
-}

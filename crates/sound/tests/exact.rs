@@ -9,6 +9,11 @@ fn sections(length_m: f64, areas_cm2: &[f64]) -> Vec<Section> {
     areas_cm2.iter().map(|a| Section { length_m, area_m2: a * 1e-4 }).collect()
 }
 
+/// A rigid tube without losses whose pressure is zero at the lips.
+fn without_losses() -> Acoustics {
+    Acoustics { friction: false, wall: false, radiation: false, ..Acoustics::default() }
+}
+
 fn frequencies(sections: &[Section], acoustics: &Acoustics, count: usize) -> Vec<f64> {
     formants(sections, acoustics, count).unwrap().iter().map(|f| f.frequency_hz).collect()
 }
@@ -31,7 +36,7 @@ fn fant(from_lips: &[f64]) -> Vec<Section> {
 
 #[test]
 fn a_uniform_tube_has_odd_quarter_waves() {
-    let found = frequencies(&sections(0.005, &[3.0; 35]), &Acoustics::ideal(), 6);
+    let found = frequencies(&sections(0.005, &[3.0; 35]), &without_losses(), 6);
     for (k, f) in found.iter().enumerate() {
         let exact = 350.0 / (4.0 * 0.175) * (2 * k + 1) as f64;
         assert!((f / exact - 1.0).abs() < 1e-9, "{f} Hz, exactly {exact}");
@@ -67,7 +72,7 @@ fn two_tubes_have_the_zeros_of_their_equation() {
         let (n, m) = ((l[0] / 0.005_f64).round() as usize, (l[1] / 0.005_f64).round() as usize);
         let mut tube = sections(l[0] / n as f64, &vec![area[0]; n]);
         tube.extend(sections(l[1] / m as f64, &vec![area[1]; m]));
-        for (found, exact) in frequencies(&tube, &Acoustics::ideal(), 5).iter().zip(two_tube(l, area, 5)) {
+        for (found, exact) in frequencies(&tube, &without_losses(), 5).iter().zip(two_tube(l, area, 5)) {
             assert!((found / exact - 1.0).abs() < 1e-8, "{found} Hz, exactly {exact}");
         }
     }
@@ -95,7 +100,7 @@ fn fants_vowels_agree_with_determinant_methods() {
 
 #[test]
 fn losses_walls_and_lips_move_formants_as_they_do_in_a_tract() {
-    let ideal = formants(&fant(&A), &Acoustics::ideal(), 4).unwrap();
+    let ideal = formants(&fant(&A), &without_losses(), 4).unwrap();
     let real = formants(&fant(&A), &Acoustics::default(), 4).unwrap();
     assert!(ideal.iter().all(|f| f.bandwidth_hz.abs() < 1e-6));
     assert!(real.iter().all(|f| (20.0..500.0).contains(&f.bandwidth_hz)));
@@ -107,7 +112,7 @@ fn losses_walls_and_lips_move_formants_as_they_do_in_a_tract() {
 
 #[test]
 fn rates_are_the_differences() {
-    for acoustics in [Acoustics::default(), Acoustics::ideal()] {
+    for acoustics in [Acoustics::default(), without_losses()] {
         for tube in [fant(&A), fant(&I)] {
             let found = formants(&tube, &acoustics, 4).unwrap();
             for (k, formant) in found.iter().enumerate() {
@@ -162,10 +167,10 @@ fn random_tracts_keep_all_their_formants() {
         let count = 4 + (draw() * 40.0) as usize;
         let areas: Vec<f64> = (0..count).map(|_| 0.05 * 200.0_f64.powf(draw())).collect();
         let tube = sections(0.17 / count as f64, &areas);
-        let ideal = formants(&tube, &Acoustics::ideal(), 4).unwrap();
+        let ideal = formants(&tube, &without_losses(), 4).unwrap();
         assert!(ideal.windows(2).all(|w| w[0].frequency_hz < w[1].frequency_hz));
         // No formant is skipped: up to the fourth formant the level has at most four peaks.
-        let level = |hz: f64| tongue_sound::chain::level_db(&tube, &Acoustics::ideal(), hz);
+        let level = |hz: f64| tongue_sound::chain::level_db(&tube, &without_losses(), hz);
         let peaks = (1..).map(f64::from).take_while(|hz| *hz <= ideal[3].frequency_hz);
         let peaks: Vec<f64> = peaks.filter(|&hz| level(hz) > level(hz - 1.0).max(level(hz + 1.0))).collect();
         assert!(peaks.len() <= 4, "{peaks:?} {ideal:?}");

@@ -14,43 +14,15 @@ const DEGENERATE: f64 = 1e-9;
 /// Largest body, m. A larger one was given in millimetres, in which any tongue is longer than 10.
 const LARGEST_M: f64 = 10.0;
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MeshFault {
-    #[error("the position of node {node} is not finite")]
-    NotFinite { node: usize },
-    #[error("{what} refers to node {node}, but there are {count} nodes (numbered from 0)")]
-    NoSuchNode { what: String, node: usize, count: usize },
     #[error("cell {cell} is turned inside out; list its nodes counter-clockwise (in space: positive volume)")]
     Inverted { cell: usize },
     #[error("cell {cell} has no area or volume")]
     Degenerate { cell: usize },
-    #[error("cell {cell} repeats an earlier one, so that its tissue would count twice; list it once")]
-    RepeatedCell { cell: usize },
-    #[error(
-        "connection {connection} joins nodes in descending order or a node to itself; write the lower one first"
-    )]
-    Unordered { connection: usize },
-    #[error("connection {connection} repeats an earlier one")]
-    Repeated { connection: usize },
-    #[error("connection {connection} has no length")]
-    NoLength { connection: usize },
-    #[error("nodes {from} and {to} of cell {cell} are not connected")]
-    CellEdge { cell: usize, from: usize, to: usize },
-    #[error("muscle {name} has {count} nodes; it needs at least two")]
-    ShortChain { name: String, count: usize },
-    #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
-    ChainStep { name: String, from: usize, to: usize },
-    #[error("muscle {name} passes node {node} twice; a muscle is one line between two ends")]
-    Revisits { name: String, node: usize },
-    #[error(
-        "entry {entry} of the fixed nodes is not above the one before; list each once, in ascending order"
-    )]
-    FixedOrder { entry: usize },
-    /// The longest side of the bounding box, m.
-    #[error(
-        "it is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
-    )]
-    TooLarge { size_m: f64 },
+    /// Any other fault, with what to do.
+    #[error("{0}")]
+    Other(String),
 }
 
 impl<const D: usize> Mesh<D> {
@@ -58,51 +30,62 @@ impl<const D: usize> Mesh<D> {
     /// and their nodes in ascending order; edges of cells and steps of muscles are connections.
     pub fn check(&self) -> Result<(), MeshFault> {
         if let Some(node) = self.nodes.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-            return Err(MeshFault::NotFinite { node });
+            return Err(MeshFault::Other(format!("the position of node {node} is not finite")));
         }
         let connected = self.check_connections()?;
         let joined = |a: usize, b: usize| connected.contains(&pair(a, b));
         self.check_cells(joined)?;
         for muscle in &self.muscles {
-            let (name, count) = (muscle.name.clone(), muscle.nodes.len());
-            if count < 2 {
-                return Err(MeshFault::ShortChain { name, count });
+            let wrong = |what: String| Err(MeshFault::Other(format!("muscle {} {what}", muscle.name)));
+            if muscle.nodes.len() < 2 {
+                return wrong(format!("has {} nodes; it needs at least two", muscle.nodes.len()));
             }
-            self.in_range(&muscle.nodes, || format!("muscle {name}"))?;
+            self.in_range(&muscle.nodes, || format!("muscle {}", muscle.name))?;
             if let Some(step) = muscle.nodes.windows(2).find(|s| !joined(s[0], s[1])) {
-                return Err(MeshFault::ChainStep { name, from: step[0], to: step[1] });
+                return wrong(format!(
+                    "steps from node {} to node {}, which are not connected",
+                    step[0], step[1]
+                ));
             }
             let mut passed = BTreeSet::new();
-            if let Some(&node) = muscle.nodes.iter().find(|n| !passed.insert(**n)) {
-                return Err(MeshFault::Revisits { name, node });
+            if let Some(node) = muscle.nodes.iter().find(|n| !passed.insert(**n)) {
+                return wrong(format!("passes node {node} twice; a muscle is one line between two ends"));
             }
         }
         self.in_range(&self.fixed, || "the list of fixed nodes".to_owned())?;
-        match self.fixed.windows(2).position(|pair| pair[0] >= pair[1]) {
-            Some(before) => Err(MeshFault::FixedOrder { entry: before + 1 }),
-            None => Ok(()),
-        }
+        let Some(before) = self.fixed.windows(2).position(|pair| pair[0] >= pair[1]) else { return Ok(()) };
+        Err(MeshFault::Other(format!(
+            "entry {} of the fixed nodes is not above the one before; list each once, in ascending order",
+            before + 1
+        )))
     }
 
     /// Checks that the body was not given in millimetres.
     pub fn check_size(&self) -> Result<(), MeshFault> {
         let size_m = self.extent();
-        if size_m > LARGEST_M { Err(MeshFault::TooLarge { size_m }) } else { Ok(()) }
+        let is_too_large = size_m > LARGEST_M;
+        if !is_too_large {
+            return Ok(());
+        }
+        Err(MeshFault::Other(format!(
+            "it is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+        )))
     }
 
     fn check_connections(&self) -> Result<BTreeSet<[usize; 2]>, MeshFault> {
         let mut seen = BTreeSet::new();
         for (connection, [a, b]) in self.connections.iter().copied().enumerate() {
             self.in_range(&[a, b], || format!("connection {connection}"))?;
-            if a >= b {
-                return Err(MeshFault::Unordered { connection });
-            }
-            if !seen.insert([a, b]) {
-                return Err(MeshFault::Repeated { connection });
-            }
-            if self.nodes[a] == self.nodes[b] {
-                return Err(MeshFault::NoLength { connection });
-            }
+            let what = if a >= b {
+                "joins nodes in descending order or a node to itself; write the lower one first"
+            } else if !seen.insert([a, b]) {
+                "repeats an earlier one"
+            } else if self.nodes[a] == self.nodes[b] {
+                "has no length"
+            } else {
+                continue;
+            };
+            return Err(MeshFault::Other(format!("connection {connection} {what}")));
         }
         Ok(seen)
     }
@@ -114,7 +97,8 @@ impl<const D: usize> Mesh<D> {
             let mut nodes = corners.to_vec();
             nodes.sort_unstable();
             if !seen.insert(nodes) {
-                return Err(MeshFault::RepeatedCell { cell });
+                let what = "repeats an earlier one, so that its tissue would count twice; list it once";
+                return Err(MeshFault::Other(format!("cell {cell} {what}")));
             }
             let x = simplex::corners(&self.nodes, corners);
             let sides = (0..=D).flat_map(|i| (0..i).map(move |j| (x[i] - x[j]).norm()));
@@ -128,7 +112,8 @@ impl<const D: usize> Mesh<D> {
             }
             for (i, from) in corners.iter().copied().enumerate() {
                 if let Some(to) = corners[i + 1..].iter().copied().find(|to| !joined(from, *to)) {
-                    return Err(MeshFault::CellEdge { cell, from, to });
+                    let what = format!("nodes {from} and {to} of cell {cell} are not connected");
+                    return Err(MeshFault::Other(what));
                 }
             }
         }
@@ -137,10 +122,11 @@ impl<const D: usize> Mesh<D> {
 
     fn in_range(&self, nodes: &[usize], what: impl Fn() -> String) -> Result<(), MeshFault> {
         let count = self.nodes.len();
-        match nodes.iter().copied().find(|node| *node >= count) {
-            Some(node) => Err(MeshFault::NoSuchNode { what: what(), node, count }),
-            None => Ok(()),
-        }
+        let Some(node) = nodes.iter().find(|node| **node >= count) else { return Ok(()) };
+        let what = what();
+        Err(MeshFault::Other(format!(
+            "{what} refers to node {node}, but there are {count} nodes (numbered from 0)"
+        )))
     }
 }
 

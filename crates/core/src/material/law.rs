@@ -88,12 +88,6 @@ impl From<&Constants> for NeoHookean {
 }
 
 impl NeoHookean {
-    /// The state at the deformation gradient `gradient` (F), whose determinant is `ratio` (J).
-    #[inline(always)]
-    pub fn deformed<const D: usize>(self, gradient: SMatrix<f64, D, D>, ratio: f64) -> Deformed<D> {
-        Deformed { law: self, gradient, ratio, log: ratio.ln() }
-    }
-
     /// The state at the displacement gradient `H = F - I`.
     #[inline(always)]
     pub fn displaced<const D: usize>(self, h: &SMatrix<f64, D, D>) -> Deformed<D> {
@@ -152,18 +146,6 @@ impl<const D: usize> Deformed<D> {
     #[inline(always)]
     pub fn volume_ratio(&self) -> f64 {
         self.ratio
-    }
-
-    /// Energy density `W`, J/m³ of the body at rest.
-    #[inline(always)]
-    pub fn energy(&self) -> f64 {
-        // The condition is negated so that a determinant of NaN counts as inverted too.
-        if !(self.ratio > 0.0 && self.ratio.is_finite()) {
-            return f64::INFINITY;
-        }
-        let NeoHookean { lambda, mu } = self.law;
-        let shear = 0.5 * mu * (self.gradient.norm_squared() - D as f64);
-        shear + (0.5 * lambda * self.log - mu) * self.log
     }
 
     /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.

@@ -198,24 +198,11 @@ impl Contour {
     pub fn new(curve: Curve, point: SVector<f64, 2>) -> Self {
         Self { curve, point }
     }
-
-    /// Piece, weights, outward unit normal and position of the nearest place.
-    fn foot(
-        &self,
-        positions: &[SVector<f64, 2>],
-    ) -> (usize, [[f64; 4]; 3], SVector<f64, 2>, SVector<f64, 2>) {
-        let (piece, part) = self.curve.nearest(&self.point, positions);
-        let weights = self.curve.weights_on(piece, part);
-        let along = self.curve.mean(piece, &weights[1], positions);
-        let normal = SVector::from([along.y, -along.x]) / along.norm();
-        (piece, weights, normal, self.curve.mean(piece, &weights[0], positions))
-    }
 }
 
 impl Observable<2> for Contour {
     fn value(&self, positions: &[SVector<f64, 2>]) -> f64 {
-        let (_, _, normal, foot) = self.foot(positions);
-        (self.point - foot).dot(&normal)
+        self.value_and_gradient(positions, &mut |_, _| {})
     }
 
     fn gradient(&self, positions: &[SVector<f64, 2>], part: &mut dyn FnMut(usize, SVector<f64, 2>)) {
@@ -227,16 +214,20 @@ impl Observable<2> for Contour {
         positions: &[SVector<f64, 2>],
         part: &mut dyn FnMut(usize, SVector<f64, 2>),
     ) -> f64 {
-        let (piece, [place, first, _], normal, foot) = self.foot(positions);
+        let (piece, fraction) = self.curve.nearest(&self.point, positions);
+        let [place, first, _] = self.curve.weights_on(piece, fraction);
         let along = self.curve.mean(piece, &first, positions);
-        // At a foot of a perpendicular `beside` is zero; beyond an end of the curve the normal rotates too.
-        let beside = (self.point - foot).dot(&along) / along.norm_squared();
+        // The outward normal.
+        let normal = SVector::from([along.y, -along.x]) / along.norm();
+        let away = self.point - self.curve.mean(piece, &place, positions);
+        // At the foot of a perpendicular `beside` is zero; beyond an end of the curve the normal rotates too.
+        let beside = away.dot(&along) / along.norm_squared();
         for i in 0..place.len() {
             if let Some(&node) = (piece + i).checked_sub(1).and_then(|n| self.curve.nodes.get(n)) {
                 part(node, -normal * (place[i] + beside * first[i]));
             }
         }
-        (self.point - foot).dot(&normal)
+        away.dot(&normal)
     }
 }
 

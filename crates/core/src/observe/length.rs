@@ -33,9 +33,9 @@ impl<const D: usize> Observable<D> for Length {
         part(self.ends[1], direction);
     }
 
-    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
+    fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
         let way = self.way(positions);
-        way.dot(&self.way(motion)) / way.norm()
+        rates.iter_mut().zip(motions).for_each(|(rate, m)| *rate = way.dot(&self.way(m)) / way.norm());
     }
 }
 
@@ -103,9 +103,14 @@ impl<const D: usize, L: Observable<D>> Observable<D> for Ratio<L> {
         self.over.gradient(positions, &mut |node, slope| part(node, -slope * (ratio / over)));
     }
 
-    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
-        let change = self.length.rate(positions, motion);
-        (change - self.value(positions) * self.over.rate(positions, motion)) / self.over.value(positions)
+    fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
+        let (ratio, over) = (self.value(positions), self.over.value(positions));
+        self.length.rates(positions, motions, rates);
+        for (rate, motion) in rates.iter_mut().zip(motions) {
+            let mut of_over = [0.0];
+            self.over.rates(positions, std::slice::from_ref(motion), &mut of_over);
+            *rate = (*rate - ratio * of_over[0]) / over;
+        }
     }
 }
 
@@ -132,7 +137,8 @@ impl<const D: usize, L: Observable<D>> Observable<D> for Stretch<L> {
         self.length.gradient(positions, &mut |node, slope| part(node, slope / self.reference_length));
     }
 
-    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
-        self.length.rate(positions, motion) / self.reference_length
+    fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
+        self.length.rates(positions, motions, rates);
+        rates.iter_mut().for_each(|rate| *rate /= self.reference_length);
     }
 }

@@ -47,28 +47,13 @@ pub trait Observable<const D: usize>: Debug + Send + Sync {
         self.value(positions)
     }
 
-    /// Derivative of the value if all nodes move by `motion`, m per unit of a parameter.
-    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
-        let mut rate = 0.0;
-        self.gradient(positions, &mut |node, slope| rate += slope.dot(&motion[node]));
-        rate
-    }
-
-    /// Writes [`Observable::rate`] for several motions to `rates`; an observable that needs a search searches once for all.
+    /// Writes the derivatives of the value if all nodes move by each of several motions, m per unit of a parameter, to `rates`.
     fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
-        rates.iter_mut().zip(motions).for_each(|(rate, motion)| *rate = self.rate(positions, motion));
+        rates.fill(0.0);
+        self.gradient(positions, &mut |node, slope| {
+            rates.iter_mut().zip(motions).for_each(|(rate, motion)| *rate += slope.dot(&motion[node]));
+        });
     }
-}
-
-fn rates_of_gradient<const D: usize>(
-    observable: &impl Observable<D>,
-    (positions, motions): (&[SVector<f64, D>], &[Vec<SVector<f64, D>>]),
-    rates: &mut [f64],
-) {
-    rates.fill(0.0);
-    observable.gradient(positions, &mut |node, slope| {
-        rates.iter_mut().zip(motions).for_each(|(rate, motion)| *rate += slope.dot(&motion[node]));
-    });
 }
 
 /// An observable with its measured value and its weight.

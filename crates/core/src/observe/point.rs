@@ -71,8 +71,4 @@ impl<O: Observable<2>> Observable<3> for Midsagittal<O> {
             part(self.nodes[n], Vector3::new(slope.x, 0.0, slope.y));
         });
     }
-
-    fn rates(&self, positions: &[Vector3<f64>], motions: &[Vec<Vector3<f64>>], rates: &mut [f64]) {
-        super::rates_of_gradient(self, (positions, motions), rates);
-    }
 }

@@ -90,8 +90,4 @@ impl Observable<3> for Surface {
             part(node, -direction * weight);
         }
     }
-
-    fn rates(&self, positions: &[SVector<f64, 3>], motions: &[Vec<SVector<f64, 3>>], rates: &mut [f64]) {
-        super::rates_of_gradient(self, (positions, motions), rates);
-    }
 }

@@ -82,7 +82,8 @@ impl Graph<'_> {
             let rest = part.iter().copied().filter(|v| reached.binary_search(v).is_err()).collect();
             return Separated { separator: Vec::new(), halves: [reached, rest] };
         }
-        let mut best: Option<(f64, Separated)> = None;
+        let all = Separated { separator: part.to_vec(), halves: [Vec::new(), Vec::new()] };
+        let mut best = (f64::INFINITY, all);
         let mut from = reached[reached.len() - 1];
         let mut least = vec![u32::MAX; self.neighbours.len()];
         for _ in 0..DIRECTIONS {
@@ -91,13 +92,12 @@ impl Graph<'_> {
             // The next pair begins at the unknown that is farthest from the ends of the pairs before.
             part.iter().for_each(|&v| least[v] = least[v].min(end_away[v]).min(other_away[v]));
             from = part.iter().copied().max_by_key(|&v| least[v]).unwrap_or(from);
-            let (cost, separated) = self.cut(part, |v| f64::from(end_away[v]) - f64::from(other_away[v]));
-            if best.as_ref().is_none_or(|(other, _)| cost < *other) {
-                best = Some((cost, separated));
+            let cut = self.cut(part, |v| f64::from(end_away[v]) - f64::from(other_away[v]));
+            if cut.0 < best.0 {
+                best = cut;
             }
         }
-        let all = || Separated { separator: part.to_vec(), halves: [Vec::new(), Vec::new()] };
-        best.map_or_else(all, |(_, separated)| separated)
+        best.1
     }
 
     /// The cheapest split of a part that is sorted by the averaged `along` of each unknown, with its cost.

@@ -59,7 +59,7 @@ pub fn trace_beside<const D: usize>(
     tensions: &[f64],
     settings: &SolveSettings,
 ) -> Trace {
-    let mut other = workspace.with_same_bones(system);
+    let mut other = Workspace { displaced: workspace.displaced.clone(), ..Workspace::new(system) };
     let found = trace(system, &mut other, tensions, settings);
     let [direct_converged, converged] = [direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;

@@ -79,7 +79,7 @@ impl<'a, const D: usize> Response<'a, D> {
         for (u, &node) in w.unknowns.iter().zip(pattern.nodes()) {
             self.motion[node] = *u;
         }
-        self.system.move_followers(&mut self.motion);
+        self.system.continuum.iter().for_each(|c| c.move_followers(&mut self.motion));
     }
 
     /// Adds a displacement of bone nodes by 1 m along an axis to the response.
@@ -113,7 +113,7 @@ pub fn position_rates<const D: usize>(
             response.compute_for_tension(fibre);
             motion.iter_mut().zip(response.motion()).for_each(|(sum, m)| *sum += m);
         }
-        system.move_path_nodes(positions, &mut motion);
+        system.paths().iter().for_each(|path| path.carry(positions, &mut motion));
         motion
     });
     Some(motions.collect())

@@ -162,7 +162,7 @@ fn solve_single<const D: usize>(
         work.start_from_linear_response(0, at_rest, tensions);
     }
     work.solve(elements, settings);
-    let solution = work.solution(0).ok_or_else(|| work.cost(0))?;
+    let solution = work.solution(0)?;
     let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
     work.positions(elements, 0, &mut w.positions);
     if let Some(before) = before.filter(|_| system.cell_ratios(&w.positions).0 <= 0.0) {

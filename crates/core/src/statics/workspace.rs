@@ -56,11 +56,6 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// A workspace at rest for the same system and the same displaced bones.
-    pub(super) fn with_same_bones(&self, system: &System<D>) -> Self {
-        Self { displaced: self.displaced.clone(), ..Self::new(system) }
-    }
-
     /// Places bone nodes in the next solve at their positions in the system plus `shift`, m.
     pub fn displace_bone(&mut self, system: &System<D>, nodes: &[usize], shift: SVector<f64, D>) {
         for &node in nodes {

@@ -96,7 +96,7 @@ impl<const D: usize> System<D> {
     ) -> Result<Self, SystemError> {
         let mut rest = mesh.nodes.clone();
         // Parts outside the tissue that are bent in the mesh are straight at rest.
-        paths.iter().filter(|p| p.is_bent()).for_each(|p| p.place(&mut rest));
+        paths.iter().filter(|p| p.is_bent).for_each(|p| p.place(&mut rest));
         let all = mesh.cells.iter().chain(mesh.hexahedra.iter().map(|corners| &corners[..]));
         let cells = all.map(|cell| (cell.to_vec(), cell_measure(&rest, cell))).collect();
         let mut held: BTreeMap<usize, SVector<f64, D>> = mesh.fixed.iter().map(|&n| (n, rest[n])).collect();

@@ -65,11 +65,11 @@ pub struct System<const D: usize> {
     /// Shared by bodies that differ only in the positions of their nodes.
     layout: Arc<Layout>,
     paths: Vec<StraightPath>,
-    continuum: Option<Arc<Continuum<D>>>,
+    pub(crate) continuum: Option<Arc<Continuum<D>>>,
     muscle_ends: Vec<[usize; 2]>,
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
-    cells: Vec<(Vec<usize>, f64)>,
+    pub(crate) cells: Vec<(Vec<usize>, f64)>,
     /// A number that no other system of the program has.
     pub(crate) number: u64,
     elements: OnceLock<Option<Arc<Elements>>>,
@@ -193,10 +193,6 @@ impl<const D: usize> System<D> {
         }))
     }
 
-    pub(crate) fn cell_nodes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.cells.iter().flat_map(|(cell, _)| cell.iter().copied())
-    }
-
     /// Area, m², or volume, m³, of all cells.
     pub fn measure(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().map(|(cell, _)| cell_measure(positions, cell)).sum()
@@ -222,21 +218,6 @@ impl<const D: usize> System<D> {
     pub fn place_path_nodes(&self, positions: &mut [SVector<f64, D>]) {
         self.paths.iter().for_each(|p| p.place(positions));
         self.continuum.iter().for_each(|c| c.place_followers(positions));
-    }
-
-    /// Computes the motion of the inner nodes of straight paths from that of their ends, at these positions.
-    pub fn move_path_nodes(&self, positions: &[SVector<f64, D>], motion: &mut [SVector<f64, D>]) {
-        self.paths.iter().for_each(|p| p.carry(positions, motion));
-    }
-
-    /// Moves the forces on nodes that follow a continuum to the nodes that they follow.
-    pub fn carry_loads(&self, load: &mut [SVector<f64, D>]) {
-        self.continuum.iter().for_each(|c| c.carry_loads(load));
-    }
-
-    /// Computes the motion of the nodes that follow a continuum from that of the unknowns.
-    pub fn move_followers(&self, motion: &mut [SVector<f64, D>]) {
-        self.continuum.iter().for_each(|c| c.move_followers(motion));
     }
 }
 

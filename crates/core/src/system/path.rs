@@ -28,7 +28,8 @@ pub struct StraightPath {
     rest_up_to: Vec<f64>,
     /// Compliance from the first end to each node, m/N.
     compliance_up_to: Vec<f64>,
-    is_bent: bool,
+    /// Whether it is longer in the mesh than the distance between its ends.
+    pub(super) is_bent: bool,
 }
 
 impl StraightPath {
@@ -38,10 +39,6 @@ impl StraightPath {
 
     pub fn inner_nodes(&self) -> impl Iterator<Item = usize> + '_ {
         self.nodes[1..self.nodes.len() - 1].iter().copied()
-    }
-
-    pub fn is_bent(&self) -> bool {
-        self.is_bent
     }
 
     /// Spring constant of the whole path, N/m (2D: per metre of thickness).

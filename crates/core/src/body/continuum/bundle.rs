@@ -157,7 +157,7 @@ impl<const D: usize> MuscleCourse<D> {
                     let at = piece[0] + way * t;
                     let ramp = self.ramp(before + own_length * t, length, settings.bundle_width_m);
                     strands.push(Strand {
-                        nodes: locator.nodes(element).to_vec(),
+                        nodes: locator.elements[element].clone(),
                         coefficients: locator.slopes(element, &at, &along),
                         weight: share * ramp * 0.5 * w * (to - from) * way.norm(),
                     });

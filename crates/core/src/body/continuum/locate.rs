@@ -15,7 +15,7 @@ const AROUND: usize = 48;
 
 /// The elements, with their corners and bounding boxes.
 pub struct Locator<'a, const D: usize> {
-    elements: &'a [Vec<usize>],
+    pub elements: &'a [Vec<usize>],
     corners: Vec<Corners<D>>,
     boxes: Vec<[SVector<f64, D>; 2]>,
 }
@@ -31,10 +31,6 @@ impl<'a, const D: usize> Locator<'a, D> {
         });
         let boxes = boxes.collect();
         Self { elements, corners, boxes }
-    }
-
-    pub fn nodes(&self, element: usize) -> &[usize] {
-        &self.elements[element]
     }
 
     /// Derivatives of the shape functions of an element along a direction at a point, 1/m.
@@ -78,7 +74,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
         for (offset, weight) in ball::<D>(if radius > 0.0 { RINGS } else { 0 }) {
             let Some((e, at)) = self.find(&(centre + offset * radius), &among) else { continue };
-            for (&node, value) in self.nodes(e).iter().zip(quadratic::values::<D>(&at)) {
+            for (&node, value) in self.elements[e].iter().zip(quadratic::values::<D>(&at)) {
                 *weights.entry(node).or_default() += weight * value;
             }
         }

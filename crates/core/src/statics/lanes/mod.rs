@@ -32,7 +32,8 @@
 //! let middle = lanes.solve(&[Load::new(tensions)], &SolveSettings::default());
 //! let draw = |i: usize| {
 //!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
-//!     Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]).starting_at(&middle[0].positions)
+//!     let load = Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]);
+//!     Load { start: Some(&middle[0].positions), ..load }
 //! };
 //! let lengths = lanes.map(100, &SolveSettings::default(), draw, |_, shape| {
 //!     (shape.solution.status == SolveStatus::Converged).then(|| system.length(&shape.positions, 0))
@@ -75,7 +76,7 @@ pub struct Load<'a, const D: usize> {
     pub tensions: Vec<f64>,
     /// Nodes of bones, each list with its displacement from the bone's place in the system, m.
     pub bones: Vec<(&'a [usize], SVector<f64, D>)>,
-    /// Positions of all nodes at which the solve starts, m; rest if `None`.
+    /// Positions of all nodes at which the solve starts, m, such as those of a solved neighbour; rest if `None`.
     pub start: Option<&'a [SVector<f64, D>]>,
     /// A body with the same edges and triangles but another shape at rest or other constants.
     pub system: Option<&'a System<D>>,
@@ -85,11 +86,6 @@ impl<'a, const D: usize> Load<'a, D> {
     /// A load with a tension, N, for each muscle of the mesh, that starts from rest.
     pub fn new(tensions: Vec<f64>) -> Self {
         Self { tensions, bones: Vec::new(), start: None, system: None }
-    }
-
-    /// Starts at these positions of all nodes, m, such as those of a solved neighbour.
-    pub fn starting_at(self, positions: &'a [SVector<f64, D>]) -> Self {
-        Self { start: Some(positions), ..self }
     }
 
     /// Displaces a bone, given by its nodes, by `shift`, m.
@@ -217,7 +213,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         self.answers = if let Some((elements, work)) = &self.work {
             let answers = loads.iter().enumerate().map(|(lane, load)| {
                 let body = load.system.unwrap_or(system);
-                let Some(solution) = work.solution(lane) else { return solve_scalar(body, load, settings) };
+                let Ok(solution) = work.solution(lane) else { return solve_scalar(body, load, settings) };
                 let mut positions = body.rest().to_vec();
                 work.positions(elements, lane, &mut positions);
                 body.place_path_nodes(&mut positions);

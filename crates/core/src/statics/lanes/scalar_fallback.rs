@@ -52,7 +52,7 @@ pub(super) struct ScalarFallback<const D: usize> {
 impl<const D: usize> ScalarFallback<D> {
     pub fn new(system: &System<D>) -> Self {
         let held = system.held();
-        let is_free = !system.cell_nodes().any(|n| held.binary_search(&n).is_ok());
+        let is_free = !system.cells.iter().flat_map(|(cell, _)| cell).any(|n| held.binary_search(n).is_ok());
         Self { w: Workspace::new(system), held, is_free, is_factorised: false }
     }
 
@@ -110,7 +110,7 @@ fn adjoint_of<const D: usize>(
     part: f64,
 ) -> Adjoint<D> {
     let mut gradient = gradient.to_vec();
-    system.carry_loads(&mut gradient);
+    system.continuum.iter().for_each(|c| c.carry_loads(&mut gradient));
     response.compute_for_load(|_, load| load.copy_from_slice(&gradient));
     let motion = response.motion();
     let at = response.configuration();

@@ -165,10 +165,10 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// The solution of a lane; `None` if it was given up.
-    pub fn solution(&self, lane: usize) -> Option<Solution> {
+    /// The solution of a lane; an error with its counts of work if it was given up.
+    pub fn solution(&self, lane: usize) -> Result<Solution, Solution> {
         let lane = &self.lanes[lane];
-        (lane.phase == Phase::Converged).then_some(lane.done)
+        if lane.phase == Phase::Converged { Ok(lane.done) } else { Err(lane.done) }
     }
 
     /// Writes the positions of a lane, m, to `positions`; the inner nodes of paths keep theirs.
@@ -181,11 +181,6 @@ impl<const L: usize> SimdNewton<L> {
         for (x, &node) in self.positions.iter().zip(&elements.node) {
             (0..2).for_each(|axis| positions[node][axis] = x[axis].0[lane]);
         }
-    }
-
-    /// The counts of work of a lane that was given up.
-    pub fn cost(&self, lane: usize) -> Solution {
-        Solution { status: SolveStatus::IterationLimit, ..self.lanes[lane].done }
     }
 
     /// Writes the forces of a lane on all nodes, N; zero on the inner nodes of paths.
