@@ -80,13 +80,10 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
 /// leaves out the stretch at `position` of `whole`.
 pub fn conditional(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
     let (row, errors) = (whole.rows[position], whole.discrepancies() + whole.rounding());
-    let across = DVector::from_iterator(
-        other.rows.len(),
-        other.rows.iter().enumerate().map(|(i, &other_row)| {
-            let in_whole = if i < position { i } else { i + 1 };
-            other.geometry[(other_row, row)] + errors[(in_whole, position)]
-        }),
-    );
+    let across = DVector::from_fn(other.rows.len(), |i, _| {
+        let in_whole = if i < position { i } else { i + 1 };
+        other.geometry[(other.rows[i], row)] + errors[(in_whole, position)]
+    });
     let gain = other.factor.solve(&across);
     let own = other.geometry[(row, row)] + errors[(position, position)];
     let variance = own - gain.dot(&across);
