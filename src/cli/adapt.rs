@@ -159,12 +159,8 @@ fn write(
 fn text(speaker: &Speaker, before: &Body<2>) -> String {
     let header = ["muscle", "before, mm", "after, mm", "ratio"];
     let t = table::rows(&header, speaker.lengths_m(before), |(name, before, after)| {
-        [
-            name.to_owned(),
-            format!("{:.1}", before * 1e3),
-            format!("{:.1}", after * 1e3),
-            format!("{:.3}", after / before),
-        ]
+        let [before_mm, after_mm] = [before, after].map(|m| format!("{:.1}", m * 1e3));
+        [name.to_owned(), before_mm, after_mm, format!("{:.3}", after / before)]
     });
     let how = match speaker.how {
         RestShapeMethod::Similarity => "turned, scaled and shifted to the measured points of the speaker",

@@ -201,10 +201,9 @@ impl AdaptationInput<'_> {
             let mut contour = landmarks.contour.iter();
             contour.all(|p| anatomy.is_some_and(|o| o.nearest(similarity.place_back(*p)).1 < ON_OUTLINE_M))
         });
-        let similarity = match (by_landmarks, landmarks.contour.len()) {
-            (Some(similarity), 0..3) => similarity,
-            (Some(similarity), _) if own => similarity,
-            _ => {
+        let similarity = match by_landmarks.filter(|_| own || landmarks.contour.len() < 3) {
+            Some(similarity) => similarity,
+            None => {
                 RegistrationData::of_contour(&landmarks.contour, at(MANDIBLE), at(HYOID))
                     .place(self.body)?
                     .similarity

@@ -177,6 +177,5 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
         frames: label.frames,
         tensions: ByMuscle::new(names, tensions),
     });
-    let labels = labels.collect();
-    Comparison { tier: tier_name, labels, muscles: summarised, contrasts }
+    Comparison { tier: tier_name, labels: labels.collect(), muscles: summarised, contrasts }
 }

@@ -101,13 +101,9 @@ pub(super) fn minimise(
         }
     }
     recordings.iter_mut().for_each(|recording| relinearise(smoother, recording));
-    costs(smoother, recordings)
-}
-
-fn costs(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> f64 {
     let frames = recordings.iter().flat_map(|recording| {
-        (0..recording.frames.len())
-            .filter_map(|t| own_cost(smoother, recording, t, &recording.here[t], &smoother.shared))
+        let here = recording.here.iter().enumerate();
+        here.filter_map(|(t, here)| own_cost(smoother, recording, t, here, &smoother.shared))
     });
     prior(smoother, recordings, &smoother.shared, |nth, t| &recordings[nth].here[t].z) + frames.sum::<f64>()
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Write;
+use std::iter;
 
 use serde_json::json;
 
@@ -79,18 +80,11 @@ pub fn segments_csv(results: &TrackResults) -> impl Export {
             "recording,tier,label,from_s,to_s,frames,muscle,course_n_per_m,low_n_per_m,high_n_per_m";
         let rows = results.segments().flat_map(|(one, label, mean)| {
             results.muscles.iter().zip(&mean.changes).map(move |(muscle, course)| {
-                let begin = [&one.seen.name, &label.tier, &label.name].map(String::clone);
-                let [from, to, median, low, high] =
-                    [label.from_s, label.to_s, course.median, course.low, course.high].map(|v| v.to_string());
-                begin.into_iter().chain([
-                    from,
-                    to,
-                    mean.frames.to_string(),
-                    muscle.clone(),
-                    median,
-                    low,
-                    high,
-                ])
+                let names = [&one.seen.name, &label.tier, &label.name].map(String::clone);
+                let times = [label.from_s, label.to_s].map(|v| v.to_string());
+                let own = [mean.frames.to_string(), muscle.clone()];
+                let numbers = [course.median, course.low, course.high].map(|v| v.to_string());
+                names.into_iter().chain(times).chain(own).chain(numbers)
             })
         });
         csv::write(out, by, columns.split(','), rows, false)
@@ -110,14 +104,9 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
             let label = &one.seen.labels[course.label];
             let repetition = repetitions.entry((&label.tier, &label.name)).or_default();
             *repetition += 1;
-            let speaker = one.seen.speaker.clone().unwrap_or_default();
-            let begin = [
-                speaker,
-                one.seen.name.clone(),
-                label.tier.clone(),
-                label.name.clone(),
-                repetition.to_string(),
-            ];
+            let speaker = one.seen.speaker.as_deref().unwrap_or_default();
+            let names = [speaker, &one.seen.name, &label.tier, &label.name].map(str::to_owned);
+            let begin: Vec<String> = names.into_iter().chain([repetition.to_string()]).collect();
             course.points.iter().flat_map(move |point| {
                 let begin = begin.clone();
                 let values = results.muscles.iter().zip(point.tensions.iter().zip(&point.courses));
@@ -138,29 +127,20 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
 impl RecordingResult {
     /// For OpenSim: tensions and courses with their intervals, displacements of free bones, and the number of resolved directions.
     pub fn sto(&self, muscles: &[String]) -> StoTable {
-        let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
+        let names = ["tension", "low", "high", "course", "course_low", "course_high"].into_iter();
+        let of_muscles = names.flat_map(|name| muscles.iter().map(move |m| format!("{m}_{name}_n_per_m")));
         let axes =
             self.freed.iter().flat_map(|bone| ["x", "y"].map(|axis| format!("{bone}_shift_{axis}_mm")));
-        let labels = [
-            vec!["time".to_owned()],
-            of("tension_n_per_m"),
-            of("low_n_per_m"),
-            of("high_n_per_m"),
-            of("course_n_per_m"),
-            of("course_low_n_per_m"),
-            of("course_high_n_per_m"),
-            axes.collect(),
-            vec!["resolved".to_owned()],
-        ];
+        let labels = iter::once("time".to_owned()).chain(of_muscles).chain(axes);
         let rows = self.tracked.frames.iter().map(|f| {
             let both = [&f.tensions, &f.courses].into_iter();
             let values = both.flat_map(|of| ENDS.into_iter().flat_map(move |end| of.iter().map(end)));
             let shifts = f.bones.iter().flat_map(|b| b.shift_m.map(|x| x * 1e3));
-            std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
+            iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
         });
         StoTable {
             title: format!("tongue-fit: muscle tensions over time, {}", self.seen.name),
-            labels: labels.concat(),
+            labels: labels.chain(["resolved".to_owned()]).collect(),
             rows: rows.collect(),
         }
     }
