@@ -23,10 +23,8 @@ impl Curves {
     /// Reads a file; [`Curves::read`] has the format.
     pub fn from_path(path: &Path, names: &[String]) -> Result<Self, ReadError> {
         let origin = path.display().to_string();
-        match files::read(path) {
-            Ok(bytes) => Ok(Self::read(&bytes, &origin, names)?),
-            Err(source) => Err(ReadError::Unreadable { origin, source }),
-        }
+        let bytes = files::read(path).map_err(|error| ReadError::unreadable(&origin, &error))?;
+        Ok(Self::read(&bytes, &origin, names)?)
     }
 
     /// Reads a table with a column `time_s` and columns of one or more of the muscles `names` of a body (in the body's order), in any

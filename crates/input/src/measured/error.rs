@@ -21,14 +21,18 @@ pub struct Malformed {
 /// Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    #[error("cannot read {origin}: {source}; {}", advice(source))]
-    Unreadable { origin: String, source: io::Error },
     /// The file or the requested row is faulty.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    /// What is asked for is missing, or cannot be made of the data.
+    /// What is asked for is missing, cannot be read, or cannot be made of the data.
     #[error("{0}")]
     Refused(String),
+}
+
+impl ReadError {
+    pub(super) fn unreadable(origin: &str, error: &io::Error) -> Self {
+        Self::Refused(format!("cannot read {origin}: {error}; {}", advice(error)))
+    }
 }
 
 #[derive(Clone, Copy)]

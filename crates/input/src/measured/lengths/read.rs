@@ -36,7 +36,7 @@ impl Dataset {
     /// Reads the table in the file at `path`, or on stdin if `path` is `-`; [`Dataset::from_reader`] has the format.
     ///
     /// # Errors
-    /// Those of [`Dataset::from_reader`]; [`ReadError::Unreadable`] for folders, pipes and devices.
+    /// Those of [`Dataset::from_reader`], and one for folders, pipes and devices.
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         if path.as_os_str() == "-" {
@@ -63,7 +63,7 @@ impl Dataset {
     }
 
     fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, ReadError> {
-        let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.to_owned(), source })?;
+        let bytes = bytes.map_err(|error| ReadError::unreadable(origin, &error))?;
         Ok(read(&bytes, origin)?)
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn read_labels_beside(path: &Path, recordings: &mut [Recording]) -> R
         return Ok(());
     };
     let bytes = crate::files::read_up_to(limits::LARGEST, &path);
-    let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.clone(), source })?;
+    let bytes = bytes.map_err(|error| ReadError::unreadable(&origin, &error))?;
     recording.labels.extend(text_grid(&bytes, &origin)?);
     Ok(())
 }

@@ -213,7 +213,7 @@ impl Recording {
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, ReadError> {
         let origin = path.display().to_string();
         let bytes = crate::files::read_up_to(limits::LARGEST, path);
-        let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.clone(), source })?;
+        let bytes = bytes.map_err(|error| ReadError::unreadable(&origin, &error))?;
         let mut found = Self::from_bytes(&bytes, &origin, format)?;
         labels::read_labels_beside(path, &mut found)?;
         Ok(found)
@@ -281,14 +281,9 @@ impl Recording {
     /// Whether the recordings have the same times and positions, and speakers that are not known to differ.
     pub fn has_frames_of(&self, other: &Self) -> bool {
         let are_of_two = self.speaker.as_ref().zip(other.speaker.as_ref()).is_some_and(|(a, b)| a != b);
-        !are_of_two
-            && !self.samples.is_empty()
-            && self.samples.len() == other.samples.len()
-            && self
-                .samples
-                .iter()
-                .zip(&other.samples)
-                .all(|(a, b)| (a.time_s, &a.places) == (b.time_s, &b.places))
+        let [own, others] =
+            [self, other].map(|recording| recording.samples.iter().map(|s| (s.time_s, &s.places)));
+        !are_of_two && !self.samples.is_empty() && own.eq(others)
     }
 
     fn uninterpreted(&self, problem: String) -> ReadError {
