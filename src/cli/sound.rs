@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, ensure, miette};
+use miette::{IntoDiagnostic, bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
@@ -165,25 +165,18 @@ impl SpaceArguments {
     }
 }
 
-/// The built-in tract, which is drawn for the built-in body only.
-fn drawn_in_space(source: &SpaceSource) -> miette::Result<Tract> {
-    match source {
-        SpaceSource::BuiltIn => VocalTract::reference().into_diagnostic(),
-        SpaceSource::Folder(folder) | SpaceSource::Mesh(folder) => Err(miette!(
-            "the built-in tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
-            folder.display()
-        )),
-    }
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel()?;
     let source = arguments.space.body.as_ref();
     let means = mean_vowels().into_diagnostic()?;
-    let tract = match &arguments.tract {
-        Some(path) => inputs::tract(path)?,
-        None => source.map_or_else(|| VocalTract::reference().into_diagnostic(), drawn_in_space)?,
+    let tract = match (&arguments.tract, source) {
+        (Some(path), _) => inputs::tract(path)?,
+        (None, None | Some(SpaceSource::BuiltIn)) => VocalTract::reference().into_diagnostic()?,
+        (None, Some(SpaceSource::Folder(path) | SpaceSource::Mesh(path))) => bail!(
+            "the built-in tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
+            path.display()
+        ),
     };
     let (out, title, sound) = match source {
         Some(source) => {

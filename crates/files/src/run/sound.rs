@@ -47,29 +47,10 @@ pub struct TongueSound {
     pub record: TongueSoundRecord,
 }
 
-impl TongueSoundRecord {
-    fn new(
-        (converged, alarms): (bool, Vec<Alarm>),
-        sound: SoundRecord,
-        wall_s: f64,
-        means: &[MeanVowel],
-    ) -> Self {
-        let nearest = match sound.formants_hz[..] {
-            [f1, f2, ..] => nearest_vowel(means, f1, f2),
-            _ => None,
-        };
-        Self {
-            subject: None,
-            vowel: None,
-            converged,
-            alarms,
-            tensions_n: None,
-            activations: None,
-            published_hz: None,
-            nearest_vowel: nearest.map(|m| m.vowel.clone()),
-            sound,
-            wall_s,
-        }
+fn nearest_name(means: &[MeanVowel], sound: &SoundRecord) -> Option<String> {
+    match sound.formants_hz[..] {
+        [f1, f2, ..] => nearest_vowel(means, f1, f2).map(|m| m.vowel.clone()),
+        _ => None,
     }
 }
 
@@ -96,9 +77,14 @@ impl TongueSound {
         let record = TongueSoundRecord {
             subject: spoken.map(|(subject, _)| subject.to_owned()),
             vowel: spoken.map(|(_, v)| v.label().to_owned()),
+            converged: answer.converged,
+            alarms: answer.alarms,
             tensions_n: Some(tensions),
+            activations: None,
             published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
-            ..TongueSoundRecord::new((answer.converged, answer.alarms), sound, answer.wall_s, means)
+            nearest_vowel: nearest_name(means, &sound),
+            sound,
+            wall_s: answer.wall_s,
         };
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
         let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
@@ -117,11 +103,18 @@ impl TongueSound {
         let sound = airway.sound(&solved.positions, &posture)?;
         let mut sound = SoundRecord::new(&airway.tract, &airway.acoustics, &sound, posture);
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
-        let converged = solved.found.solution.status == SolveStatus::Converged;
         let names = body.muscles.iter().map(|m| m.name.clone());
         let record = TongueSoundRecord {
+            subject: None,
+            vowel: None,
+            converged: solved.found.solution.status == SolveStatus::Converged,
+            alarms: solved.alarms(body),
+            tensions_n: None,
             activations: Some(ByMuscle(names.zip(activations).collect())),
-            ..TongueSoundRecord::new((converged, solved.alarms(body)), sound, solved.wall_s, means)
+            published_hz: None,
+            nearest_vowel: nearest_name(means, &sound),
+            sound,
+            wall_s: solved.wall_s,
         };
         let (tissue, positions) = (solved.system.tissue(), solved.midsagittal_positions());
         Ok(Self { tissue, mesh: body.midsagittal_mesh(), positions, record })
