@@ -2,5 +2,7 @@
 //! tested in `tests/library`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
+mod batch;
+mod error_model;
 mod posterior;
 mod track;
