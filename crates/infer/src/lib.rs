@@ -3,7 +3,7 @@
 
 pub mod acoustics;
 pub mod adapt;
-mod error_model;
+pub mod error_model;
 pub mod inverse;
 mod least_squares;
 pub mod posterior;

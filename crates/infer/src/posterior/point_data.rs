@@ -32,8 +32,9 @@ const ROUNDS: usize = 5;
 /// Step of central differences along the surface, m.
 const STEP_M: f64 = 1e-5;
 
+/// An error that several numbers have in common.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum SharedError {
+pub enum SharedError {
     /// One of the unknowns of the placement.
     Placement(usize),
     /// The place of a coil on the tongue, or its distance from the coil before it.
@@ -226,7 +227,7 @@ impl Marks<'_> {
 }
 
 /// The errors of a coil's place on the tongue, m: of its measured place, or of a measured or first coil and the gaps from there.
-fn glue(recording: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
+pub fn glue(recording: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
     let known = (0..=coil).rev().find(|&c| recording.measured[c]);
     let sd = |c: usize| match c {
         c if known == Some(c) => 1e-3 * MEASURED_COIL_MM,
@@ -234,25 +235,4 @@ fn glue(recording: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
         _ => 1e-3 * COIL_GAP_MM,
     };
     (known.unwrap_or(0)..=coil).map(|c| (SharedError::Glue(recording.sensors[c].0.clone()), sd(c))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_coil_behind_a_measured_one_is_as_uncertain_as_the_gap() {
-        let mut recording = AlignedRecording {
-            sensors: (1..).zip([0.01, 0.026, 0.042]).map(|(i, behind)| (format!("T{i}"), behind)).collect(),
-            measured: vec![false; 3],
-            ..AlignedRecording::of_contours(&[])
-        };
-        let sds = |recording: &AlignedRecording, coil| {
-            glue(recording, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>()
-        };
-        assert_eq!(sds(&recording, 2), [4e-3, 2e-3, 2e-3]);
-        recording.measured[1] = true;
-        assert_eq!(sds(&recording, 2), [1e-3, 2e-3]);
-        assert_eq!(sds(&recording, 0), [4e-3]);
-    }
 }

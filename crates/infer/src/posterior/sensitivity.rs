@@ -79,12 +79,13 @@ impl Scaled {
     }
 }
 
-fn moved(values: &[f64], sides: &[Vec<f64>; 2]) -> f64 {
+/// Distance by which the distribution of these values moves when a power is doubled, from the weights for a smaller and a larger power.
+pub fn moved(values: &[f64], sides: &[Vec<f64>; 2]) -> f64 {
     sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * (1.0 + STEP).log2())
 }
 
 /// Weights for a smaller and a larger power of a density with these logarithms.
-fn weights(logs: &[f64]) -> [Vec<f64>; 2] {
+pub fn weights(logs: &[f64]) -> [Vec<f64>; 2] {
     [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| shares(logs.iter().map(|l| l * (power - 1.0))).0)
 }
 
@@ -109,32 +110,4 @@ fn distance(values: &[f64], weights: &[f64]) -> f64 {
     let below = from(&order);
     order.reverse();
     below.max(from(&order)).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use tongue_core::random::normal;
-
-    /// Sensitivity of a quantity with prior N(0, 1) and one measurement, both of which are known exactly.
-    fn of_measurement(measured: f64, sd: f64) -> [f64; 2] {
-        let mut random = fastrand::Rng::with_seed(3);
-        let precision = 1.0 + 1.0 / (sd * sd);
-        let mean = measured / (sd * sd) / precision;
-        let values: Vec<f64> = (0..8000).map(|_| mean + normal(&mut random) / precision.sqrt()).collect();
-        let prior: Vec<f64> = values.iter().map(|v| -0.5 * v * v).collect();
-        let likelihood: Vec<f64> = values.iter().map(|v| -0.5 * ((v - measured) / sd).powi(2)).collect();
-        [prior, likelihood].map(|logs| moved(&values, &weights(&logs)))
-    }
-
-    #[test]
-    fn what_a_measurement_decides_depends_on_it_and_what_it_does_not_on_the_prior() {
-        let [prior, likelihood] = of_measurement(0.0, 0.2);
-        assert!(prior < SENSITIVE && likelihood > 3.0 * prior, "{prior} {likelihood}");
-        let [prior, likelihood] = of_measurement(0.0, 5.0);
-        assert!(prior > SENSITIVE && likelihood < SENSITIVE, "{prior} {likelihood}");
-        // A measurement far from the prior is sensitive to both.
-        let [prior, likelihood] = of_measurement(6.0, 1.0);
-        assert!(prior > SENSITIVE && likelihood > SENSITIVE, "{prior} {likelihood}");
-    }
 }

@@ -51,7 +51,7 @@ pub fn add_formants(
 }
 
 /// Angle of a jaw, degrees: the rotation nearest to the shift of its mark, whose place at rest is given relative to the joint.
-fn opened_deg(mark: Point, shift: Point) -> f64 {
+pub fn opened_deg(mark: Point, shift: Point) -> f64 {
     let turned = Point::new(-mark.y, mark.x);
     (turned.dot(&shift) / mark.norm_squared()).to_degrees()
 }
@@ -104,22 +104,4 @@ pub(super) fn tracked_formants(
         (hz.is_finite() && !draws.is_empty()).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })
     });
     formants.collect::<Option<_>>().unwrap_or_default()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_angle_of_a_jaw_is_found_from_the_shift_of_its_mark() {
-        let mark = Point::new(-0.07, -0.085);
-        let angle: f64 = 3.0_f64.to_radians();
-        let turned = Point::new(
-            angle.cos() * mark.x - angle.sin() * mark.y,
-            angle.sin() * mark.x + angle.cos() * mark.y,
-        );
-        assert!((opened_deg(mark, turned - mark) - 3.0).abs() < 0.01);
-        // A shift along the line to the joint is no rotation.
-        assert!(opened_deg(mark, mark * 0.1).abs() < 1e-12);
-    }
 }

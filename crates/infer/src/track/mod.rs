@@ -18,9 +18,9 @@ mod gauss_newton;
 mod hold_out;
 mod jacobian;
 mod ornstein_uhlenbeck;
-mod prediction;
+pub mod prediction;
 mod reachability;
-mod repeatability;
+pub mod repeatability;
 mod rest_shape;
 mod results;
 mod run;
@@ -30,10 +30,11 @@ mod smoother;
 
 pub use crate::error_model::{Along, Errors};
 pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare, mark};
-pub use formants::{TrackedFormant, add_formants};
+pub use formants::{TrackedFormant, add_formants, opened_deg};
 pub use frame::{BONE_WINDOW, Frame, FrameObservation, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
-pub use ornstein_uhlenbeck::Softplus;
+pub use ornstein_uhlenbeck::{OrnsteinUhlenbeck, Softplus};
+pub use reachability::Reachability;
 pub use repeatability::{Repeatability, Repeated, repeatability};
 pub use rest_shape::{RestShape, ShapePrior};
 pub use results::{

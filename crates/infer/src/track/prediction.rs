@@ -30,7 +30,7 @@ const WEIGHTS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 const LENGTHS_MM: [f64; 4] = [10.0, 15.0, 20.0, 30.0];
 const NOISES: [f64; 4] = [0.03, 0.1, 0.2, 0.4];
 /// Variance of the mean in units of that of the process.
-const MEAN: f64 = 4.0;
+pub const MEAN: f64 = 4.0;
 /// Number of parts into which the visible points are divided, and number of frames by which candidates are judged.
 const FOLDS: usize = 3;
 const JUDGES: usize = 60;
@@ -40,22 +40,24 @@ const INNER: usize = 5;
 const CHOSEN: f64 = 3.0;
 
 /// A point of a contour, in mm: its place along it, and its distances from the surface at rest and under tensions.
-struct ContourPoint {
-    at: f64,
-    at_rest: f64,
-    pulled: f64,
+pub struct ContourPoint {
+    pub at: f64,
+    pub at_rest: f64,
+    pub pulled: f64,
 }
 
-struct Split {
-    fitted: Vec<ContourPoint>,
-    hidden: Vec<ContourPoint>,
+/// The points of a contour in a frame by which the hidden ones are predicted, and these.
+pub struct Split {
+    pub fitted: Vec<ContourPoint>,
+    pub hidden: Vec<ContourPoint>,
 }
 
+/// The process above: the weight `w` of the mechanics, the length `l` and the noise `n`.
 #[derive(Clone, Copy)]
-struct Process {
-    weight: f64,
-    length_mm: f64,
-    noise: f64,
+pub struct Process {
+    pub weight: f64,
+    pub length_mm: f64,
+    pub noise: f64,
 }
 
 /// The process of both coordinates of coils. Three or four coils are too few to hold one out in turn, so it was chosen on the simulated
@@ -193,7 +195,7 @@ fn split(smoother: &Smoother<'_>, recording: &SmoothedRecording, t: usize, chann
 
 impl Process {
     /// Errors of the predictions of the hidden points, mm, and their variances in units of `s²`.
-    fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
+    pub fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
         let (fitted, hidden) = (&split.fitted, &split.hidden);
         let covariance = |a: &ContourPoint, b: &ContourPoint| bell(a.at - b.at, self.length_mm) + MEAN;
         let value = |p: &ContourPoint| (1.0 - self.weight) * p.at_rest + self.weight * p.pulled;
@@ -208,31 +210,5 @@ impl Process {
             (value(point) - across.dot(&weighed), variance)
         });
         Some(predicted.collect())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_prediction_is_the_conditional_normal_distribution() {
-        let process = Process { weight: 0.4, length_mm: 12.0, noise: 0.1 };
-        let points = [[0.0, 1.0, 0.5], [10.0, 2.0, 0.1], [31.0, -1.0, 0.3], [18.0, 0.7, 0.2]];
-        let mut fitted = points.map(|[at, at_rest, pulled]| ContourPoint { at, at_rest, pulled }).into();
-        let hidden = Vec::split_off(&mut fitted, 3);
-        let split = Split { fitted, hidden };
-        let (error, variance) = process.errors(&split).unwrap()[0];
-        let places = [0.0, 10.0, 31.0, 18.0];
-        let joint = DMatrix::from_fn(4, 4, |i, j| {
-            let apart: f64 = places[i] - places[j];
-            MEAN + (-apart * apart / 288.0).exp() + if i == j { 0.01 } else { 0.0 }
-        });
-        // The last row of the precision gives the conditional distribution of the last value.
-        let precision = joint.try_inverse().unwrap();
-        let values = [0.8, 1.24, -0.48];
-        let expected: f64 = -(0..3).map(|i| precision[(3, i)] * values[i]).sum::<f64>() / precision[(3, 3)];
-        assert!((variance - 1.0 / precision[(3, 3)]).abs() < 1e-9, "{variance}");
-        assert!((error - (0.5 - expected)).abs() < 1e-9, "{error}");
     }
 }

@@ -22,7 +22,7 @@ const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
 const NEAREST: Rule = Rule { max_steps: 8, damping_decrease: 0.3, least_damping: 1.0, ..Rule::UNDAMPED };
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Reachability {
+pub enum Reachability {
     FromRest,
     /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
     OtherWay,
@@ -90,8 +90,8 @@ impl FrameSolver<'_> {
         matches!(how, Some(FromRest::Branch | FromRest::Jumped { .. }))
     }
 
-    /// `None` where no path was found.
-    fn how_reached(
+    /// How this shape is reached from rest; `None` where no path was found.
+    pub fn how_reached(
         &mut self,
         frame: &Frame,
         x: &DVector<f64>,
@@ -127,7 +127,7 @@ impl FrameSolver<'_> {
     /// The shape reached from rest that is nearest to the observations of a frame, by Gauss-Newton for that frame alone from the end of the
     /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation that they have about their levels, other
     /// unknowns with 1. That end itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
-    fn nearest_reached(&mut self, frame: &Frame, x: &DVector<f64>) -> Option<Vec<SVector<f64, 2>>> {
+    pub fn nearest_reached(&mut self, frame: &Frame, x: &DVector<f64>) -> Option<Vec<SVector<f64, 2>>> {
         let tensions = self.tensions_of(x);
         self.start_from_rest(frame, x);
         let traced = statics::solve_and_trace(self.system, &mut self.workspace, &tensions, &self.settings);
@@ -194,43 +194,5 @@ impl FrameSolver<'_> {
     fn solves_directly(&mut self) -> bool {
         let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
         done.status == SolveStatus::Converged && done.connection == Connection::Direct
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::track::{Softplus, TrackingContext};
-    use tongue_core::body::{Body, DEFAULT_SPACING_M};
-    use tongue_core::statics::Workspace;
-    use tongue_core::system::{Model, System};
-
-    #[test]
-    fn a_shape_that_one_muscle_before_the_others_leads_to_is_reached_in_another_way() {
-        let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
-        let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
-        let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
-        // At these tensions, N/m, the tongue has two shapes: Newton's method from rest finds the one to which the load path does not lead.
-        let tensions = [77.0, 47.6, 14.4, 89.0, 0.0, 4.7, 38.6, 70.2];
-        let link = Softplus::default();
-        let x = DVector::from_iterator(8, tensions.map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln()));
-        let mut solver = FrameSolver::new(TrackingContext::fixed(&system), link);
-        let frame = Frame::default();
-        let other = solver.solve(&frame, &x, None).unwrap().to_vec();
-        let mut w = Workspace::new(&system);
-        statics::trace(&system, &mut w, &tensions, &solver.settings);
-        let together = w.positions();
-        assert!(largest_distance(&other, together) > 1e-3);
-        let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
-            solver.how_reached(&frame, &x, positions)
-        };
-        assert_eq!(reached(&mut solver, together), Some(Reachability::FromRest));
-        assert_eq!(reached(&mut solver, &other), Some(Reachability::OtherWay));
-        // Without observations the nearest reached shape is the end of the load path, not that of Newton's method.
-        let nearest = solver.nearest_reached(&frame, &x).unwrap();
-        assert!(largest_distance(&nearest, together) <= SAME_SHAPE_M);
-        // Positions that are no equilibrium are not reached.
-        let nowhere: Vec<_> = other.iter().map(|p| p * 1.1).collect();
-        assert_eq!(reached(&mut solver, &nowhere), None);
     }
 }

@@ -1,0 +1,7 @@
+//! Tensions over time.
+
+mod formants;
+mod ornstein_uhlenbeck;
+mod prediction;
+mod reachability;
+mod repeatability;
