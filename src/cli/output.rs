@@ -239,7 +239,7 @@ pub fn answer_equilibrium<const D: usize>(
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let by = super::provenance().with_tissue(system.tissue());
     write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
-    Ok(Outcome::of_equilibrium(&record.found))
+    Ok(Outcome::of_equilibrium(&record.equilibrium))
 }
 
 #[cfg(test)]

@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.given_folder()?;
     let solved = Solved::in_plane(&body, &arguments.body.model(), &given, arguments.direct);
     let solved = solved.into_diagnostic()?;
-    let solution = &solved.found.solution;
+    let solution = &solved.equilibrium.solution;
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
     let title = "Tongue at rest (grey) and deformed";
     let section = SectionPicture::new(&body.mesh, &solved.positions, &solved.pulls, palate, title);

@@ -62,7 +62,7 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 }
 
 pub fn simulation(record: &SimulationRecord) -> String {
-    let (solution, pulls) = (&record.found.solution, &record.pulls.values().0);
+    let (solution, pulls) = (&record.equilibrium.solution, &record.pulls.values().0);
     let ended = format!("{:?} in {} iterations", solution.status, solution.iterations);
     let (ratios, summary) = match &record.of_body {
         OfBody::Pulled { ratios, min_area_ratio, max_area_ratio, .. } => {
@@ -103,7 +103,7 @@ pub fn simulation(record: &SimulationRecord) -> String {
         statics::SolveStatus::Inverted => "A CELL IS INVERTED: no effect in this model prevents that\n",
         _ => "",
     };
-    text + inverted + &branch(&record.found)
+    text + inverted + &branch(&record.equilibrium)
 }
 
 /// Text such as `3.1 mm forward, 0.4 up`: each distance, mm, with the first of its directions, or with the second if it is negative.

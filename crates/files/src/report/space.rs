@@ -35,7 +35,7 @@ impl<T> Pulls<T> {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
     #[serde(flatten)]
-    pub found: Equilibrium,
+    pub equilibrium: Equilibrium,
     #[serde(flatten)]
     pub pulls: Pulls<ByMuscle<f64>>,
     /// In a body of hexahedra those of one fibre of each muscle.
@@ -115,14 +115,14 @@ impl SimulationRecord {
             positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
             of_body,
             wall_s,
-            found: equilibrium,
+            equilibrium,
         }
     }
 }
 
 impl<const D: usize> Solved<D> {
     pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
-        let solved = (&*self.system, self.found.clone());
+        let solved = (&*self.system, self.equilibrium.clone());
         SimulationRecord::new(body, solved, &self.pulls, &self.positions, operation, self.wall_s)
     }
 }

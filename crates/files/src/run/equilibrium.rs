@@ -71,7 +71,7 @@ impl From<statics::Trace> for Equilibrium {
 
 /// A body at equilibrium.
 pub struct Solved<const D: usize> {
-    pub found: Equilibrium,
+    pub equilibrium: Equilibrium,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
     /// Tensions (activations in space) of all muscles of the body.
@@ -86,15 +86,15 @@ impl<const D: usize> Solved<D> {
     pub fn of(system: Arc<System<D>>, pulls: &[f64], direct: bool) -> Self {
         let mut workspace = Workspace::new(&system);
         let clock = Instant::now();
-        let found = Equilibrium::of(&system, &mut workspace, pulls, direct);
+        let equilibrium = Equilibrium::of(&system, &mut workspace, pulls, direct);
         let wall_s = clock.elapsed().as_secs_f64();
-        Self { found, positions: workspace.positions().to_vec(), pulls: pulls.to_vec(), system, wall_s }
+        Self { equilibrium, positions: workspace.positions().to_vec(), pulls: pulls.to_vec(), system, wall_s }
     }
 
     /// Doubts about the equilibrium, and tissue that is strained too far.
     pub fn alarms(&self, body: &Body<D>) -> Vec<Alarm> {
         let strain = alarms::of_shape(body, &self.system, &self.positions);
-        self.found.alarms.iter().cloned().chain(strain).collect()
+        self.equilibrium.alarms.iter().cloned().chain(strain).collect()
     }
 }
 

@@ -146,8 +146,8 @@ impl Published {
         let matched = TargetOnBody::new(&body.mesh, target)?;
         let tensions = published.iter().map(|(_, tension)| *tension);
         let given: Vec<(usize, f64)> = matched.contracting().into_iter().zip(tensions).collect();
-        let Solved { found, positions, system, .. } = Solved::in_plane(body, model, &given, true)?;
-        if found.solution.status != SolveStatus::Converged {
+        let Solved { equilibrium, positions, system, .. } = Solved::in_plane(body, model, &given, true)?;
+        if equilibrium.solution.status != SolveStatus::Converged {
             return Ok(None);
         }
         let measured = target.muscles.len();

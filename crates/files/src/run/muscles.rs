@@ -94,7 +94,7 @@ impl MuscleEffect {
         });
         Self {
             name: name.to_owned(),
-            status: solved.found.solution.status,
+            status: solved.equilibrium.solution.status,
             alarms: solved.alarms(body),
             stretch,
             moved_mm,

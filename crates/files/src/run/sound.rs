@@ -107,7 +107,7 @@ impl TongueSound {
         let record = TongueSoundRecord {
             subject: None,
             vowel: None,
-            converged: solved.found.solution.status == SolveStatus::Converged,
+            converged: solved.equilibrium.solution.status == SolveStatus::Converged,
             alarms: solved.alarms(body),
             tensions_n: None,
             activations: Some(ByMuscle(names.zip(activations).collect())),

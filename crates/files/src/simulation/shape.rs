@@ -12,7 +12,7 @@ use tongue_core::statics::{Connection, SolveStatus};
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
-    pub found: Equilibrium,
+    pub equilibrium: Equilibrium,
     assembly: Assembly<D>,
     /// N (2D: per metre of thickness), of all chains of the body in its order.
     pub(super) tensions: Vec<f64>,
@@ -22,25 +22,25 @@ pub struct Shape<const D: usize> {
 impl<const D: usize> Shape<D> {
     pub(super) fn new(
         assembly: &Assembly<D>,
-        found: Equilibrium,
+        equilibrium: Equilibrium,
         tensions: Vec<f64>,
         positions: Vec<SVector<f64, D>>,
     ) -> Self {
-        Self { found, assembly: assembly.clone(), tensions, positions }
+        Self { equilibrium, assembly: assembly.clone(), tensions, positions }
     }
 
     pub fn assembly(&self) -> &Assembly<D> {
         &self.assembly
     }
 
-    /// Whether the shape is an equilibrium; if not, `found.solution.status` says why.
+    /// Whether the shape is an equilibrium; if not, `equilibrium.solution.status` says why.
     pub fn is_converged(&self) -> bool {
-        self.found.solution.status == SolveStatus::Converged
+        self.equilibrium.solution.status == SolveStatus::Converged
     }
 
     /// Whether the shape is known to lie on the branch of equilibria from rest.
     pub fn is_traced(&self) -> bool {
-        self.found.solution.connection == Connection::Traced
+        self.equilibrium.solution.connection == Connection::Traced
     }
 
     /// Positions of all nodes, m, in the order of the body's nodes.
@@ -72,7 +72,7 @@ impl<const D: usize> Shape<D> {
 
     /// The record that `tongue-fit simulate --json` prints, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        let (body, solved) = (self.assembly.body(), (self.assembly.system(), self.found.clone()));
+        let (body, solved) = (self.assembly.body(), (self.assembly.system(), self.equilibrium.clone()));
         SimulationRecord::new(body, solved, &self.tensions, &self.positions, None, f64::NAN)
     }
 
