@@ -7,8 +7,7 @@ use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::super::table::records;
-use super::numbers::{self, is_missing};
-use super::{Budget, Format, Label, Recording, Sample, limits, rows};
+use super::{Budget, Format, Label, Recording, Sample, limits, numbers, rows};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -82,7 +81,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 return Err(row.place(second.x).error(what, help));
             }
         }
-        if let Some(x) = without_y.iter().find(|x| !is_missing(row.cell(**x))) {
+        if let Some(x) = without_y.iter().find(|x| !rows::is_missing(row.cell(**x))) {
             let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
             return Err(row.place(*x).error(what, "export both, or leave the spline out"));
         }

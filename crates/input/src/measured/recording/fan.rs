@@ -5,7 +5,7 @@
 use super::super::error::{Malformed, SourcePlace};
 use super::super::table::TableLine;
 use super::aaa::RecordingRows;
-use super::{Format, Recording, limits, numbers, rows};
+use super::{Format, Recording, limits, rows};
 
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;
@@ -14,9 +14,7 @@ const HELP: &str = "export the spline from AAA again with x and y of 42 fan line
 pub(super) fn is_row(line: &str) -> bool {
     let cells: Vec<&str> = cells(line).collect();
     cells.len() > FIELDS
-        && cells[cells.len() - FIELDS..]
-            .iter()
-            .all(|c| numbers::is_missing(c) || numbers::number(c).is_some())
+        && cells[cells.len() - FIELDS..].iter().all(|c| rows::is_missing(c) || rows::number(c).is_some())
 }
 
 /// The fields of a line; a tab at its end adds none.
@@ -66,7 +64,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 /// all words stay the same; words that change within one date are labels and do not identify a recording.
 fn columns(table: &[TableLine<'_>], before: usize) -> (Option<usize>, Vec<usize>) {
     let (numbers, words): (Vec<usize>, Vec<usize>) =
-        (0..before).partition(|c| table.iter().all(|row| numbers::number(row.cell(*c)).is_some()));
+        (0..before).partition(|c| table.iter().all(|row| rows::number(row.cell(*c)).is_some()));
     let of_recording = match words.iter().find(|c| table.iter().all(|row| is_date(row.cell(**c)))) {
         None => words.clone(),
         Some(&date) => words
@@ -77,7 +75,7 @@ fn columns(table: &[TableLine<'_>], before: usize) -> (Option<usize>, Vec<usize>
     };
     let time = numbers.into_iter().find(|c| {
         let of_one_recording = table.windows(2).filter(|w| is_alike(w, &words));
-        let mut times = of_one_recording.map(|w| [&w[0], &w[1]].map(|row| numbers::number(row.cell(*c))));
+        let mut times = of_one_recording.map(|w| [&w[0], &w[1]].map(|row| rows::number(row.cell(*c))));
         times.all(|[before, after]| before < after)
     });
     (time, of_recording)

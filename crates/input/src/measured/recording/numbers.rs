@@ -1,18 +1,8 @@
-//! Numbers as text, and tables of numbers without a header, separated by spaces, tabs or commas.
+//! Tables of numbers without a header, separated by spaces, tabs or commas, and last numbers that are cut off.
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::{self, Budget};
-use super::{Sample, coordinate, is_coordinate, rows};
-
-pub(super) fn is_missing(text: &str) -> bool {
-    matches!(text, "" | "*" | "NA" | "NaN" | "nan")
-}
-
-/// A finite number, with a decimal point or comma.
-pub(super) fn number(text: &str) -> Option<f64> {
-    let comma = text.matches(',').count() == 1 && !text.contains('.');
-    coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
-}
+use super::{Sample, is_coordinate, rows};
 
 /// The last number of a text that has no line end behind it, and the last numbers of the lines above; each with its number of decimals.
 pub(super) struct LastNumber<'a> {

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::super::table::{HEADER_WITHIN, TableLine};
-use super::numbers::{is_missing, number};
+use super::coordinate;
 
 /// The lines of a text that are not blank, each divided into cells; the first one is at `start`.
 pub(super) fn split<'a, I: Iterator<Item = &'a str>>(
@@ -70,4 +70,14 @@ impl TableLine<'_> {
             self.place(field).error(format!("the time is {text:?}"), "give a finite number of seconds")
         })
     }
+}
+
+pub(super) fn is_missing(text: &str) -> bool {
+    matches!(text, "" | "*" | "NA" | "NaN" | "nan")
+}
+
+/// A finite number, with a decimal point or comma.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let comma = text.matches(',').count() == 1 && !text.contains('.');
+    coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
 }
