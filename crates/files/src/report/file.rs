@@ -43,7 +43,7 @@ impl OutputDir {
         let created = path.ancestors().take_while(is_missing).last().map(Path::to_owned);
         let out = Self { path: path.to_owned(), created };
         let tried = fs::create_dir_all(path).and_then(|()| begin(path));
-        tried.map(|trial| drop(unfinished().remove(trial.path()))).map_err(|source| ReportError::Folder {
+        tried.map(|trial| _ = unfinished().remove(trial.path())).map_err(|source| ReportError::Folder {
             path: path.to_owned(),
             reason: match path.ancestors().find(|p| p.is_file()) {
                 Some(file) => format!("\"{}\" is a file, not a folder", file.display()),
