@@ -311,12 +311,12 @@ pub mod statistics {
 pub mod choice {
     //! Choices by their names.
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::choice::name_of;
+    pub(crate) use tongue_core::choice::*;
     pub use tongue_core::choice::{named, names};
 }
 
 #[cfg(feature = "cli")]
-pub(crate) use tongue_core::{choice as suggest, limits};
+pub(crate) use tongue_core::limits;
 #[cfg(feature = "cli")]
 pub(crate) use tongue_files::surgery;
 

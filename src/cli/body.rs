@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail, miette};
 use tongue_fit::body::{Anatomy, Body, Unit};
+use tongue_fit::choice;
 use tongue_fit::choice::named;
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
 use tongue_fit::run::{BodySource, Kind, PlaneBody, SpaceSource};
-use tongue_fit::suggest;
 use tongue_fit::system::Model;
 
 use super::inputs::choice;
@@ -108,7 +108,7 @@ pub fn space_name(word: &str) -> Result<SpaceSource, String> {
 fn not_a_body(word: &str, known: &[&str]) -> String {
     format!(
         "it is not a folder or a .msh of a body in space either; {}",
-        suggest::hint(word, known.iter().copied())
+        choice::hint(word, known.iter().copied())
     )
 }
 

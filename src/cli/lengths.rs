@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use serde::Serialize;
+use tongue_fit::choice;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
 use tongue_fit::measured::lengths::{BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row};
 use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
-use tongue_fit::suggest;
 
 use super::table::{align_left, join_first, rows};
 use super::{Global, Outcome, inputs, output, table, word};
@@ -158,7 +158,7 @@ fn unknown(names: &[String]) -> Vec<String> {
     let free = known.all().iter().map(|m| m.name.clone());
     let free = Vec::from_iter(free.filter(|own| names.iter().all(|name| !own.eq_ignore_ascii_case(name))));
     names.iter().filter(|name| known.get(name).is_none()).map(|name| {
-        let near = suggest::hint(name, free.iter().map(String::as_str));
+        let near = choice::hint(name, free.iter().map(String::as_str));
         let near = if near.starts_with(DID_YOU_MEAN) { format!("; {near}") } else { String::new() };
         format!(
             "the built-in tongue has no muscle {name}{near} (a fit of this table needs a body that has it, or the table without its column)"

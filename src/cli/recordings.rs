@@ -48,7 +48,7 @@ fn format(name: &str) -> Result<Format, String> {
     let format = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
     format.map(|(_, format)| *format).ok_or_else(|| {
         let names = Format::NAMES.map(|(n, _)| n);
-        format!("{}; formats: {}", tongue_fit::suggest::hint(name, names), names.join(", "))
+        format!("{}; formats: {}", tongue_fit::choice::hint(name, names), names.join(", "))
     })
 }
 

@@ -272,7 +272,7 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> mi
             let known = known.iter().map(String::as_str);
             miette!(
                 "--hold-out {word}: there is no such contour point or coil; {}",
-                tongue_fit::suggest::hint(word, known)
+                tongue_fit::choice::hint(word, known)
             )
         })?;
         ensure!(!out.contains(point), "--hold-out: {point} is given twice; give each point once");

@@ -38,7 +38,7 @@ pub fn track(record: &TrackRecord) -> String {
     );
     let resolved = median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
     text += &format!(
-        "{resolved:.0} of {} directions of tension are resolved in the median frame; the others come from the prior\n",
+        "a frame resolves {resolved} of {} directions of tension (median over the frames); the others come from the prior\n",
         record.courses.len()
     );
     text += &other_ways(record);
