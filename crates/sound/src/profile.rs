@@ -123,8 +123,8 @@ impl Profile {
         self.sections.iter().map(|s| s.length_m).sum()
     }
 
-    /// Derivatives by the points of the tongue, from those by area and length of each section, such as the [`rates`](crate::formants::rates)
-    /// of a formant: calls `part` with the number of a point and the derivative by its position.
+    /// Derivatives by the points of the tongue, from those by area and length of each section, as from
+    /// [`rates`](crate::formants::rates): calls `part` with the number of a point and the derivative by its position.
     pub fn rates_by_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
