@@ -132,7 +132,7 @@ fn branch(found: &Equilibrium) -> String {
             "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
         }
         (_, Some(Trace { stopped: Some(load), .. })) if *load == 0.0 => {
-            "no equilibrium without tensions was found: whether the answer lies on the branch from rest is not known".to_owned()
+            "the branch of equilibria from rest could not be begun: whether the answer lies on it is not known".to_owned()
         }
         (_, Some(Trace { stopped: Some(load), .. })) => format!(
             "the branch of equilibria from rest was followed to {load:.2e} of the tensions, where the solves allowed for it were \

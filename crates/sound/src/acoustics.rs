@@ -1,9 +1,13 @@
 //! Constants of the air and the walls in SI units, and the effects that the acoustic model includes.
 
 // Moist air at body temperature (Flanagan 1972, table 3.1 and section 3.2).
+/// Speed of sound, m/s.
 pub(crate) const SPEED: f64 = 350.0;
+/// Density, kg/m^3.
 pub(crate) const DENSITY: f64 = 1.14;
+/// Viscosity, Pa s.
 pub(crate) const VISCOSITY: f64 = 1.86e-5;
+/// Conductivity of heat, W/(m K).
 pub(crate) const CONDUCTION: f64 = 0.0230;
 /// Specific heat at constant pressure, J/(kg K).
 pub(crate) const SPECIFIC_HEAT: f64 = 1005.0;

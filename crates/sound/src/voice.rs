@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::Formant;
 
-/// Samples of a second.
+/// Sampling rate, Hz.
 pub const RATE_HZ: u32 = 22_050;
 /// Decrease of the pitch until the end over the pitch at the beginning.
 const FALL: f64 = 0.15;

@@ -343,8 +343,8 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The gradient, times `scale`, of a field from its values at the corners of an element: its columns are the corners of a tetrahedron, the
-/// first one of which is at the origin.
+/// The gradient, times `scale`, of a field with `values` at the corners of an element, as a tetrahedron: its first corner is at the origin,
+/// the others are the columns of the gradient.
 #[inline(always)]
 fn as_simplex(shape: &HexahedronCorners, values: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];

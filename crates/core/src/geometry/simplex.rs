@@ -21,7 +21,7 @@ pub fn corners<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) ->
     out
 }
 
-/// The parallelogram or parallelepiped of `D` edges from one corner over the simplex of these edges: `D!`.
+/// `D!`: the parallelogram or parallelepiped of `D` edges from one corner is so many times the simplex of these edges.
 pub const fn factorial<const D: usize>() -> f64 {
     if D == 2 { 2.0 } else { 6.0 }
 }
@@ -184,7 +184,7 @@ fn cross<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> SVector<f6
     c
 }
 
-/// For each pair of corners of a tetrahedron the other two, in the order that makes the permutation even.
+/// For each pair of corners of a tetrahedron the other two, in the order that makes the permutation even; unused for a corner with itself.
 const OTHERS: [[[usize; 2]; MAX_CORNERS]; MAX_CORNERS] = [
     [[0, 0], [2, 3], [3, 1], [1, 2]],
     [[3, 2], [0, 0], [0, 3], [2, 0]],

@@ -57,7 +57,8 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
 }
 
 impl<const D: usize> SolveState<'_, D> {
-    /// Stability by the exact stiffness at the present positions. If it is unstable, the last factorisation is the one that failed.
+    /// Stability by the exact stiffness at the present positions; if it is unstable, `find_curvature` continues from the failed
+    /// factorisation.
     pub(super) fn classify(&mut self) -> Stability {
         self.assemble(Tangent::Exact);
         if self.try_factor() {

@@ -62,8 +62,8 @@ pub struct Trace {
     /// Number of factorisations of a stiffness, in [`super::solve_and_trace`] with those of the direct solve.
     #[serde(skip)]
     pub factorisations: usize,
-    /// Part of the tensions up to which the branch was followed before [`SolveSettings::most_solves`] were used up, or 0 if no equilibrium
-    /// without tensions was found, so that the solution may lie on another branch; `None` if the branch was followed to its end or to the
+    /// Part of the tensions up to which the branch was followed before [`SolveSettings::most_solves`] were used up; 0 too if no equilibrium
+    /// without tensions was found. The solution may then lie on another branch. `None` if the branch was followed to its end or to the
     /// whole load.
     pub stopped: Option<f64>,
 }

@@ -33,7 +33,7 @@ const HEXAHEDRON: u8 = 12;
 pub struct Vtu<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     positions: &'a [SVector<f64, D>],
-    /// In a body of hexahedra activations.
+    /// Tensions of the muscles, N (2D: N/m), or activations in a body of hexahedra.
     tensions: &'a [f64],
     stresses: Vec<Stress<D>>,
     /// The body, if it is of hexahedra.

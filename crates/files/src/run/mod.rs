@@ -3,10 +3,11 @@
 //! fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the page fill them in. A
 //! scene is such a struct itself ([`crate::scene`]).
 //!
-//! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system,
-//! [`Shape`](crate::simulation::Shape) what is read by names of muscles. [`Answer`](tongue_infer::inverse::Answer) has the values that a search
-//! found, with their assessment; [`Fit`](tongue_infer::inverse::Fit) adds the target, [`Estimate`](crate::simulation::Estimate) the
-//! observations. [`FitRecord`](crate::report::FitRecord) is a fit as it is written.
+//! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system;
+//! [`Shape`](crate::simulation::Shape) adds positions, and tensions that are read by names of muscles.
+//! [`Answer`](tongue_infer::inverse::Answer) has the values that a search found, with their assessment;
+//! [`Fit`](tongue_infer::inverse::Fit) adds the target, [`Estimate`](crate::simulation::Estimate) the observations.
+//! [`FitRecord`](crate::report::FitRecord) is a fit as it is written.
 
 #[cfg(feature = "files")]
 mod batch;

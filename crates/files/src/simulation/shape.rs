@@ -12,6 +12,7 @@ use tongue_core::statics::{Connection, SolveStatus};
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
+    /// The equilibrium with its alarms, and the branch if it was followed from rest.
     pub equilibrium: Equilibrium,
     assembly: Assembly<D>,
     /// N (2D: per metre of thickness), of all chains of the body in its order.

@@ -7,16 +7,16 @@ use tongue_input::measured::Vowel;
 
 use super::cases::Case;
 
-/// The normal distribution of the other subjects' stretches.
+/// Name of the opponent that predicts by the normal distribution of the other subjects' stretches.
 pub const GAUSSIAN: &str = "gaussian";
-/// The posterior of each row.
+/// Name of the opponent that predicts by the posterior of each row.
 pub const ROW: &str = "posterior";
-/// The posterior of a speaker's rows with a hyoid that tilts.
+/// Name of the opponent that predicts by the posterior of a speaker's rows with a hyoid that tilts.
 pub const JOINT_TILT: &str = "posterior_joint_tilt";
 
 pub struct Opponent {
     pub name: &'static str,
-    /// For every case its predictions of the muscles; `None` if it has none.
+    /// For every case the prediction of each muscle; `None` where there is none.
     pub predicted: Vec<Vec<Option<LeftOut>>>,
 }
 

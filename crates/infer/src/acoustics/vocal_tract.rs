@@ -152,7 +152,7 @@ impl VocalTract {
     }
 }
 
-/// The numbers of the points of a surface that are nearest to root and tip of a tract's tongue.
+/// Which of `count` points of a surface (m) are nearest to the root and the tip of a tract's tongue.
 pub(super) fn tongue_ends(tract: &Tract, count: usize, point: impl Fn(usize) -> ProfilePoint) -> [usize; 2] {
     [tract.tongue.root_mm, tract.tongue.tip_mm].map(|[x, y]| {
         let nearest = least_by(0..count, |&i| {

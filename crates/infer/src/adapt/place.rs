@@ -307,7 +307,7 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// Median place of a bone over all frames.
+/// Median place of a bone over all frames, m.
 pub fn median_place(recordings: &[&AlignedRecording], bone: &str) -> Option<Point> {
     let all: Vec<Point> = recordings
         .iter()

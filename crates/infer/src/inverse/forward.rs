@@ -186,7 +186,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         residuals
     }
 
-    /// Derivatives of all observations and of the other ones by all unknowns, with one factorisation.
+    /// Derivatives of the fitted observations and of the other measurements by all unknowns, with one factorisation.
     fn jacobians(&mut self, x: &[f64]) -> Option<[DMatrix<f64>; 2]> {
         self.counts.factorisations += 1;
         let problem = self.problem;

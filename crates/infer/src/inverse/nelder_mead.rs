@@ -86,7 +86,8 @@ pub(super) fn run<const D: usize>(forward: &mut Forward<'_, D>, number: usize) -
     Ok(start)
 }
 
-/// Runs argmin until the simplex or the best candidates are close together: values, cost, iterations, and whether that was reached.
+/// Runs argmin until the costs of the simplex or the best candidates are close together, or the iterations are used up: values, cost,
+/// iterations, and whether it ended before the limit.
 fn one_simplex<const D: usize>(
     forward: &mut Forward<'_, D>,
     corner: &[f64],

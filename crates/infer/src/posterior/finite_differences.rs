@@ -79,7 +79,7 @@ pub(super) fn answers(point: &DifferentiatedPoint<'_>) -> Option<FiniteDifferenc
     })
 }
 
-/// Derivatives, by a pair of perturbed bodies, of the numbers of a shape, in the order of its adjoints.
+/// Differences of the numbers of a shape between two perturbed bodies, divided by twice their step; in the order of its adjoints.
 fn slopes_of(
     point: &DifferentiatedPoint<'_>,
     [low, high]: &[PerturbedBody; 2],

@@ -157,7 +157,7 @@ struct ChainGroup<'a, T: SampledDensity> {
     common: fastrand::Rng,
     evaluations: usize,
     step: DualAveraging,
-    /// Points visited in the warm-up, and the derivatives of the logarithm of the density there.
+    /// Points visited in [`Self::warmed_up`] after its first third, and the derivatives of the logarithm of the density there.
     visited_points: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
@@ -362,6 +362,8 @@ struct TrajectoryEnd {
 
 /// Ranges of up to `each` of `count` trajectories.
 fn blocks(count: usize, each: usize) -> impl Iterator<Item = Range<usize>> {
+    // A short run without warm-up has blocks of no trajectories.
+    let each = each.max(1);
     (0..count).step_by(each).map(move |first| first..count.min(first + each))
 }
 

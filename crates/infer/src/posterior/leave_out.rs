@@ -118,8 +118,8 @@ pub fn predict_each_from_others(
     each.collect()
 }
 
-/// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it, and `how` has the effective number
-/// of draws.
+/// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it, and `how` has the method and the
+/// effective number of draws.
 fn predicted(
     whole: &Density<'_>,
     position: usize,

@@ -8,6 +8,7 @@ use super::auxiliary::{Active, DataSource};
 use super::density::Density;
 use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 
+/// Linearisation of all computed numbers at a point.
 #[derive(Debug, Clone)]
 pub struct LinearisationPoint {
     /// Derivatives by the scores of the stretches of all muscles of the body, posture by posture, then of the auxiliary data.
@@ -41,7 +42,7 @@ pub(super) struct DifferentiatedPoint<'a> {
 }
 
 impl DifferentiatedPoint<'_> {
-    /// Derivatives of all computed numbers by the scores; `slopes` are those of the parameters.
+    /// Derivatives of all computed numbers by the scores; `slopes` are the derivatives of the parameters by the scores.
     pub fn jacobian(&self, slopes: &[f64]) -> DMatrix<f64> {
         let columns = self.density.parameters.iter().zip(slopes).map(|(&parameter, &slope)| {
             let of_shapes: Vec<Vec<f64>> =
@@ -55,8 +56,8 @@ impl DifferentiatedPoint<'_> {
         self.matrix(&columns.collect::<Vec<_>>())
     }
 
-    /// `unit` times the changes of all computed numbers, from those of the numbers of each shape, in the order of its adjoints, and those of
-    /// the numbers that follow from tensions.
+    /// Changes of all computed numbers, times `unit`. `of_shapes` has the changes of the numbers of each shape in the order of its
+    /// adjoints, `of_activity` gives that of a number that follows from tensions.
     pub fn changes(
         &self,
         unit: f64,

@@ -85,7 +85,8 @@ impl MapEstimate {
         Ok(map_estimate)
     }
 
-    /// [`MapEstimate::find`] from the mode for nearly the same stretches, whose covariance due to geometry the density has.
+    /// [`MapEstimate::find`] for nearly the same stretches, from the mode `near`. `density` must have the covariance due to geometry about
+    /// `near`.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         let mut map_estimate = near.clone();
         map_estimate.climb(density);

@@ -158,7 +158,7 @@ fn outline_fields(body: &Body<2>, OutlinePrior { sd_mm, reach_mm, off }: &Outlin
     weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * sd_mm))))
 }
 
-/// Places of the nodes that are farther than `apart` from those before them.
+/// Places, m, of nodes that are farther than `apart`, m, from every place kept before.
 fn distant(nodes: &[Point], numbers: impl Iterator<Item = usize>, apart: f64) -> Vec<Point> {
     let mut places: Vec<Point> = Vec::new();
     for node in numbers {

@@ -66,7 +66,7 @@ impl OverSpeakers {
         let sign = |c: &Contrast| if c.a == first.a { 1.0 } else { -1.0 };
         let estimates: Vec<f64> = all.iter().map(|(_, c)| sign(c) * c.median).collect();
         let (mean_n, interval_95) = population_mean(&estimates);
-        // Numbers of speakers in whom the muscle surely, and at least probably, pulls harder in `a`, or in `b`.
+        // For `a` or `b`: numbers of speakers in whom the muscle pulls harder there, surely, and at least probably.
         let count = |in_a: bool| {
             let decisions = all.iter().filter_map(|(_, c)| {
                 let (is_harder, is_sure) = c.certainty.decision()?;

@@ -197,7 +197,7 @@ impl Priors {
         sd::TABLE
     }
 
-    /// Every positive number: its name, its value, the largest one that is accepted, and the range of those that are usual.
+    /// Every number that must be positive: name, value, largest accepted value, and usual range (`None` if switched off or without one).
     fn positive_numbers(&self) -> Vec<(&'static str, f64, f64, Option<[f64; 2]>)> {
         let usual = |off: bool, range: [f64; 2]| if off { None } else { Some(range) };
         let (baseline, hyoid, discrepancy) = (&self.baseline, &self.hyoid, &self.discrepancy);

@@ -12,23 +12,31 @@ pub struct Quantiles {
 
 /// Part of the values that are above zero; a zero counts as half.
 pub(super) fn part_above_zero(values: &[f64]) -> f64 {
-    let halves = values.iter().map(|&v| u8::from(v > 0.0) + u8::from(v >= 0.0));
-    halves.map(|h| 0.5 * f64::from(h)).sum::<f64>() / values.len().max(1) as f64
+    let parts = values.iter().map(|&v| {
+        if v > 0.0 {
+            1.0
+        } else if v == 0.0 {
+            0.5
+        } else {
+            0.0
+        }
+    });
+    parts.sum::<f64>() / values.len().max(1) as f64
 }
 
 impl Quantiles {
-    /// Of draws with equal weights, as many that their number does not widen an interval; not finite without draws.
+    /// Of draws with equal weights, so many that their number need not widen intervals; not finite without draws.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         Self::of_few(values, f64::INFINITY)
     }
 
-    /// [`Self::of`] of draws that tell as much as `effective` independent ones.
+    /// [`Self::of`] of draws that are worth `effective` independent ones.
     pub fn of_few(values: impl IntoIterator<Item = f64>, effective: f64) -> Self {
         Self::weighted(values.into_iter().map(|v| (v, 1.0)).collect(), effective)
     }
 
-    /// Of pairs of a value and its weight, which tell as much as `effective` independent draws. Below the quantile of `p` lies on average
-    /// `p` of the distribution (Weibull 1939; the sixth definition of Hyndman and Fan, The American Statistician 50, 1996): of few draws an
+    /// Of pairs of a value and its weight, which are worth `effective` independent draws. Below the quantile of `p` lies on average `p` of
+    /// the distribution (Weibull 1939; the sixth definition of Hyndman and Fan, The American Statistician 50, 1996): of few draws an
     /// interval is wider than the one that contains 95 % of them.
     pub fn weighted(mut draws: Vec<(f64, f64)>, effective: f64) -> Self {
         draws.sort_by(|a, b| a.0.total_cmp(&b.0));

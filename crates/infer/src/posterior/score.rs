@@ -35,7 +35,7 @@ pub struct MixtureComponent {
     pub weight: f64,
 }
 
-/// The prediction by a mixture of normal distributions of one standard deviation, which tells as much as `effective` independent draws.
+/// The prediction by a mixture of normal distributions of one standard deviation, whose draws are worth `effective` independent ones.
 pub fn left_out(
     parts: &[MixtureComponent],
     sd: f64,

@@ -223,7 +223,7 @@ impl Verdict {
     }
 }
 
-/// 95 % interval of a number from the draws of a short run, which tell as much as some hundred independent ones.
+/// 95 % interval of a number from the draws of a short run, widened because they are worth few independent draws.
 pub fn short_run_interval(draws: &[Draw], value: impl Fn(&Draw) -> f64) -> [f64; 2] {
     let chains = draws.chunk_by(|a, b| a.chain == b.chain);
     let chains: Vec<Vec<f64>> = chains.map(|chain| chain.iter().map(&value).collect()).collect();

@@ -80,7 +80,8 @@ impl<'a> Display<'a> {
         out
     }
 
-    /// Finds recordings on a body (`None`: the placed one) from the states of a sample of their frames. Returns the levels, too.
+    /// Finds recordings on a body (`None`: the placed one) from the states of a sample of their frames. Returns the levels, too; `holds`
+    /// tells whether they stay as given.
     pub fn find_on_body(
         &self,
         body: Option<&RestShape>,

@@ -34,6 +34,7 @@ impl Rates {
         residuals.truncate(frame.observations.len());
         let mut rows: Vec<_> = slopes.into_iter().map(|slope| (slope, 1.0)).collect();
         match columns {
+            // Hidden points have weight 1, so that 1e3 gives millimetres.
             Columns::Unknowns { .. } => rows.iter_mut().skip(residuals.len()).for_each(|row| row.1 = 1e3),
             Columns::Shape(_) => {
                 for ((slope, _), o) in rows.iter_mut().zip(all) {
@@ -69,12 +70,12 @@ impl Rates {
     }
 }
 
-/// Unknowns by which frames are differentiated.
+/// What frames are differentiated by: a column for each unknown, or for each direction of the shape at rest.
 pub(super) enum Columns<'a> {
-    /// One for each contracting muscle, then two for each freed bone. Residuals are in standard deviations, distances of hidden points in
-    /// millimetres.
+    /// One for each contracting muscle, then two for each freed bone. Derivatives of observations are in standard deviations, those of
+    /// distances of hidden points in millimetres.
     Unknowns { muscles: &'a [usize], freed: &'a [MovableBone<2>], link: Softplus },
-    /// The directions of a shape at rest. Residuals and distances are in millimetres.
+    /// The directions of a shape at rest. Derivatives of observations and of distances of hidden points are in millimetres.
     Shape(&'a RestShape),
 }
 

@@ -66,8 +66,8 @@ const OF_COILS: FittedProcess = FittedProcess(Process { weight: 0.35, length_mm:
 /// Fewest visible coils by which a hidden one is predicted.
 const FEWEST_COILS: usize = 2;
 
-/// Predictions of the hidden points of every frame, contour points by the best candidate. A point with too few others is predicted where the
-/// body has it, without an interval.
+/// Predictions of the hidden points of every frame, contour points by the best candidate. A point with too few others is predicted by the
+/// body alone, without an interval.
 pub(super) fn predict_hidden(
     smoother: &Smoother<'_>,
     recording: &SmoothedRecording,

@@ -21,6 +21,7 @@ const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
 
 const NEAREST: Rule = Rule { max_steps: 8, damping_decrease: 0.3, least_damping: 1.0, ..Rule::UNDAMPED };
 
+/// Whether and how the shape of a frame is reached from rest.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reachability {
     FromRest,
@@ -178,7 +179,8 @@ impl FrameSolver<'_> {
         self.workspace.start_from_rest(self.system);
     }
 
-    /// Changes the tensions in these parts of the path between two, and tells whether no equilibrium needed a descent from a saddle.
+    /// Changes the tensions from `from` to `to` (N per metre of thickness) in these parts of the way. Returns whether every equilibrium was
+    /// found, and without a descent from a saddle.
     fn follows_path(&mut self, from: &[f64], to: &[f64], parts: &[f64]) -> bool {
         parts.iter().all(|part| {
             self.tensions = from.iter().zip(to).map(|(a, b)| a + (b - a) * part).collect();

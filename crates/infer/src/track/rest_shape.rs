@@ -265,7 +265,7 @@ impl RestShape {
         made.as_deref()
     }
 
-    /// Nodes displaced by these amounts, with the straight parts of muscles outside the tissue.
+    /// Positions of all nodes at these amounts, m; parts of muscles outside the tissue are straight.
     fn nodes_at(&self, amounts: &DVector<f64>) -> Vec<Point> {
         let mut nodes = self.prior.moved(&self.body.mesh, amounts);
         straighten(&self.body.mesh, &mut nodes);

@@ -198,7 +198,8 @@ impl<'a> Smoother<'a> {
         Some(residuals - &errors.basis * known)
     }
 
-    /// `None` where a frame has no observations or no equilibrium. `by_shape` are derivatives by the directions of the shape, mm.
+    /// `None` where a frame has no observations or no equilibrium. `by_shape` are derivatives by the directions of the shape, mm;
+    /// `columns` is the number of directions.
     pub fn rows(
         &self,
         recording: &SmoothedRecording,

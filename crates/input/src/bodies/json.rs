@@ -85,8 +85,8 @@ impl MeshRecord {
             .chain(whole.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?))))
     }
 
-    /// The material of a file: Poisson's ratio follows from the upper median of the spring constants unless the file's kappa contradicts
-    /// it; then, or without spring constants, it is that of [`Constants::TONGUE`].
+    /// The material of a file: Poisson's ratio follows from the median of the spring constants unless the file's kappa contradicts it;
+    /// then, or without spring constants, it is that of [`Constants::TONGUE`].
     fn constants(&self, mesh: &Mesh<2>) -> Constants {
         let usual = Constants::TONGUE;
         let given = statistics::median(self.connections.iter().filter_map(|c| c.stiffness_n_per_m));

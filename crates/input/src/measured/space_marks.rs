@@ -113,7 +113,7 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
             return Err(wrong(problem.to_owned()));
         }
         for SpaceFrame { time_s, marks } in frames {
-            // Zero is added because it has two signs.
+            // Adding 0 turns -0 into 0.
             let same = *by_time.entry(time_s.map(|time_s| (time_s + 0.0).to_bits())).or_insert(all.len());
             if same == all.len() {
                 all.push(OpenFrame::new(time_s));

@@ -35,7 +35,7 @@ pub(super) struct TableLines<'a> {
     pub encoding: Encoding,
     pub line_ends: LineEnds,
     pub separator: Separator,
-    /// A point, until [`TableLines::find_decimal_mark`].
+    /// The decimal mark: a point before [`TableLines::find_decimal_mark`].
     pub mark: DecimalMark,
     pub header: TableLine<'a>,
     pub rows: Vec<TableLine<'a>>,

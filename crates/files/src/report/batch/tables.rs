@@ -180,6 +180,7 @@ pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
     });
     let refusals = batch.refusals.iter().map(|row| (json!(row), json!({"status": "not_fitted"})));
     let by = json!(batch.provenance);
+    // Columns are looked up by their key in JSON, so the keys `target_kind` and `substitute_baseline` must be those of serde.
     for (row, more) in baselines.chain(refusals) {
         let values = columns.iter().map(|column| {
             let value = [&row, &more, &by].into_iter().find_map(|values| values.get(&*column.name));

@@ -181,7 +181,7 @@ impl<'a> PointTracks<'a> {
         self.middle(true, |track| Some(track.fastest_tenth_m_s() * 1e3)).map(unnamed)
     }
 
-    /// The upper median over the points that move; `None` if these are less than half, because the jumps of one point among others at rest
+    /// The median over the points that move; `None` if these are less than half, because the jumps of one point among others at rest
     /// do not describe the recording.
     fn middle(&self, continuous: bool, of: impl Fn(&PointTrack<'_>) -> Option<f64>) -> Option<f64> {
         let least = if continuous { MOVES_SD } else { HELD_SD };

@@ -124,7 +124,7 @@ impl<'a> Measures<'a> {
         coils.iter().filter(|_| coils.len() >= 3).find_map(|c| {
             let others: Vec<MeasuredCoil<'_>> = coils.iter().filter(|o| o.0 != c.0).copied().collect();
             let (away, mut apart) = (nearest_mm(c, coils), 0.0);
-            // The first other coil that is too far from its neighbours ends the search, so that many coils take no long time.
+            // The search ends at the first other coil that is itself far away, so that many coils take little time.
             let is_alone = others.iter().all(|o| {
                 apart = f64::max(apart, nearest_mm(o, &others));
                 apart <= 30.0 && away > 2.0 * apart
