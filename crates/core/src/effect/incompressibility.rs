@@ -9,7 +9,7 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 use super::barrier::{self, barrier};
 use super::{Configuration, Effect, PrimitiveElement, Tangent};
 
-/// Largest number of pairs of corners, with those of a corner with itself.
+/// Largest number of pairs of corners of a cell; a corner with itself counts as a pair.
 const MAX_PAIRS: usize = MAX_CORNERS * (MAX_CORNERS + 1) / 2;
 
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell with the *signed* area (2D; eq. 3.28) or volume (3D; eq. 3.16) `S`.

@@ -47,7 +47,7 @@ pub trait Observable<const D: usize>: Debug + Send + Sync {
         self.value(positions)
     }
 
-    /// Writes the derivatives of the value if all nodes move by each of several motions, m per unit of a parameter, to `rates`.
+    /// Writes to `rates` the derivative of the value for each of several motions of all nodes, m per unit of a parameter.
     fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
         rates.fill(0.0);
         self.gradient(positions, &mut |node, slope| {

@@ -98,8 +98,8 @@ pub struct Solution {
     pub safeguarded: usize,
     /// Largest residual force on a free node, N.
     pub max_residual_force: f64,
-    /// Rounding error of the force, N: the largest stiffness times the rounding of a coordinate. A residual below
-    /// this cannot be reduced further. Zero if nothing was factorised.
+    /// Rounding error of the force, N: the largest stiffness times the rounding of a coordinate. Newton's method cannot make the residual
+    /// force smaller. Zero if nothing was factorised.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,

@@ -261,13 +261,22 @@ impl Interval {
         let mut all: Vec<f64> = draws.collect();
         let count = all.len() as f64;
         let (_, variance) = mean_and_variance(all.iter().copied());
-        all.sort_unstable_by(f64::total_cmp);
-        let [low, median, high] = TAILS.map(|part| {
+        let mut quantiles = [f64::NAN; 3];
+        // Draws below `done` are in their final order, which the next quantile needs. A full sort would take several times as long.
+        let mut done = 0;
+        for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
             let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
             let below = at as usize;
+            for place in [below, (below + 1).min(all.len().saturating_sub(1))] {
+                if place >= done && place < all.len() {
+                    all[done..].select_nth_unstable_by(place - done, |a, b| a.total_cmp(b));
+                    done = place + 1;
+                }
+            }
             let (a, b) = (all.get(below), all.get(below + 1).or(all.get(below)));
-            a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a))
-        });
+            *quantile = a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a));
+        }
+        let [low, median, high] = quantiles;
         Self { median, low, high, variance }
     }
 

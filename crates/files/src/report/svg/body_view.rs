@@ -29,6 +29,9 @@ const PASSIVE: [f64; 2] = [3.5, 2.0];
 pub(super) struct BodyView<'a> {
     pub mesh: &'a Mesh<2>,
     pub view: PlotView,
+    /// The nodes of each outline of the tissue, and its connections.
+    outlines: Vec<Vec<usize>>,
+    edges: Vec<&'a [usize]>,
 }
 
 impl<'a> BodyView<'a> {
@@ -40,30 +43,34 @@ impl<'a> BodyView<'a> {
         corner: Px,
         width: f64,
     ) -> Self {
-        Self { mesh, view: PlotView::new(picture_bounds(mesh, palate, shapes), corner, width) }
+        Self::in_view(mesh, PlotView::new(picture_bounds(mesh, palate, shapes), corner, width))
+    }
+
+    pub fn in_view(mesh: &'a Mesh<2>, view: PlotView) -> Self {
+        let inside = mesh.in_tissue();
+        let pairs = mesh.connections.iter().map(<[usize; 2]>::as_slice);
+        let edges = pairs.filter(|pair| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n]));
+        Self { mesh, view, outlines: topology::outlines(mesh.cells.iter()), edges: edges.collect() }
     }
 
     /// The outline of the tissue as the data of a path.
     pub fn outline(&self, positions: &[SVector<f64, 2>]) -> String {
-        let loops = topology::outlines(self.mesh.cells.iter());
         closed_paths(
-            loops
+            self.outlines
                 .iter()
                 .map(|l| Vec::from_iter(l.iter().filter_map(|&n| Some(self.view.place(positions.get(n)?))))),
         )
     }
 
     pub fn draw_rest(&self, svg: &mut Svg) {
-        svg.fill(&self.outline(&self.mesh.nodes), REST_TISSUE);
-        svg.stroke(&self.outline(&self.mesh.nodes), REST, 2.0);
+        let outline = self.outline(&self.mesh.nodes);
+        svg.fill(&outline, REST_TISSUE);
+        svg.stroke(&outline, REST, 2.0);
     }
 
     /// Draws the edges of the tissue and its outline.
     pub fn draw_tissue(&self, svg: &mut Svg, positions: &[SVector<f64, 2>]) {
-        let (mesh, inside) = (self.mesh, self.mesh.in_tissue());
-        let pairs = mesh.connections.iter().map(<[usize; 2]>::as_slice);
-        let edges = pairs.filter(|pair| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n]));
-        svg.stroke(&self.view.path(positions, edges), EDGES, 1.0);
+        svg.stroke(&self.view.path(positions, self.edges.iter().copied()), EDGES, 1.0);
         svg.stroke(&self.outline(positions), DEFORMED, 2.6);
     }
 

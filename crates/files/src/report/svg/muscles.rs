@@ -50,7 +50,7 @@ pub fn panels(
         let left = MARGIN + column as f64 * (PANEL + GAP);
         let height = PlotView::new(bounds, [0.0, 0.0], PANEL).end()[1] + HEAD + GAP;
         let upper = top + MARGIN + row as f64 * height;
-        let body = BodyView { mesh, view: PlotView::new(bounds, [left, upper + HEAD], PANEL) };
+        let body = BodyView::in_view(mesh, PlotView::new(bounds, [left, upper + HEAD], PANEL));
         svg.text([left, upper + 0.6 * TEXT], Anchor::Start, FontFace::Bold, &panel.title);
         for (line, text) in panel.lines.iter().take(2).enumerate() {
             let y = upper + (1.8 + 1.2 * line as f64) * TEXT;

@@ -51,7 +51,7 @@ fn tract(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
     let bounds = Bounds::of_points(outer.iter().chain(&inner).chain(picture.positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
-    let tissue = BodyView { mesh: picture.mesh, view }.outline(picture.positions);
+    let tissue = BodyView::in_view(picture.mesh, view).outline(picture.positions);
     svg.fill(&tissue, REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
         svg.line(view.place(o), view.place(i), RULE, 1.0);

@@ -20,7 +20,7 @@ pub(super) fn split<'a, I: Iterator<Item = &'a str>>(
     })
 }
 
-/// The cells of a line that are separated by spaces, tabs or commas.
+/// The cells of a line. They are separated by spaces, tabs or commas.
 pub(super) fn words(line: &str) -> impl Iterator<Item = &str> {
     line.split([' ', '\t', ',']).map(str::trim).filter(|cell| !cell.is_empty())
 }
