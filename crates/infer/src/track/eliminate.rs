@@ -9,6 +9,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use super::ornstein_uhlenbeck::Factors;
+use super::settings::Sizes;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows, in_chunks};
 
 pub(super) const WINDOW: usize = 4 * CHUNK;
@@ -49,18 +50,40 @@ pub(super) struct LinearProblem<'a> {
     pub recording: &'a SmoothedRecording,
     /// Damping of the tensions and displacements of each frame, in units of their prior precision; empty without damping.
     pub damping: &'a [f64],
-    /// Derivatives of the frames by `columns` directions of the shape, empty without a shape.
+    /// Derivatives of the frames by `columns` directions of the shape, mm, empty without a shape.
     pub by_shape: &'a [Option<DMatrix<f64>>],
     pub columns: usize,
 }
 
 impl LinearProblem<'_> {
+    /// `None` where a frame has no observations or no equilibrium.
+    fn rows(&self, t: usize) -> Option<WhitenedRows> {
+        let Self { smoother, recording, .. } = self;
+        let here = &recording.here[t];
+        let residuals = smoother.residuals_mm(recording, t, here, &smoother.shared)?;
+        let (linear, errors) = (here.linear.as_ref()?, recording.errors[t].as_ref()?);
+        let Sizes { muscles, bones, knots } = smoother.sizes;
+        let mut all = DMatrix::zeros(residuals.len(), 1 + smoother.sizes.state());
+        all.column_mut(0).copy_from(&residuals);
+        let mut jacobian = all.columns_mut(1, muscles + bones);
+        jacobian.copy_from(&linear.jacobian);
+        for (mut row, o) in jacobian.row_iter_mut().zip(&recording.frames[t].observations) {
+            row *= 1e3 / o.observation.weight;
+        }
+        all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
+        let all = errors.whitened(all);
+        let by_state = all.columns(1, smoother.sizes.state()).into_owned();
+        let by_shape = self.by_shape.get(t).cloned().flatten();
+        let by_shape = by_shape.unwrap_or_else(|| DMatrix::zeros(residuals.len(), self.columns));
+        let by_shape = errors.whitened(by_shape);
+        Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
+    }
+
     fn contributions(&self, window: &Range<usize>) -> Vec<Contribution> {
         let (n, columns) = (self.smoother.sizes.state(), self.columns);
         in_chunks(window.clone(), |chunk| {
             Vec::from_iter(chunk.iter().map(|&t| {
-                let by_shape = self.by_shape.get(t).and_then(Option::as_ref);
-                let found = self.smoother.rows(self.recording, t, (by_shape, columns));
+                let found = self.rows(t);
                 let damping = self.damping.get(t).filter(|_| found.is_some()).copied().unwrap_or(0.0);
                 let rows = found.unwrap_or_else(|| WhitenedRows {
                     residuals: DVector::zeros(0),

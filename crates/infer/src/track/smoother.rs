@@ -198,32 +198,6 @@ impl<'a> Smoother<'a> {
         Some(residuals - &errors.basis * known)
     }
 
-    /// `None` where a frame has no observations or no equilibrium. `by_shape` are derivatives by the directions of the shape, mm;
-    /// `columns` is the number of directions.
-    pub fn rows(
-        &self,
-        recording: &SmoothedRecording,
-        t: usize,
-        (by_shape, columns): (Option<&DMatrix<f64>>, usize),
-    ) -> Option<WhitenedRows> {
-        let residuals = self.residuals_mm(recording, t, &recording.here[t], &self.shared)?;
-        let (linear, errors) = (recording.here[t].linear.as_ref()?, recording.errors[t].as_ref()?);
-        let Sizes { muscles, bones, knots } = self.sizes;
-        let mut all = DMatrix::zeros(residuals.len(), 1 + self.sizes.state());
-        all.column_mut(0).copy_from(&residuals);
-        let mut jacobian = all.columns_mut(1, muscles + bones);
-        jacobian.copy_from(&linear.jacobian);
-        for (mut row, o) in jacobian.row_iter_mut().zip(&recording.frames[t].observations) {
-            row *= 1e3 / o.observation.weight;
-        }
-        all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
-        let all = errors.whitened(all);
-        let by_state = all.columns(1, self.sizes.state()).into_owned();
-        let by_shape = by_shape.cloned().unwrap_or_else(|| DMatrix::zeros(residuals.len(), columns));
-        let by_shape = errors.whitened(by_shape);
-        Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
-    }
-
     /// The unknown of a state with the same derivatives as a shared one: the deviation for a level, the slow error for the static one.
     pub fn state_of_shared(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
