@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
-use tongue_fit::run::{Kind, SpaceSource, TongueSound, TongueSoundRecord};
+use tongue_fit::run::{Kind, SpaceSource, TongueSound};
 use tongue_fit::scene::effects::Effects;
 use tongue_fit::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::scene::{Scene, SceneBody, Want};
@@ -178,7 +178,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             path.display()
         ),
     };
-    let (out, title, sound) = match source {
+    let (out, title, found) = match source {
         Some(source) => {
             let tract_and_means = (&tract, arguments.posture(&tract, None), means.as_slice());
             let (title, sound) = arguments.space.sound(source, tract_and_means)?;
@@ -192,35 +192,34 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (out, scene.title, sound)
         }
     };
-    let TongueSound { tissue, mesh, positions, record } = sound;
     let title_of_picture =
         format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let picture = report::vowel(&VowelPicture {
-        mesh: &mesh,
-        positions: &positions,
-        sound: &record.sound,
+        mesh: &found.mesh,
+        positions: &found.positions,
+        sound: &found.sound,
         means: &means,
         title: &title_of_picture,
     })
     .into_diagnostic()?;
-    let formants: Vec<Formant> = (record.sound.formants_hz.iter().zip(&record.sound.bandwidths_hz))
+    let formants: Vec<Formant> = (found.sound.formants_hz.iter().zip(&found.sound.bandwidths_hz))
         .map(|(&frequency_hz, &bandwidth_hz)| Formant { frequency_hz, bandwidth_hz })
         .collect();
     let spoken = Voice { pitch_hz: arguments.pitch, seconds: arguments.seconds };
     let wav = Wav { samples: voice::samples(&formants, &spoken), rate_hz: voice::RATE_HZ };
-    let by = super::provenance().with_tissue(tissue);
+    let by = super::provenance().with_tissue(found.tissue);
     let stem = vowel.as_ref().map_or("sound", Vowel::label);
     let names = ["json", "wav", "svg", "csv"].map(|extension| format!("{stem}.{extension}"));
-    let (json, areas) = (Json(&record), Rows(&record.sound.area_function));
+    let (json, areas) = (Json(&found), Rows(&found.sound.area_function));
     let files: [(&str, &dyn Export); 4] =
         [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
-    output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record, &title))?;
-    let failed = (!record.converged).then(|| "the shape of the tongue did not converge".to_owned());
-    Ok(Outcome::of_alarms(failed, &record.alarms))
+    output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&found, &title))?;
+    let failed = (!found.converged).then(|| "the shape of the tongue did not converge".to_owned());
+    Ok(Outcome::of_alarms(failed, &found.alarms))
 }
 
-fn text(record: &TongueSoundRecord, title: &str) -> String {
-    let sound = &record.sound;
+fn text(found: &TongueSound, title: &str) -> String {
+    let sound = &found.sound;
     let mut text = format!("{title}: {}\n", sound.tract);
     let p = &sound.posture;
     let _ = writeln!(
@@ -235,7 +234,7 @@ fn text(record: &TongueSoundRecord, title: &str) -> String {
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let formants = sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate();
     let t = table::rows(&columns, formants, |(i, (f, b))| {
-        let mean = record.published_hz.and_then(|m| m.get(i).copied());
+        let mean = found.published_hz.and_then(|m| m.get(i).copied());
         let rates = sound.by_tension.iter().map(|b| format!("{:+.2}", b.hz_per_n[i]));
         let own = [
             format!("F{}", i + 1),
@@ -246,11 +245,11 @@ fn text(record: &TongueSoundRecord, title: &str) -> String {
         own.into_iter().chain(rates).collect::<Vec<_>>()
     });
     let _ = writeln!(text, "{t}\n");
-    if !record.converged {
+    if !found.converged {
         text += "NOT CONVERGED (do not trust the shape)\n";
     }
-    text += &table::alarms(&record.alarms);
-    if let Some(nearest) = &record.nearest_vowel {
+    text += &table::alarms(&found.alarms);
+    if let Some(nearest) = &found.nearest_vowel {
         let _ = writeln!(
             text,
             "nearest published mean of Japanese men: /{nearest}/ (distance of F1 and F2 in Bark)"

@@ -2,7 +2,6 @@
 //! its nodes or in recordings.
 
 use std::path::PathBuf;
-use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 
@@ -10,8 +9,8 @@ use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, SpaceTrackRecord, Vtu, tally};
-use tongue_fit::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackRun};
+use tongue_fit::report::{self, Export, Json, Pvd, Vtu, tally};
+use tongue_fit::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame, SpaceTrackRun};
 use tongue_fit::system::TissueModel;
 
 use super::space::ModelArguments;
@@ -88,7 +87,7 @@ impl Arguments {
         folder: &str,
         global: &Global,
     ) -> miette::Result<Outcome> {
-        let (clock, model, usual) = (Instant::now(), self.model.model()?, SpaceSearch::default());
+        let (model, usual) = (self.model.model()?, SpaceSearch::default());
         let settings = FitSettings { starts: self.starts, ..usual.settings };
         let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
         if let Some(tip) = body.tip().filter(|_| recorded.has_coils()) {
@@ -98,30 +97,32 @@ impl Arguments {
         }
         notes.iter().for_each(|note| output::note(note));
         let track_run = SpaceTrackRun { body, model: &model, recorded, search };
-        let tracked = track_run.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
-        let SpaceTrack { frames, shapes, is_alike } = tracked;
-        if is_alike && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
+        let mut track = track_run.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
+        let statuses = Vec::from_iter(track.frames.iter().map(|frame| frame.fit.answer.status));
+        if track.is_alike && statuses.contains(&FitStatus::TargetNotMet) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
             output::note(note);
             notes.push(note.to_owned());
         }
-        let wall_s = clock.elapsed().as_secs_f64();
-        let statuses = tally(frames.iter().map(|frame| match frame.status {
-            FitStatus::Converged if !frame.alarms.is_empty() => "with alarms".to_owned(),
+        let statuses = tally(track.frames.iter().zip(statuses).map(|(frame, status)| match status {
+            FitStatus::Converged if !frame.fit.alarms.is_empty() => "with alarms".to_owned(),
             status => word(&status),
         }));
         let doubtful = untrusted_sentence(&statuses, &["converged"], "frames");
-        let untrusted = implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
-        let record = SpaceTrackRecord { body: body.what.clone(), untrusted, frames, notes, wall_s };
+        track.untrusted =
+            implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
+        track.notes = notes;
         let out = global.folder(folder)?;
-        let Some((positions, activations)) = shapes.last() else { return Err(miette!("no frame was found")) };
+        let Some(last) = track.frames.last() else { return Err(miette!("no frame was found")) };
         let title = "Tongue in space: at rest (light) and fitted to the measured points";
-        let picture = report::views(body, positions, activations, title, None);
-        let (picture, json) = (picture.into_diagnostic()?, Json(&record));
-        let vtus = shapes.iter().map(|(positions, activations)| Vtu::of(body, positions, activations));
+        let answer = &last.fit.answer;
+        let picture = report::views(body, &answer.positions, &answer.tensions, title, None);
+        let (picture, json) = (picture.into_diagnostic()?, Json(&track));
+        let shapes = track.frames.iter().map(|frame| &frame.fit.answer).filter(|a| !a.positions.is_empty());
+        let vtus = shapes.map(|shape| Vtu::of(body, &shape.positions, &shape.tensions));
         let vtus = vtus.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let is_one = vtus.len() == 1;
-        let moments = record.frames.iter().enumerate().take(vtus.len()).map(|(nth, frame)| {
+        let moments = track.frames.iter().enumerate().take(vtus.len()).map(|(nth, frame)| {
             if is_one {
                 (0.0, "tongue.vtu".to_owned())
             } else {
@@ -133,8 +134,8 @@ impl Arguments {
         let mut files: Vec<(&str, &dyn Export)> = vec![("track.json", &json), ("tongue.svg", &picture)];
         files.extend((!is_one).then_some(("tongue.pvd", &pvd as &dyn Export)));
         files.extend(pvd.0.iter().zip(&vtus).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
-        output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record))?;
-        Ok(Outcome::of_reason(record.untrusted.clone()))
+        output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&track))?;
+        Ok(Outcome::of_reason(track.untrusted))
     }
 }
 
@@ -186,40 +187,40 @@ fn read_frames(
     Ok((recorded, notes, ScreenedRecording::implausible(&screened)))
 }
 
-fn text(record: &SpaceTrackRecord) -> String {
+fn text(track: &SpaceTrack) -> String {
     let mut text = String::new();
-    for frame in &record.frames {
-        if let Some(time) = frame.time_s {
-            let name = frame.recording.as_ref().map_or_else(String::new, |name| format!("{name}, "));
+    for SpaceTrackFrame { recording, time_s, fit } in &track.frames {
+        if let Some(time) = time_s {
+            let name = recording.as_ref().map_or_else(String::new, |name| format!("{name}, "));
             text += &format!("{name}at {time} s\n");
         }
-        let t = table::rows(&["muscle", "activation", "95 %"], &frame.activations.0, |(name, a)| {
-            let interval = frame.interval_95.get(name);
+        let t = table::rows(&["muscle", "activation", "95 %"], &fit.activations.0, |(name, a)| {
+            let interval = fit.interval_95.get(name);
             let interval = interval.map_or_else(String::new, |[low, high]| format!("{low:.3} to {high:.3}"));
             [name.clone(), format!("{a:.3}"), interval]
         });
         text += &format!(
             "{t}\n{}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations\n",
-            word(&frame.status),
-            frame.rms_mm,
-            frame.distances_mm.iter().copied().fold(0.0, f64::max),
-            frame.ended_here,
-            frame.starts.len(),
-            frame.factorisations
+            word(&fit.answer.status),
+            1e3 * fit.rms_m,
+            fit.distances_m.iter().map(|d| 1e3 * d).fold(0.0, f64::max),
+            fit.ended_here(),
+            fit.starts.len(),
+            fit.factorisations
         );
-        for open in &frame.open {
+        for open in fit.open() {
             let shares = open.direction.0.iter().filter(|(_, s)| s.abs() >= SHARE);
             let shares: Vec<String> = shares.map(|(name, s)| format!("{s:+.2} {name}")).collect();
             // An activation is at most 1.
             let sd = if open.sd < 1.0 { format!("±{:.2}", open.sd) } else { "without limit".to_owned() };
             text += &format!("open ({sd}; the prior decides): {}\n", shares.join(" "));
         }
-        for other in &frame.others_as_good {
+        for other in fit.others_as_good() {
             let active = other.0.iter().filter(|(_, a)| *a > 0.01);
             let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
             text += &format!("as good: {}\n", active.join(", "));
         }
-        for alarm in &frame.alarms {
+        for alarm in &fit.alarms {
             text += &format!("alarm   {alarm}\n");
         }
     }

@@ -55,7 +55,7 @@ fn held(
         let mut noisy = |p: Vector3<f64>| p.map(|x| x + SD_M * normal(&mut random));
         let marks = seen(&positions, &mut noisy).into_iter().map(|what| SpaceMark { what, sd_m: SD_M });
         let fit = search.fit(body, &system, &marks.collect::<Vec<_>>(), None).unwrap();
-        for ((truth, [low, high]), name) in truth.iter().zip(&fit.intervals_95()).zip(&names) {
+        for (truth, (name, [low, high])) in truth.iter().zip(&fit.interval_95.0) {
             let holds = (*low..=*high).contains(truth);
             eprint!("{}{name} {truth:.2} [{low:.2} {high:.2}] ", if holds { "" } else { "*" });
             for (count, is_counted) in counts.iter_mut().zip([true, *truth > 0.1]) {

@@ -235,8 +235,8 @@ impl Operation {
         let settings = FitSettings { starts: 2, ..usual.settings };
         let search = SpaceSearch { sides_apart: true, settings, ..usual };
         let fit = search.fit(operated, system, &targets, None)?;
-        record.made_up_by = Some(ByMuscle::new(&fit.names, fit.activations_found()));
-        record.made_up_interval_95 = Some(ByMuscle::new(&fit.names, fit.intervals_95()));
+        record.made_up_by = Some(fit.activations);
+        record.made_up_interval_95 = Some(fit.interval_95);
         record.made_up_to_mm = Some(1e3 * fit.rms_m);
         record.before.made_up = fit.answer.positions;
         Ok(())

@@ -140,12 +140,12 @@ impl<'a> SpaceAndPlane<'a> {
             let marks: Vec<SpaceMark> =
                 contour.iter().map(|&node| SpaceMark::node(node, s[node], SD_M)).collect();
             let fit = SpaceSearch::default().fit(body, plane, &marks, None)?;
-            for (name, found_in_plane) in fit.names.iter().zip(fit.activations_found()) {
-                let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
+            for (muscle, found_in_plane) in fit.activations.0 {
+                let true_activation = given.iter().find(|(m, _)| *m == muscle).map_or(0.0, |(_, a)| *a);
                 if true_activation > 0.0 || found_in_plane > 0.01 {
                     inverse.push(InverseRow {
                         posture: posture.to_owned(),
-                        muscle: name.clone(),
+                        muscle,
                         true_activation,
                         found_in_plane,
                         rms_mm: 1e3 * fit.rms_m,

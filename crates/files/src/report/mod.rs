@@ -13,7 +13,6 @@ mod muscle_columns;
 mod record;
 mod sound;
 mod space;
-mod space_fit;
 mod ssff;
 mod svg;
 #[cfg(feature = "files")]
@@ -30,7 +29,6 @@ pub use file::{InterruptGuard, OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
-pub use space_fit::{MISSED_BY_PLANE, SpaceFitRecord, SpaceTrackRecord, limit_of_plane};
 pub use ssff::{Ssff, StoTable};
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
@@ -43,8 +41,9 @@ pub use tongue_page::TonguePage;
 #[cfg(feature = "files")]
 pub use track::TrackPage;
 pub use track::{
-    FormantsRecord, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns, draws_csv,
-    formants_csv, held_out_columns, over_speakers, placement_sentence, prior_interval_n, probability,
-    repeats_columns, repetitions_sentence, segments_csv, status_name, tally, track_csv, with_decimals,
+    FormantsRecord, MISSED_BY_PLANE, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns,
+    draws_csv, formants_csv, held_out_columns, limit_of_plane, over_speakers, placement_sentence,
+    prior_interval_n, probability, repeats_columns, repetitions_sentence, segments_csv, status_name, tally,
+    track_csv, with_decimals,
 };
 pub use vtu::{Msh, Pvd, Vtu};

@@ -28,5 +28,5 @@ pub use fit::{FitRun, Published, VerdictSource};
 pub use muscles::{EffectRow, MuscleEffect};
 pub use posterior::{PosteriorRun, SampledPosterior};
 pub use recordings::{ScreenedRecording, bones_apart_m, check_scale};
-pub use sound::{TongueSound, TongueSoundRecord};
-pub use track::{SpaceTrack, SpaceTrackRun, TrackRun, TrackedBody};
+pub use sound::TongueSound;
+pub use track::{SpaceTrack, SpaceTrackFrame, SpaceTrackRun, TrackRun, TrackedBody};

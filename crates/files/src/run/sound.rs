@@ -18,8 +18,16 @@ use crate::scene::prepare::prepare;
 use crate::scene::{Scene, body, run};
 use crate::simulation::SimulationError;
 
+/// The sound of a tongue, with its midsagittal section at rest and in the shape that makes the sound.
 #[derive(Debug, Clone, Serialize)]
-pub struct TongueSoundRecord {
+pub struct TongueSound {
+    #[serde(skip)]
+    pub tissue: TissueModel,
+    #[serde(skip)]
+    pub mesh: Mesh<2>,
+    /// Positions of the nodes of the section, m.
+    #[serde(skip)]
+    pub positions: Vec<SVector<f64, 2>>,
     pub subject: Option<String>,
     pub vowel: Option<String>,
     pub converged: bool,
@@ -36,15 +44,6 @@ pub struct TongueSoundRecord {
     /// The vowel whose published mean is nearest to the first two formants.
     pub nearest_vowel: Option<String>,
     pub wall_s: f64,
-}
-
-/// The sound of a tongue, with its midsagittal section at rest and in the shape that makes the sound.
-pub struct TongueSound {
-    pub tissue: TissueModel,
-    pub mesh: Mesh<2>,
-    /// Positions of the nodes of the section, m.
-    pub positions: Vec<SVector<f64, 2>>,
-    pub record: TongueSoundRecord,
 }
 
 fn nearest_name(means: &[MeanVowel], sound: &SoundRecord) -> Option<String> {
@@ -74,7 +73,10 @@ impl TongueSound {
         };
         let tensions = answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect();
         let own = spoken.and_then(|(_, v)| means.iter().find(|m| m.vowel == v.label()));
-        let record = TongueSoundRecord {
+        Ok(Self {
+            tissue: prepared.system.tissue(),
+            mesh: prepared.body.mesh,
+            positions: answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect(),
             subject: spoken.map(|(subject, _)| subject.to_owned()),
             vowel: spoken.map(|(_, v)| v.label().to_owned()),
             converged: answer.converged,
@@ -85,10 +87,7 @@ impl TongueSound {
             nearest_vowel: nearest_name(means, &sound),
             sound,
             wall_s: answer.wall_s,
-        };
-        let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-        let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
-        Ok(Self { tissue, mesh, positions, record })
+        })
     }
 
     /// The sound of a tongue in space, from cross-sections between tongue and tract. For `tell` see [`Solved::in_space`].
@@ -104,7 +103,10 @@ impl TongueSound {
         let mut sound = SoundRecord::new(&airway.tract, &airway.acoustics, &sound, posture);
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
         let names = body.muscles.iter().map(|m| m.name.clone());
-        let record = TongueSoundRecord {
+        Ok(Self {
+            tissue: solved.system.tissue(),
+            mesh: body.midsagittal_mesh(),
+            positions: solved.midsagittal_positions(),
             subject: None,
             vowel: None,
             converged: solved.equilibrium.solution.status == SolveStatus::Converged,
@@ -115,8 +117,6 @@ impl TongueSound {
             nearest_vowel: nearest_name(means, &sound),
             sound,
             wall_s: solved.wall_s,
-        };
-        let (tissue, positions) = (solved.system.tissue(), solved.midsagittal_positions());
-        Ok(Self { tissue, mesh: body.midsagittal_mesh(), positions, record })
+        })
     }
 }

@@ -1,9 +1,11 @@
 //! Tensions over time: the speaker's body, the uncertainty of its shape, and the search; in space, activations frame by frame.
 
-use nalgebra::Vector3;
+use std::time::Instant;
+
+use serde::Serialize;
 
 use super::fit;
-use crate::report::{SpaceFitRecord, status_name};
+use crate::report::status_name;
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::Contact;
@@ -13,7 +15,7 @@ use tongue_core::random::seed_of;
 use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
-use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
+use tongue_infer::inverse::in_space::{Recorded, SpaceFit, SpaceSearch};
 use tongue_infer::track::{
     self, Followed, Frame, NotFinite, RestShape, TrackedRecording, TrackingContext, Watch,
 };
@@ -264,39 +266,60 @@ pub struct SpaceTrackRun<'a> {
     pub search: SpaceSearch,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
+pub struct SpaceTrackFrame {
+    pub recording: Option<String>,
+    pub time_s: Option<f64>,
+    #[serde(flatten)]
+    pub fit: SpaceFit,
+}
+
+/// `tongue-fit track FILES --body space --json`.
+#[derive(Debug, Clone, Serialize)]
 pub struct SpaceTrack {
-    pub frames: Vec<SpaceFitRecord>,
-    /// Positions of all nodes, m, and activations of all muscles, in every frame or only in the last one.
-    pub shapes: Vec<(Vec<Vector3<f64>>, Vec<f64>)>,
+    #[serde(rename = "tongue")]
+    pub body: String,
+    /// Why frames cannot be trusted; then the exit status is 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untrusted: Option<String>,
+    pub frames: Vec<SpaceTrackFrame>,
+    pub notes: Vec<String>,
+    pub wall_s: f64,
     /// Whether the sides of the body were kept alike.
+    #[serde(skip)]
     pub is_alike: bool,
 }
 
 impl SpaceTrackRun<'_> {
-    /// Finds the activations of one frame after another, and keeps the shapes of all frames if there are at most `most_shapes`, otherwise
-    /// only the last one. `tell` gets how each search ended.
+    /// Finds the activations of one frame after another, and keeps the positions of all frames if there are at most `most_shapes`,
+    /// otherwise only those of the last one. `tell` gets how each search ended.
     pub fn run(&self, most_shapes: usize, tell: &dyn Fn(&str)) -> Result<SpaceTrack, SimulationError> {
         let Self { body, model, recorded, search } = self;
-        let system = System::in_space(body, model)?;
+        let (clock, system) = (Instant::now(), System::in_space(body, model)?);
         let half = if search.sides_apart { None } else { body.half() };
         let left = half.as_ref().map(|half| System::of_half(half, model)).transpose()?;
         search.settings.check()?;
-        let (mut frames, mut shapes, mut last) = (Vec::new(), Vec::new(), None);
+        let mut frames: Vec<SpaceTrackFrame> = Vec::new();
         for (recording, frame) in &recorded.frames {
+            let before = frames.last().map(|before| &before.fit.answer);
             let fit = match half.as_ref().zip(left.as_ref()) {
-                Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, last.as_ref()),
-                None => search.fit(body, &system, &frame.marks, last.as_ref()),
+                Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, before),
+                None => search.fit(body, &system, &frame.marks, before),
             }?;
             let (status, rms) = (status_name(&fit.answer.status).replace('_', " "), 1e3 * fit.rms_m);
             tell(&format!("{status}: {rms:.2} mm RMS in {} factorisations", fit.factorisations));
-            frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit));
-            if recorded.frames.len() > most_shapes {
-                shapes.clear();
+            if let Some(before) = frames.last_mut().filter(|_| recorded.frames.len() > most_shapes) {
+                before.fit.answer.positions = Vec::new();
             }
-            shapes.push((fit.answer.positions.clone(), fit.answer.tensions.clone()));
-            last = Some(fit.answer);
+            frames.push(SpaceTrackFrame { recording: recording.clone(), time_s: frame.time_s, fit });
         }
-        Ok(SpaceTrack { frames, shapes, is_alike: half.is_some() })
+        Ok(SpaceTrack {
+            body: body.what.clone(),
+            untrusted: None,
+            frames,
+            notes: Vec::new(),
+            wall_s: clock.elapsed().as_secs_f64(),
+            is_alike: half.is_some(),
+        })
     }
 }

@@ -62,6 +62,17 @@ pub(super) fn placement<S: Serializer>(
     record.serialize(serializer)
 }
 
+/// Part of the displacement of the midsagittal contour that a plane misses after the best scaling: the median over the muscles of the
+/// built-in body in space (`results/plane`). A test of the studies compares it with their result.
+pub const MISSED_BY_PLANE: f64 = 0.20;
+
+pub fn limit_of_plane() -> String {
+    let percent = 100.0 * MISSED_BY_PLANE;
+    format!(
+        "A plane misses {percent:.0} % of the motion of a tongue in space (the median muscle; results/plane)."
+    )
+}
+
 pub fn placement_sentence(placement: &Placement) -> String {
     let [back, up, turn, scale] = placement.intervals();
     let [back, up] = [back, up].map(|[_, low, high]| 0.5 * (1e3 * high - 1e3 * low));

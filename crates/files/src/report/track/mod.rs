@@ -9,8 +9,8 @@ mod tables;
 mod text_grid;
 
 pub use assumptions::{
-    FormantsRecord, courses_columns, formants_csv, held_out_columns, placement_sentence, prior_interval_n,
-    repeats_columns, repetitions_sentence,
+    FormantsRecord, MISSED_BY_PLANE, courses_columns, formants_csv, held_out_columns, limit_of_plane,
+    placement_sentence, prior_interval_n, repeats_columns, repetitions_sentence,
 };
 #[cfg(feature = "files")]
 pub use page::TrackPage;

@@ -18,7 +18,6 @@ const THIN: usize = 4;
 const NONE_BELOW: f64 = 0.01;
 
 /// A linear approximation of how the residuals depend on the activations near the answer, and the prior of the activations.
-#[derive(Debug, Clone, PartialEq)]
 pub(super) struct LinearResponse {
     /// Residuals at the answer, in standard deviations.
     pub residuals: DVector<f64>,

@@ -9,7 +9,8 @@ mod observations;
 mod recorded;
 
 use nalgebra::DVector;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use serde_json::json;
 use tongue_core::body::Body;
 use tongue_core::body::space::{Half, Side};
 use tongue_core::system::System;
@@ -17,6 +18,7 @@ use tongue_core::system::System;
 use self::intervals::LinearResponse;
 use self::observations::{Observed, on_half};
 pub use self::recorded::Recorded;
+use super::alarms::{self, Alarm};
 use super::forward::Forward;
 use super::problem::LeastSquaresProblem;
 use super::projection::decompose;
@@ -52,7 +54,9 @@ impl Default for SpaceSearch {
 }
 
 /// Standard deviation above which a combination of activations counts as open.
-pub const OPEN_ABOVE: f64 = 0.1;
+const OPEN_ABOVE: f64 = 0.1;
+/// Misfits that differ by at most this part count as equal.
+const AS_GOOD: f64 = 0.05;
 
 /// A combination of activations, and its uncertainty by the data alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -61,6 +65,12 @@ pub struct Combination {
     pub direction: ByMuscle<f64>,
     /// Standard deviation of its amount; infinite (null in JSON) if no observation depends on it.
     pub sd: f64,
+}
+
+impl Combination {
+    pub fn is_open(&self) -> bool {
+        self.sd > OPEN_ABOVE
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -75,28 +85,30 @@ pub struct EndedSearch {
 
 impl EndedSearch {
     /// Whether no activation differs from these by more than 0.05.
-    fn is_at(&self, activations: &[f64]) -> bool {
-        self.activations.0.iter().zip(activations).all(|((_, a), b)| (a - b).abs() <= 0.05)
+    fn is_at(&self, activations: &ByMuscle<f64>) -> bool {
+        self.activations.0.iter().zip(&activations.0).all(|((_, a), (_, b))| (a - b).abs() <= 0.05)
     }
 }
 
+/// Activations that move a body to marks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFit {
-    /// Names of the unknowns: muscles, or the common name of both sides of a muscle.
-    pub names: Vec<String>,
+    /// The answer of the inverse problem: its unknowns are in hundredths, and its tensions are the activations of all muscles.
+    pub answer: Answer<3>,
     /// Root mean square distance from the marks, m.
     pub rms_m: f64,
     /// Distance from each mark, m: of a place, of the surface or contour, or of a length. Differences of stretches and ratios are
     /// multiplied by the length at rest by which they are divided.
     pub distances_m: Vec<f64>,
-    /// The observations linearised at the answer; `None` where there is no equilibrium.
-    response: Option<LinearResponse>,
-    /// Combinations of activations, the most certain first; those above [`OPEN_ABOVE`] are open.
+    /// Activations, 0 to 1, of muscles, or of both sides under their common name.
+    pub activations: ByMuscle<f64>,
+    /// 95 % intervals that include the prior and a common factor of stiffness; empty without an equilibrium.
+    pub interval_95: ByMuscle<[f64; 2]>,
+    /// Combinations of activations, the most certain first; the data leave some of them open.
     pub combinations: Vec<Combination>,
     pub starts: Vec<EndedSearch>,
     pub factorisations: usize,
-    /// The answer of the inverse problem: its unknowns are in hundredths, and its tensions are the activations of all muscles.
-    pub answer: Answer<3>,
+    pub alarms: Vec<Alarm>,
 }
 
 fn activations_of(hundredths: &[f64]) -> Vec<f64> {
@@ -104,28 +116,40 @@ fn activations_of(hundredths: &[f64]) -> Vec<f64> {
 }
 
 impl SpaceFit {
-    /// The activations of the unknowns, in the order of [`Self::names`].
-    pub fn activations_found(&self) -> Vec<f64> {
-        activations_of(&self.answer.x)
-    }
-
-    /// The 95 % interval of each activation of [`Self::names`]; empty where there is no equilibrium at the answer.
-    pub fn intervals_95(&self) -> Vec<[f64; 2]> {
-        let found = DVector::from_vec(self.activations_found());
-        self.response.as_ref().map_or_else(Vec::new, |response| response.intervals_95(&found))
+    /// The combinations of activations that the data leave open.
+    pub fn open(&self) -> impl Iterator<Item = &Combination> {
+        self.combinations.iter().filter(|c| c.is_open())
     }
 
     /// Number of starts that converged to this answer, with no activation that differs by more than 0.05.
     pub fn ended_here(&self) -> usize {
-        let found = self.activations_found();
-        self.starts.iter().filter(|e| e.converged && e.is_at(&found)).count()
+        self.starts.iter().filter(|e| e.converged && e.is_at(&self.activations)).count()
     }
 
-    /// Converged starts at another answer whose misfit is at most `part` larger, relative to the answer's.
-    pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &EndedSearch> {
-        let found = self.activations_found();
-        let most = self.answer.misfit * (1.0 + part);
-        self.starts.iter().filter(move |e| e.converged && e.misfit <= most && !e.is_at(&found))
+    /// Converged starts at another answer that meets the data as well, with a misfit at most a twentieth larger.
+    pub fn others_as_good(&self) -> impl Iterator<Item = &ByMuscle<f64>> {
+        let most = self.answer.misfit * (1.0 + AS_GOOD);
+        let others = self.starts.iter().filter(move |e| e.converged && e.misfit <= most);
+        others.filter(|e| !e.is_at(&self.activations)).map(|e| &e.activations)
+    }
+}
+
+impl Serialize for SpaceFit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let record = json!({
+            "status": self.answer.status,
+            "rms_mm": 1e3 * self.rms_m,
+            "distances_mm": Vec::from_iter(self.distances_m.iter().map(|d| 1e3 * d)),
+            "activations": self.activations,
+            "interval_95": self.interval_95,
+            "open": Vec::from_iter(self.open()),
+            "starts": self.starts,
+            "ended_here": self.ended_here(),
+            "others_as_good": Vec::from_iter(self.others_as_good()),
+            "factorisations": self.factorisations,
+            "alarms": self.alarms,
+        });
+        record.serialize(serializer)
     }
 }
 
@@ -243,11 +267,15 @@ impl SpaceSearch {
         }
         let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
         let rows = problem.observations.len();
-        let response = linear.as_ref().map(|l| LinearResponse {
-            residuals: l.residuals.rows(0, rows).into_owned(),
-            jacobian: l.jacobian.rows(0, rows) * 100.0,
-            prior_sd: self.prior_sd,
-            stiffness_sd_ln: Priors::default().young_modulus.sd_ln,
+        let activations = activations_of(&answer.x);
+        let interval_95 = linear.as_ref().map(|l| {
+            let response = LinearResponse {
+                residuals: l.residuals.rows(0, rows).into_owned(),
+                jacobian: l.jacobian.rows(0, rows) * 100.0,
+                prior_sd: self.prior_sd,
+                stiffness_sd_ln: Priors::default().young_modulus.sd_ln,
+            };
+            response.intervals_95(&DVector::from_column_slice(&activations))
         });
         let decomposed = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let (values, directions) = decomposed.unwrap_or_default();
@@ -255,7 +283,14 @@ impl SpaceSearch {
             direction: ByMuscle::new(&names, direction.iter().copied()),
             sd: 0.01 / value,
         });
-        let combinations = combinations.collect();
+        let combinations: Vec<Combination> = combinations.collect();
+        let replay = &answer.replay;
+        let mut alarms = alarms::of_equilibrium(&replay.solution, replay.from_rest);
+        let ratios = body.volume_ratios(&answer.positions);
+        alarms.extend(alarms::of_strain(&body.mesh, ratios, &answer.positions));
+        if !combinations.is_empty() && combinations.iter().all(Combination::is_open) {
+            alarms.push(Alarm::NothingResolved);
+        }
         let distances_m: Vec<f64> = Vec::from_iter(marks.iter().zip(&observations).map(|(mark, own)| {
             let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();
             mark.sd_m * squares.sqrt()
@@ -269,13 +304,14 @@ impl SpaceSearch {
             converged: s.converged && s.solved,
         }));
         Ok(SpaceFit {
-            names,
             rms_m: (squares / marks.len() as f64).sqrt(),
             distances_m,
-            response,
+            activations: ByMuscle::new(&names, activations),
+            interval_95: ByMuscle::new(&names, interval_95.unwrap_or_default()),
             combinations,
-            factorisations: factorisations + forward.counts.factorisations,
             starts,
+            factorisations: factorisations + forward.counts.factorisations,
+            alarms,
             answer,
         })
     }
