@@ -39,7 +39,7 @@
 //! let model = Assembly::new(&Model::default(), &body, target.active_names())?; // these muscles can contract
 //!
 //! let shape = model.solver().follow_from_rest(&[("GGa", 12.0), ("HGa", 4.5)])?; // N per metre of thickness
-//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.equilibrium.solution.status);
+//! println!("GGa: {:.3} of its length at rest, {:?}", shape.stretch("GGa")?, shape.solved.equilibrium.solution.status);
 //!
 //! let fit = InverseProblem::new(&model, model.observations(&target)?).fit()?;
 //! for (muscle, tension) in fit.tensions() {

@@ -265,7 +265,7 @@ impl Shape {
     /// How the solve ended: `converged`, or the reason why not.
     #[getter]
     fn status(&self) -> String {
-        word(&self.shape.equilibrium.solution.status)
+        word(&self.shape.solved.equilibrium.solution.status)
     }
 
     /// Whether it is an equilibrium.
@@ -283,19 +283,19 @@ impl Shape {
     /// Number of elements in which the barrier against inversion acts.
     #[getter]
     fn guarded(&self) -> usize {
-        self.shape.equilibrium.solution.guarded
+        self.shape.solved.equilibrium.solution.guarded
     }
 
     /// Newton iterations.
     #[getter]
     fn iterations(&self) -> usize {
-        self.shape.equilibrium.solution.iterations
+        self.shape.solved.equilibrium.solution.iterations
     }
 
     /// Potential energy, J per metre of thickness.
     #[getter]
     fn energy_j(&self) -> f64 {
-        self.shape.equilibrium.solution.energy
+        self.shape.solved.equilibrium.solution.energy
     }
 
     /// The tension of a muscle, N per metre of thickness.

@@ -92,7 +92,7 @@ impl Tongue<'_> {
             Assembly::new(&Model::default(), self.body, named.iter().map(|(name, _)| *name)).unwrap();
         let shape = assembly.solver().follow_from_rest(&named).unwrap();
         assert_eq!(
-            (shape.equilibrium.branch.unwrap().from_rest, shape.is_traced()),
+            (shape.solved.equilibrium.branch.unwrap().from_rest, shape.is_traced()),
             (how, how == FromRest::Branch)
         );
         assert!(are_same(shape.positions(), &there));

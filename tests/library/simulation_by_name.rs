@@ -40,7 +40,7 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     let near = solver.equilibrium_from(&other, &PUBLISHED).unwrap();
     let again = solver.equilibrium(&PUBLISHED).unwrap();
     for shape in [&first, &again] {
-        assert_eq!((shape.positions(), shape.equilibrium.solution), (workspace.positions(), solution));
+        assert_eq!((shape.positions(), shape.solved.equilibrium.solution), (workspace.positions(), solution));
     }
     assert!(near.is_converged() && (near.length("HGa").unwrap() - first.length("HGa").unwrap()).abs() < 1e-9);
     assert_eq!(other.tension("HGa").unwrap(), 60.0, "a shape outlives the next solve");
@@ -52,7 +52,7 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     let mut workspace = Workspace::new(&system);
     let trace = statics::solve_and_trace(&system, &mut workspace, &tensions, &settings);
     let traced = solver.follow_from_rest(&PUBLISHED).unwrap();
-    assert_eq!((traced.positions(), traced.equilibrium.branch), (workspace.positions(), Some(trace)));
+    assert_eq!((traced.positions(), traced.solved.equilibrium.branch), (workspace.positions(), Some(trace)));
     assert!(traced.is_traced() && !first.is_traced());
 }
 
@@ -83,7 +83,7 @@ fn fits_have_the_same_bits() {
                 .into_iter()
                 .zip(fit.active_tensions()))
         );
-        assert_eq!(found.undetermined(), Some(usize::from(kind == TargetKind::Ratio)));
+        assert_eq!(found.answer.undetermined(), Some(usize::from(kind == TargetKind::Ratio)));
         assert_eq!(found.solution_curve().map_or(0, |v| v.curve.points.len()) > 5, kind == TargetKind::Ratio);
         assert_eq!(found.shape.length("HGp").unwrap(), fit.lengths()[7]);
     }

@@ -11,8 +11,8 @@ mod export;
 mod file;
 mod muscle_columns;
 mod record;
+mod simulation;
 mod sound;
-mod space;
 mod ssff;
 mod svg;
 #[cfg(feature = "files")]
@@ -27,8 +27,8 @@ pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
 pub use file::{InterruptGuard, OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
+pub use simulation::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
-pub use space::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use ssff::{Ssff, StoTable};
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,

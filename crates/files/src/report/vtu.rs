@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::ReportError;
 use super::export::{Export, Provenance};
-use super::space::volume;
+use super::simulation::volume;
 use super::svg::{check, escape_xml};
 use tongue_core::body::space::mean_axis;
 use tongue_core::body::{Body, Bone, Mesh};

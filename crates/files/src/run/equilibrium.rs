@@ -70,6 +70,7 @@ impl From<statics::Trace> for Equilibrium {
 }
 
 /// A body at equilibrium.
+#[derive(Debug, Clone)]
 pub struct Solved<const D: usize> {
     pub equilibrium: Equilibrium,
     /// Positions of all nodes, m.

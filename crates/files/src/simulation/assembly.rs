@@ -15,13 +15,10 @@ use super::error::check_tension;
 
 /// A body of which some muscles can contract, made into a [`System`]. Clones share its data.
 #[derive(Debug, Clone)]
-pub struct Assembly<const D: usize>(Arc<AssemblyParts<D>>);
-
-#[derive(Debug)]
-struct AssemblyParts<const D: usize> {
-    body: Body<D>,
+pub struct Assembly<const D: usize> {
+    body: Arc<Body<D>>,
     model: Model,
-    system: System<D>,
+    pub(super) system: Arc<System<D>>,
 }
 
 /// Indices of the chains of a muscle, of which there is at least one.
@@ -48,20 +45,20 @@ impl<const D: usize> Assembly<D> {
             }
             contracting.extend(fibres);
         }
-        let system = System::new(&body.mesh, model, &contracting)?;
-        Ok(Self(Arc::new(AssemblyParts { body: body.clone(), model: *model, system })))
+        let system = Arc::new(System::new(&body.mesh, model, &contracting)?);
+        Ok(Self { body: Arc::new(body.clone()), model: *model, system })
     }
 
     pub fn body(&self) -> &Body<D> {
-        &self.0.body
+        &self.body
     }
 
     pub fn model(&self) -> &Model {
-        &self.0.model
+        &self.model
     }
 
     pub fn system(&self) -> &System<D> {
-        &self.0.system
+        &self.system
     }
 
     /// Names of the muscles that can contract, each once, in the given order.

@@ -1,61 +1,62 @@
 //! A shape of a body (the positions of its nodes, with the solve that found them) and a motion, by names of muscles.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use super::error::check_number;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
-use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion};
+use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion, Solved};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, SHORTEST_S, Tensions};
 use tongue_core::statics::{Connection, SolveStatus};
 
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
-    /// The equilibrium with its alarms, and the branch if it was followed from rest.
-    pub equilibrium: Equilibrium,
+    /// The equilibrium with its alarms, and the branch if it was followed from rest; without a duration.
+    pub solved: Solved<D>,
     assembly: Assembly<D>,
-    /// N (2D: per metre of thickness), of all chains of the body in its order.
-    pub(super) tensions: Vec<f64>,
-    positions: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Shape<D> {
     pub(super) fn new(
         assembly: &Assembly<D>,
         equilibrium: Equilibrium,
-        tensions: Vec<f64>,
+        pulls: Vec<f64>,
         positions: Vec<SVector<f64, D>>,
     ) -> Self {
-        Self { equilibrium, assembly: assembly.clone(), tensions, positions }
+        let system = Arc::clone(&assembly.system);
+        let solved = Solved { equilibrium, positions, pulls, system, wall_s: f64::NAN };
+        Self { solved, assembly: assembly.clone() }
     }
 
     pub fn assembly(&self) -> &Assembly<D> {
         &self.assembly
     }
 
-    /// Whether the shape is an equilibrium; if not, `equilibrium.solution.status` says why.
+    /// Whether the shape is an equilibrium; if not, `solved.equilibrium.solution.status` says why.
     pub fn is_converged(&self) -> bool {
-        self.equilibrium.solution.status == SolveStatus::Converged
+        self.solved.equilibrium.solution.status == SolveStatus::Converged
     }
 
     /// Whether the shape is known to lie on the branch of equilibria from rest.
     pub fn is_traced(&self) -> bool {
-        self.equilibrium.solution.connection == Connection::Traced
+        self.solved.equilibrium.solution.connection == Connection::Traced
     }
 
     /// Positions of all nodes, m, in the order of the body's nodes.
     pub fn positions(&self) -> &[SVector<f64, D>] {
-        &self.positions
+        &self.solved.positions
     }
 
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
-        Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
+        Ok(self.solved.pulls[self.assembly.fibres(muscle)?[0]])
     }
 
     /// The length of a muscle, the straight distance between its ends, m; the mean over its fibres.
     pub fn length(&self, muscle: &str) -> Result<f64, SimulationError> {
-        self.assembly.mean_length(muscle, &self.positions)
+        self.assembly.mean_length(muscle, self.positions())
     }
 
     pub fn rest_length(&self, muscle: &str) -> Result<f64, SimulationError> {
@@ -73,28 +74,27 @@ impl<const D: usize> Shape<D> {
 
     /// The record that `tongue-fit simulate --json` prints, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        let (body, solved) = (self.assembly.body(), (self.assembly.system(), self.equilibrium.clone()));
-        SimulationRecord::new(body, solved, &self.tensions, &self.positions, None, f64::NAN)
+        self.solved.record(self.assembly.body(), None)
     }
 
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
-        Vtu::of(self.assembly.body(), &self.positions, &self.tensions)
+        Vtu::of(self.assembly.body(), self.positions(), &self.solved.pulls)
     }
 }
 
 impl Shape<2> {
     /// A picture: the tissue at rest and deformed, and the muscles with their names.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
-        let body = self.assembly.body();
+        let (body, pulls) = (self.assembly.body(), &self.solved.pulls);
         let palate = body.palate.as_deref().unwrap_or_default();
-        report::tongue(&SectionPicture::new(&body.mesh, &self.positions, &self.tensions, palate, title))
+        report::tongue(&SectionPicture::new(&body.mesh, self.positions(), pulls, palate, title))
     }
 }
 
 impl Shape<3> {
     /// A picture: the shaded surface over the edges of the body at rest.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
-        report::solid(&self.assembly.body().mesh, &self.positions, title)
+        report::solid(&self.assembly.body().mesh, self.positions(), title)
     }
 }
 

@@ -72,7 +72,7 @@ impl<const D: usize> Solver<D> {
         }
         let muscles = self.assembly.contracting().into_iter().map(|m| self.assembly.fibres(m));
         let muscles = muscles.collect::<Result<Vec<_>, _>>()?;
-        let (system, at) = (self.assembly.system(), (shape.positions(), &shape.tensions[..]));
+        let (system, at) = (self.assembly.system(), (shape.positions(), &shape.solved.pulls[..]));
         Ok(statics::position_rates(system, &mut self.workspace, at, &muscles))
     }
 

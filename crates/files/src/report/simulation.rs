@@ -7,7 +7,6 @@ use tongue_core::system::System;
 use super::record::{by_muscle, mm};
 use crate::run::{Equilibrium, Solved};
 use crate::surgery::{OperationRecord, foremost_moved_mm};
-use tongue_infer::inverse::alarms;
 use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -83,22 +82,15 @@ pub struct HexahedraRecord {
     pub operation: Option<OperationRecord>,
 }
 
-impl SimulationRecord {
-    /// `system` is that of the body or of its half. `pulls` are tensions, N (2D: N per metre of thickness), or activations, of all muscles.
-    pub fn new<const D: usize>(
-        body: &Body<D>,
-        (system, mut equilibrium): (&System<D>, Equilibrium),
-        pulls: &[f64],
-        positions: &[SVector<f64, D>],
-        operation: Option<OperationRecord>,
-        wall_s: f64,
-    ) -> Self {
+impl<const D: usize> Solved<D> {
+    pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
         let (mesh, names) = (&body.mesh, &body.mesh.muscle_names());
-        equilibrium.alarms.extend(alarms::of_shape(body, system, positions));
+        let Self { positions, pulls, system, .. } = self;
+        let equilibrium = Equilibrium { alarms: self.alarms(body), ..self.equilibrium.clone() };
         let rest = if body.is_activated() { &mesh.nodes } else { system.rest() };
         let ends = mesh.muscles.iter().map(|m| m.ends());
         let [lengths, at_rest]: [Vec<f64>; 2] =
-            [positions, rest].map(|x| ends.clone().map(|[a, b]| (x[b] - x[a]).norm()).collect());
+            [&positions[..], rest].map(|x| ends.clone().map(|[a, b]| (x[b] - x[a]).norm()).collect());
         let of_kind =
             |kind: TargetKind| ByMuscle::new(names, kind.values(&lengths, &at_rest, reference_muscle(names)));
         let of_body = if body.is_activated() {
@@ -108,22 +100,15 @@ impl SimulationRecord {
             let energy_j = equilibrium.solution.energy;
             OfBody::Pulled { ratios: of_kind(TargetKind::Ratio), min_area_ratio, max_area_ratio, energy_j }
         };
-        Self {
+        SimulationRecord {
             pulls: Pulls::of(body, by_muscle(names, pulls)),
             lengths_mm: mm(names, &lengths),
             stretches: of_kind(TargetKind::Stretch),
             positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
             of_body,
-            wall_s,
+            wall_s: self.wall_s,
             equilibrium,
         }
-    }
-}
-
-impl<const D: usize> Solved<D> {
-    pub fn record(&self, body: &Body<D>, operation: Option<OperationRecord>) -> SimulationRecord {
-        let solved = (&*self.system, self.equilibrium.clone());
-        SimulationRecord::new(body, solved, &self.pulls, &self.positions, operation, self.wall_s)
     }
 }
 
