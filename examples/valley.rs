@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "{} ratios, {} tensions, directions left open: {:?}; {:?}",
         fit.measured.len(),
         fit.tensions().len(),
-        fit.undetermined(),
+        fit.answer.undetermined(),
         fit.answer.status
     );
     let Some(found) = fit.solution_curve() else { return Err("nothing is open".into()) };

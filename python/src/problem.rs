@@ -185,7 +185,7 @@ impl Estimate {
     /// Number of directions in which the unknowns can change without a worse fit; None if it is not known.
     #[getter]
     fn undetermined(&self) -> Option<usize> {
-        self.estimate.undetermined()
+        self.estimate.answer.undetermined()
     }
 
     /// The value of each observable in the fitted shape, in the order and units of the observations.

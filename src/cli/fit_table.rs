@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_fit::inverse::{Fit, SolutionCurve};
+use tongue_fit::inverse::Fit;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::report::{self, Conclusion, FitRecord, with_decimals};
 use tongue_fit::run::{Published, SampledPosterior};
@@ -87,10 +87,10 @@ impl ShownFit<'_> {
             TargetKind::Ratio => "The thesis's fit",
             TargetKind::Stretch => "The fit",
         };
-        let what = match (fit.answer.misfit <= fit.misfit_tolerance, &fit.answer.identifiability) {
+        let what = match (fit.answer.misfit <= fit.misfit_tolerance, fit.answer.undetermined()) {
             (false, _) => "it misses",
             (true, None) => "it meets",
-            (true, Some(found)) if found.null_directions.is_empty() => "the only one nearby that meets",
+            (true, Some(0)) => "the only one nearby that meets",
             (true, Some(_)) => "one of many that meet",
         };
         let quantity = self.quantity();
@@ -105,16 +105,6 @@ impl ShownFit<'_> {
         }
     }
 
-    fn solution_curves(&self) -> impl Iterator<Item = &SolutionCurve> {
-        self.record
-            .fit
-            .answer
-            .identifiability
-            .iter()
-            .flat_map(|i| &i.null_directions)
-            .filter_map(|n| n.curve.as_ref())
-    }
-
     fn tensions(&self) -> String {
         let fit = &self.record.fit;
         let (target, lengths) = (&fit.matched.target, fit.lengths());
@@ -123,7 +113,7 @@ impl ShownFit<'_> {
         let own = |tensions: &[f64]| target.active.iter().map(|&m| newtons(tensions[m])).collect::<Vec<_>>();
         let mut found = vec![("found", own(&fit.tensions()))];
         found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions()))));
-        for curve in self.solution_curves() {
+        for curve in fit.answer.solution_curves() {
             if let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) {
                 let ranges = first
                     .x
@@ -168,7 +158,7 @@ impl ShownFit<'_> {
         for alarm in &self.record.alarms {
             text += &wrap_sentence(&format!("but {alarm}"));
         }
-        let open = answer.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
+        let open = answer.undetermined().unwrap_or(0);
         if open > 0 {
             let [equations, directions] = [(matched.target.fitted.len(), "equation"), (open, "direction")]
                 .map(|(n, what)| count_of(n, what));
@@ -179,7 +169,7 @@ impl ShownFit<'_> {
             );
         }
         let names: Vec<String> = matched.target.active_names().into_iter().map(str::to_owned).collect();
-        for curve in self.solution_curves() {
+        for curve in answer.solution_curves() {
             let [before, after] = curve.ends.map(|end| end.text(&names));
             text += &wrap_sentence(&format!(
                 "the curve of tensions that fit as well ends where {before}, and where {after}"

@@ -5,7 +5,7 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 
 use super::export::Provenance;
-use super::{ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, status_name, tongue};
+use super::{ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, tongue};
 use tongue_core::body::Body;
 use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
 use tongue_infer::inverse::alarms::Alarm;
@@ -58,7 +58,7 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
     let (target, all, replay) = (&fit.matched.target, &fit.matched.muscles, &fit.answer.replay);
     let (measured, active) = (&target.muscles, fit.active_names());
     let identifiability = fit.answer.identifiability.as_ref().map(|i| {
-        let curves = i.null_directions.iter().filter_map(|n| n.curve.as_ref());
+        let curves = fit.answer.solution_curves();
         let ends = curves
             .filter_map(|v| Some([v.points.first()?, v.points.last()?].map(|p| by_muscle(&active, &p.x))));
         json!({
@@ -106,26 +106,15 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl FitRecord {
-    /// The alarm if its posterior contradicts the measured lengths.
-    pub fn contradiction(&self) -> Option<Alarm> {
-        let (outside, predicted) = self.posterior.as_ref()?.summary.as_ref()?.contradiction()?;
-        Some(Alarm::Contradicted { outside, predicted })
-    }
-
     /// Draws the conclusion: the text that is printed last, and whether it can be trusted, which gives the exit
     /// status.
     pub fn conclude(&mut self) -> &Conclusion {
-        let contradiction = self.contradiction();
-        let Self { fit, alarms, posterior, verdict, .. } = &*self;
+        let Self { alarms, posterior, verdict, .. } = &*self;
+        let contradiction = alarms.iter().find(|alarm| matches!(alarm, Alarm::Contradicted { .. }));
         let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
-        let cause = cause.map_or_else(|| status_name(&fit.answer.status).replace('_', " "), Alarm::to_string);
-        let tensions_trusted = fit.answer.is_trustworthy();
-        let beside = |what: &str| {
-            if tensions_trusted {
-                format!("Trust the {what} more than these tensions")
-            } else {
-                format!("Trust the {what}, not these tensions: {cause}")
-            }
+        let beside = |what: &str| match cause {
+            None => format!("Trust the {what} more than these tensions"),
+            Some(cause) => format!("Trust the {what}, not these tensions: {cause}"),
         };
         let (decided_by, trusted, text) = match (contradiction, verdict, posterior) {
             (Some(alarm), ..) => (DecidedBy::Posterior, false, alarm.to_string()),
@@ -136,12 +125,15 @@ impl FitRecord {
                 format!("the chains of the posterior have not mixed: {}", report.diagnostics.why),
             ),
             (_, None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
-            (_, None, None) if tensions_trusted => {
-                let text = "Without a verdict these tensions ignore errors of anatomy and model".to_owned();
-                (DecidedBy::Fit, true, text)
-            }
-            (_, None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
+            (_, None, None) => match cause {
+                None => {
+                    let text = "Without a verdict these tensions ignore errors of anatomy and model";
+                    (DecidedBy::Fit, true, text.to_owned())
+                }
+                Some(cause) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
+            },
         };
+        let tensions_trusted = cause.is_none();
         self.conclusion.insert(Conclusion { decided_by, trusted, tensions_trusted, text })
     }
 
@@ -190,7 +182,7 @@ impl<'a> SolutionCurveRecord<'a> {
     pub fn of(fit: &'a Fit) -> Option<Self> {
         let TargetOnBody { muscles, numbers, .. } = &fit.matched;
         let muscles = muscles.iter().cloned().zip(numbers.iter().copied()).collect();
-        Some(Self { curve: fit.solution_curve()?, unknowns: fit.active_names(), muscles })
+        Some(Self { curve: fit.answer.solution_curve()?, unknowns: fit.active_names(), muscles })
     }
 
     /// Why the curve ends before the first and after the last point.
@@ -274,7 +266,7 @@ pub struct Conclusion {
     pub decided_by: DecidedBy,
     /// Whether the part that decides can be trusted: if so, the exit status is 0, otherwise 3.
     pub trusted: bool,
-    /// Whether the fit's tensions can be trusted too ([`Answer::is_trustworthy`](tongue_infer::inverse::Answer::is_trustworthy)).
+    /// Whether the fit's tensions can be trusted too ([`Alarm::forbids_trust`]).
     pub tensions_trusted: bool,
     pub text: String,
 }

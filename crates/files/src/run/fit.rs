@@ -7,7 +7,7 @@ use tongue_core::statics::SolveStatus;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
-use tongue_infer::posterior::{Report, Verdict};
+use tongue_infer::posterior::{Report, Summary, Verdict};
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Target, TargetKind};
@@ -72,12 +72,12 @@ impl<'a> FitRun<'a> {
             VerdictSource::ShortRun => Verdict::of_target(body, model, target),
             VerdictSource::Posterior(posterior) => {
                 record.posterior = posterior.ok().cloned();
-                record.alarms.extend(record.contradiction());
+                let summary = posterior.ok().and_then(|report| report.summary.as_ref());
+                record.alarms.extend(summary.and_then(Summary::contradiction));
                 let verdict = posterior.map_err(str::to_owned).and_then(of_posterior);
                 // A posterior whose chains have not mixed has no summary.
-                let has_mixed = posterior.is_ok_and(|report| report.summary.is_some());
                 if let Err(why) = &verdict
-                    && !has_mixed
+                    && summary.is_none()
                 {
                     record.alarms.push(Alarm::NoPosterior { reason: why.clone() });
                 }

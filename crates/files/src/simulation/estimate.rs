@@ -69,14 +69,9 @@ impl<const D: usize> Estimate<D> {
         found.map(|(unknown, x)| x * unknown.unit)
     }
 
-    /// Number of directions in which the unknowns can change without a worse fit; `None` for a singular answer, or none.
-    pub fn undetermined(&self) -> Option<usize> {
-        self.answer.identifiability.as_ref().map(|i| i.null_directions.len())
-    }
-
     /// The curve of all answers that fit as well, if exactly one direction is undetermined.
     pub fn solution_curve(&self) -> Option<SolutionCurveRecord<'_>> {
-        let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
+        let curve = self.answer.solution_curve()?;
         let muscles = &self.shape.assembly().body().mesh.muscles;
         let unknowns: Vec<String> = Vec::from_iter(self.unknowns.iter().map(|u| match u.quantity {
             Quantity::Tension { muscle } => muscles[muscle].name.clone(),
@@ -85,7 +80,7 @@ impl<const D: usize> Estimate<D> {
             Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
         }));
         let muscles = muscles.iter().enumerate().map(|(number, muscle)| (muscle.name.clone(), number));
-        Some(SolutionCurveRecord { curve: open.curve.as_ref()?, unknowns, muscles: muscles.collect() })
+        Some(SolutionCurveRecord { curve, unknowns, muscles: muscles.collect() })
     }
 
     /// Values are in the order and units of the observations; singular values are those of d(residual)/d(unknown in its unit), descending.
@@ -104,7 +99,7 @@ impl<const D: usize> Estimate<D> {
             "poisson_ratio": self.constant(Constant::PoissonRatio),
             "evaluations": self.answer.counts.evaluations,
             "singular_values": self.answer.identifiability.as_ref().map(|i| &i.singular_values),
-            "undetermined": self.undetermined(),
+            "undetermined": self.answer.undetermined(),
             "valley": self.solution_curve(),
             "shape": self.shape.record(),
         })

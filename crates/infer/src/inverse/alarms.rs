@@ -112,7 +112,8 @@ impl Serialize for Alarm {
 }
 
 impl Alarm {
-    /// Whether a fit with this alarm is not trustworthy ([`Answer::is_trustworthy`](super::Answer::is_trustworthy)).
+    /// Whether tensions with this alarm are not trusted: a fit has such an alarm unless its
+    /// [`Answer::is_trustworthy`](super::Answer::is_trustworthy).
     pub fn forbids_trust(&self) -> bool {
         matches!(
             self,
@@ -120,9 +121,6 @@ impl Alarm {
                 | Self::AtUpperBound { .. }
                 | Self::BarrierActs { .. }
                 | Self::NotOnBranch { .. }
-                | Self::Overstrained { .. }
-                | Self::MuscleOverstrained { .. }
-                | Self::NothingResolved
                 | Self::EquilibriumNotCertain { .. }
         )
     }

@@ -7,7 +7,6 @@ use tongue_core::statistics::least_by;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::{ByMuscle, Target, TargetKind};
 
-use super::solution_curve::SolutionCurve;
 use super::solve::{Answer, solve};
 use super::target_on_body::TargetOnBody;
 use super::{AT_BOUND, FitError, FitSettings};
@@ -88,14 +87,6 @@ impl<const D: usize> Fit<D> {
         names
     }
 
-    /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
-    pub fn solution_curve(&self) -> Option<&SolutionCurve> {
-        match self.answer.identifiability.as_ref()?.null_directions.as_slice() {
-            [one] => one.curve.as_ref(),
-            _ => None,
-        }
-    }
-
     /// The number of a muscle in the lists.
     pub fn number(&self, muscle: &str) -> Option<usize> {
         self.matched.muscles.iter().position(|name| name == muscle)
@@ -135,7 +126,7 @@ impl<const D: usize> Fit<D> {
 /// let fit = inverse::fit(&mesh, &Model::default(), &target, &settings)?;
 /// assert_eq!(fit.answer.status, FitStatus::Converged);
 /// // Two ratios do not determine three tensions, and the fit says so.
-/// assert_eq!(fit.answer.identifiability.map(|i| i.null_directions.len()), Some(1));
+/// assert_eq!(fit.answer.undetermined(), Some(1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit<const D: usize>(

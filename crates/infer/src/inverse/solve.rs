@@ -57,6 +57,21 @@ impl<const D: usize> Answer<D> {
             && *from_rest == FromRest::Branch
             && self.identifiability.is_some()
     }
+
+    /// Number of directions in which the unknowns can change without a worse fit; `None` for a singular answer, or none.
+    pub fn undetermined(&self) -> Option<usize> {
+        self.identifiability.as_ref().map(|i| i.null_directions.len())
+    }
+
+    /// The curves of all values that fit as well, one for each direction that is undetermined.
+    pub fn solution_curves(&self) -> impl Iterator<Item = &SolutionCurve> {
+        self.identifiability.iter().flat_map(|i| &i.null_directions).filter_map(|n| n.curve.as_ref())
+    }
+
+    /// The curve of all values that fit as well, if exactly one direction is undetermined.
+    pub fn solution_curve(&self) -> Option<&SolutionCurve> {
+        self.solution_curves().next().filter(|_| self.undetermined() == Some(1))
+    }
 }
 
 /// Searches for the best fit of the observations. The result is bitwise the same for any number of threads.

@@ -5,6 +5,8 @@ use serde::Serialize;
 use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
+use crate::inverse::alarms::Alarm;
+
 use super::leave_out::{fitted_stretches, predict_each_from_others};
 use super::model::PosteriorModel;
 use super::parameters::Draw;
@@ -181,20 +183,19 @@ impl Summary {
     }
 
     /// [`contradiction`] of the stretches and their predictions by the others.
-    pub fn contradiction(&self) -> Option<(usize, usize)> {
+    pub fn contradiction(&self) -> Option<Alarm> {
         let all = self.stretches.0.iter().filter_map(|(_, s)| Some((s.measured, s.left_out.as_ref()?)));
         contradiction(all.map(|(measured, left_out)| left_out.spread.holds(measured)))
     }
 }
 
-/// The number of measurements outside of their 95 % predictions by the others, and the number of predictions, if at least three and at
-/// least half of the measurements are outside, so that measurements and model contradict each other. `inside`: for each measurement, whether
-/// its 95 % prediction holds it.
-pub fn contradiction(inside: impl IntoIterator<Item = bool>) -> Option<(usize, usize)> {
+/// The alarm that measurements and model contradict each other, if at least three and at least half of the measurements are outside of
+/// their 95 % predictions by the others. `inside`: for each measurement, whether its 95 % prediction holds it.
+pub fn contradiction(inside: impl IntoIterator<Item = bool>) -> Option<Alarm> {
     const FEWEST: usize = 3;
     let (inside, outside): (Vec<bool>, Vec<bool>) = inside.into_iter().partition(|inside| *inside);
     let (outside, predicted) = (outside.len(), outside.len() + inside.len());
-    (outside >= FEWEST && 2 * outside >= predicted).then_some((outside, predicted))
+    (outside >= FEWEST && 2 * outside >= predicted).then_some(Alarm::Contradicted { outside, predicted })
 }
 
 /// Relative change of the upper end of a tension's interval if the scale of its prior is half as large again, from draws weighted by the

@@ -36,15 +36,15 @@ pub struct Digest {
 
 impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
-        let (fit, target) = (r.fit(), &r.fit().matched.target);
+        let (fit, target, alarms) = (r.fit(), &r.fit().matched.target, &r.record.alarms);
         Self {
             status: status_name(&fit.answer.status),
             passive: r.passive.rms_stretch.zip(r.passive.no_change_rms_stretch).map(|(a, b)| [a * a, b * b]),
             passive_muscles: fit.residuals().len() - target.active.len(),
-            seen_in_part: fit.answer.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
+            seen_in_part: fit.answer.undetermined().is_some_and(|open| open > 0),
             has_posterior: r.record.posterior.is_some(),
-            posterior_untold: r.record.alarms.iter().any(|alarm| matches!(alarm, Alarm::NoPosterior { .. })),
-            contradicted: r.record.contradiction().is_some(),
+            posterior_untold: alarms.iter().any(|alarm| matches!(alarm, Alarm::NoPosterior { .. })),
+            contradicted: alarms.iter().any(|alarm| matches!(alarm, Alarm::Contradicted { .. })),
             contrasts: Vec::new(),
         }
     }

@@ -102,9 +102,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("message", "", "why there is no fit", |_| Value::Null),
         ("active", "", "muscles that may contract", |r| r.fit().active_names().join("+").into()),
         ("equations", "", "muscles that the fit has to meet", |r| r.fitted.len().into()),
-        ("undetermined", "", "directions that the data leave open", |r| {
-            json!(r.fit().answer.identifiability.as_ref().map(|i| i.null_directions.len()))
-        }),
+        ("undetermined", "", "directions that the data leave open", |r| json!(r.fit().answer.undetermined())),
     ]);
     let after = column::columns::<AssessedRecord, _>([
         ("cost", "", "smallest objective", |r| r.cost.into()),
