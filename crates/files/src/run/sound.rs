@@ -13,7 +13,7 @@ use tongue_input::bodies::AnyBody;
 use tongue_input::measured::{ByMuscle, Dataset, Vowel};
 
 use super::equilibrium::Solved;
-use crate::report::SoundRecord;
+use crate::report::{Pulls, SoundRecord};
 use crate::scene::prepare::prepare;
 use crate::scene::{Scene, body, run};
 use crate::simulation::SimulationError;
@@ -32,11 +32,8 @@ pub struct TongueSound {
     pub vowel: Option<String>,
     pub converged: bool,
     pub alarms: Vec<Alarm>,
-    /// N per metre of thickness; for a body in the plane.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tensions_n: Option<BTreeMap<String, f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub activations: Option<ByMuscle<f64>>,
+    #[serde(flatten)]
+    pub pulls: Pulls<ByMuscle<f64>>,
     #[serde(flatten)]
     pub sound: SoundRecord,
     /// Published mean of the first two formants of the vowel.
@@ -71,7 +68,8 @@ impl TongueSound {
         let Some(sound) = answer.sound else {
             return Err(SimulationError::Refused("this scene has no sound".to_owned()));
         };
-        let tensions = answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect();
+        let tensions = answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value()));
+        let tensions: BTreeMap<String, f64> = tensions.collect();
         let own = spoken.and_then(|(_, v)| means.iter().find(|m| m.vowel == v.label()));
         Ok(Self {
             tissue: prepared.system.tissue(),
@@ -81,8 +79,7 @@ impl TongueSound {
             vowel: spoken.map(|(_, v)| v.label().to_owned()),
             converged: answer.converged,
             alarms: answer.alarms,
-            tensions_n: Some(tensions),
-            activations: None,
+            pulls: Pulls::TensionsN(tensions.into()),
             published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
             nearest_vowel: nearest_name(means, &sound),
             sound,
@@ -111,8 +108,7 @@ impl TongueSound {
             vowel: None,
             converged: solved.equilibrium.solution.status == SolveStatus::Converged,
             alarms: solved.alarms(body),
-            tensions_n: None,
-            activations: Some(ByMuscle(names.zip(activations).collect())),
+            pulls: Pulls::Activations(ByMuscle(names.zip(activations).collect())),
             published_hz: None,
             nearest_vowel: nearest_name(means, &sound),
             sound,

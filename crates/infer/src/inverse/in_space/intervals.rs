@@ -17,56 +17,49 @@ const THIN: usize = 4;
 /// An interval that begins below this activation begins at 0.
 const NONE_BELOW: f64 = 0.01;
 
-/// A linear approximation of how the residuals depend on the activations near the answer, and the prior of the activations.
-pub(super) struct LinearResponse {
-    /// Residuals at the answer, in standard deviations.
-    pub residuals: DVector<f64>,
-    pub jacobian: DMatrix<f64>,
-    /// Standard deviation of the prior of each activation, whose mean is 0.
-    pub prior_sd: f64,
-    /// Standard deviation of the logarithm of the common factor.
-    pub stiffness_sd_ln: f64,
-}
-
-impl LinearResponse {
-    /// The interval of each activation; empty where the precision of the posterior is singular.
-    pub fn intervals_95(&self, answer: &DVector<f64>) -> Vec<[f64; 2]> {
-        let Self { residuals, jacobian, prior_sd, stiffness_sd_ln } = self;
-        let n = answer.len();
-        let precision = jacobian.tr_mul(jacobian) + DMatrix::from_diagonal_element(n, n, prior_sd.powi(-2));
-        let axes = precision.clone().symmetric_eigen().eigenvectors;
-        let directions: Vec<DVector<f64>> =
-            axes.column_iter().chain(DMatrix::identity(n, n).column_iter()).map(|d| d.into_owned()).collect();
-        let directions: Vec<_> = directions.into_iter().map(|d| (&precision * &d, d)).collect();
-        if !directions.iter().all(|(p, d)| p.dot(d) > 0.0) {
-            return Vec::new();
-        }
-        let mut here = answer.map(|a| a.clamp(0.0, 1.0));
-        let mut slope =
-            jacobian.tr_mul(&(residuals + jacobian * (&here - answer))) + &here * prior_sd.powi(-2);
-        let mut random = Rng::with_seed(1);
-        let mut drawn = vec![Vec::with_capacity(DRAWS); n];
-        for _ in 0..DRAWS {
-            for (by_slope, direction) in std::iter::repeat_n(&directions, THIN).flatten() {
-                let (curvature, along) = (by_slope.dot(direction), slope.dot(direction));
-                let (middle, level) =
-                    (-along / curvature, along * along / curvature - 2.0 * (1.0 - random.f64()).ln());
-                let half = (level / curvature).sqrt();
-                let (mut low, mut high) = (middle - half, middle + half);
-                for (a, d) in here.iter().zip(direction.iter()).filter(|(_, d)| **d != 0.0) {
-                    let ends = [-a / d, (1.0 - a) / d];
-                    low = low.max(ends[0].min(ends[1]));
-                    high = high.min(ends[0].max(ends[1]));
-                }
-                let step = low + (high - low).max(0.0) * random.f64();
-                here += direction * step;
-                slope += by_slope * step;
-            }
-            let factor = (stiffness_sd_ln * normal(&mut random)).exp();
-            drawn.iter_mut().zip(here.iter()).for_each(|(all, a)| all.push((factor * a).clamp(0.0, 1.0)));
-        }
-        drawn.into_iter().zip(answer.iter()).map(|(draws, &found)| interval_95(draws, found)).collect()
+/// The interval of each activation, near whose values in `answer` the residuals (in standard deviations) change by the Jacobian; empty where
+/// the precision of the posterior is singular. `prior_sd` is the standard deviation of the prior of each activation, whose mean is 0, and
+/// `stiffness_sd_ln` that of the logarithm of the common factor.
+pub(super) fn intervals_95(
+    residuals: &DVector<f64>,
+    jacobian: &DMatrix<f64>,
+    answer: &DVector<f64>,
+    prior_sd: f64,
+    stiffness_sd_ln: f64,
+) -> Vec<[f64; 2]> {
+    let n = answer.len();
+    let precision = jacobian.tr_mul(jacobian) + DMatrix::from_diagonal_element(n, n, prior_sd.powi(-2));
+    let axes = precision.clone().symmetric_eigen().eigenvectors;
+    let directions: Vec<DVector<f64>> =
+        axes.column_iter().chain(DMatrix::identity(n, n).column_iter()).map(|d| d.into_owned()).collect();
+    let directions: Vec<_> = directions.into_iter().map(|d| (&precision * &d, d)).collect();
+    if !directions.iter().all(|(p, d)| p.dot(d) > 0.0) {
+        return Vec::new();
     }
+    let mut here = answer.map(|a| a.clamp(0.0, 1.0));
+    let mut slope = jacobian.tr_mul(&(residuals + jacobian * (&here - answer))) + &here * prior_sd.powi(-2);
+    let mut random = Rng::with_seed(1);
+    let mut drawn = vec![Vec::with_capacity(DRAWS); n];
+    for _ in 0..DRAWS {
+        for (by_slope, direction) in std::iter::repeat_n(&directions, THIN).flatten() {
+            let (curvature, along) = (by_slope.dot(direction), slope.dot(direction));
+            let (middle, level) =
+                (-along / curvature, along * along / curvature - 2.0 * (1.0 - random.f64()).ln());
+            let half = (level / curvature).sqrt();
+            let (mut low, mut high) = (middle - half, middle + half);
+            for (a, d) in here.iter().zip(direction.iter()).filter(|(_, d)| **d != 0.0) {
+                let ends = [-a / d, (1.0 - a) / d];
+                low = low.max(ends[0].min(ends[1]));
+                high = high.min(ends[0].max(ends[1]));
+            }
+            let step = low + (high - low).max(0.0) * random.f64();
+            here += direction * step;
+            slope += by_slope * step;
+        }
+        let factor = (stiffness_sd_ln * normal(&mut random)).exp();
+        drawn.iter_mut().zip(here.iter()).for_each(|(all, a)| all.push((factor * a).clamp(0.0, 1.0)));
+    }
+    drawn.into_iter().zip(answer.iter()).map(|(draws, &found)| interval_95(draws, found)).collect()
 }
 
 /// The central interval of 95 % of the draws, extended to the activation found. It is the interval from 0 where that is shorter, as for a

@@ -15,7 +15,7 @@ use tongue_core::body::Body;
 use tongue_core::body::space::{Half, Side};
 use tongue_core::system::System;
 
-use self::intervals::LinearResponse;
+use self::intervals::intervals_95;
 use self::observations::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::alarms::{self, Alarm};
@@ -269,13 +269,10 @@ impl SpaceSearch {
         let rows = problem.observations.len();
         let activations = activations_of(&answer.x);
         let interval_95 = linear.as_ref().map(|l| {
-            let response = LinearResponse {
-                residuals: l.residuals.rows(0, rows).into_owned(),
-                jacobian: l.jacobian.rows(0, rows) * 100.0,
-                prior_sd: self.prior_sd,
-                stiffness_sd_ln: Priors::default().young_modulus.sd_ln,
-            };
-            response.intervals_95(&DVector::from_column_slice(&activations))
+            let (residuals, jacobian) =
+                (l.residuals.rows(0, rows).into_owned(), l.jacobian.rows(0, rows) * 100.0);
+            let found = DVector::from_column_slice(&activations);
+            intervals_95(&residuals, &jacobian, &found, self.prior_sd, Priors::default().young_modulus.sd_ln)
         });
         let decomposed = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let (values, directions) = decomposed.unwrap_or_default();
