@@ -41,14 +41,11 @@ impl Outcome {
     }
 }
 
-/// A sentence about the results whose status is not one of `good`; `None` if there are none.
-pub fn untrusted_sentence(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
-    let all: usize = statuses.values().sum();
-    let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();
-    let count: usize = bad.iter().map(|(_, n)| **n).sum();
-    (!bad.is_empty()).then(|| {
-        format!("{count} of the {all} {what} cannot be trusted ({})", super::table::status_counts(bad))
-    })
+/// A sentence about the results that cannot be trusted, by status, of `all` results; `None` if there are none.
+pub fn untrusted_sentence(bad: &BTreeMap<String, usize>, all: usize, what: &str) -> Option<String> {
+    let count: usize = bad.values().sum();
+    let statuses = super::table::status_counts(bad);
+    (count > 0).then(|| format!("{count} of the {all} {what} cannot be trusted ({statuses})"))
 }
 
 pub fn word(status: &impl serde::Serialize) -> String {

@@ -98,17 +98,18 @@ impl Arguments {
         notes.iter().for_each(|note| output::note(note));
         let track_run = SpaceTrackRun { body, model: &model, recorded, search };
         let mut track = track_run.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
-        let statuses = Vec::from_iter(track.frames.iter().map(|frame| frame.fit.answer.status));
-        if track.is_alike && statuses.contains(&FitStatus::TargetNotMet) {
+        let is_missed = |frame: &SpaceTrackFrame| frame.fit.answer.status == FitStatus::TargetNotMet;
+        if track.is_alike && track.frames.iter().any(is_missed) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
             output::note(note);
             notes.push(note.to_owned());
         }
-        let statuses = tally(track.frames.iter().zip(statuses).map(|(frame, status)| match status {
-            FitStatus::Converged if !frame.fit.alarms.is_empty() => "with alarms".to_owned(),
-            status => word(&status),
-        }));
-        let doubtful = untrusted_sentence(&statuses, &["converged"], "frames");
+        let bad = track.frames.iter().filter_map(|SpaceTrackFrame { fit, .. }| match fit.answer.status {
+            FitStatus::Converged if fit.alarms.is_empty() => None,
+            FitStatus::Converged => Some("with alarms".to_owned()),
+            status => Some(word(&status)),
+        });
+        let doubtful = untrusted_sentence(&tally(bad), track.frames.len(), "frames");
         track.untrusted =
             implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
         track.notes = notes;

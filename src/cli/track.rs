@@ -240,8 +240,8 @@ fn why_untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option
 }
 
 fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
-    let statuses = tally(frames.iter().map(|f| status_name(&f.status)));
-    super::untrusted_sentence(&statuses, &["converged", "unresolved", "gap"], "frames")
+    let bad = frames.iter().filter(|f| !f.status.is_trusted()).map(|f| status_name(&f.status));
+    super::untrusted_sentence(&tally(bad), frames.len(), "frames")
 }
 
 fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usize>> {

@@ -121,7 +121,9 @@ impl PreparedBatch {
         let contradicted = summary.posteriors_contradicted;
         let contradicted =
             (contradicted > 0).then(|| format!("{} the measured lengths", contradict(contradicted)));
-        let fits = outcome::untrusted_sentence(&summary.statuses, &["converged"], "fits");
+        let mut bad = summary.statuses.clone();
+        bad.remove("converged");
+        let fits = outcome::untrusted_sentence(&bad, summary.fits, "fits");
         let why: Vec<String> = fits.into_iter().chain(untold).chain(contradicted).collect();
         Ok(Outcome::good_if(why.is_empty(), || why.join("; ")))
     }
