@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let [a, b] = [fit.shape.tension("lengthwise")?, fit.shape.tension("across")?];
         println!(
             "from {} {what}: lengthwise {a:.6} N, across {b:.6} N, {:?}",
-            fit.measured.len(),
+            fit.measured().len(),
             fit.answer.status
         );
     }

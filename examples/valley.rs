@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let fit = InverseProblem::new(&model, model.observations(&target)?).with_settings(settings).fit()?;
     println!(
         "{} ratios, {} tensions, directions left open: {:?}; {:?}",
-        fit.measured.len(),
+        fit.measured().len(),
         fit.tensions().len(),
         fit.answer.undetermined(),
         fit.answer.status

@@ -191,7 +191,7 @@ impl Estimate {
     /// The value of each observable in the fitted shape, in the order and units of the observations.
     #[getter]
     fn simulated<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.estimate.simulated.to_pyarray(py)
+        self.estimate.simulated().to_pyarray(py)
     }
 
     /// The fitted shape.

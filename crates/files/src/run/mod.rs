@@ -4,9 +4,9 @@
 //! scene is such a struct itself ([`crate::scene`]).
 //!
 //! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system;
-//! [`Shape`](crate::simulation::Shape) adds positions, and tensions that are read by names of muscles.
+//! [`Shape`](crate::simulation::Shape) reads it by names of muscles.
 //! [`Answer`](tongue_infer::inverse::Answer) has the values that a search found, with their assessment;
-//! [`Fit`](tongue_infer::inverse::Fit) adds the target, [`Estimate`](crate::simulation::Estimate) the observations.
+//! [`Fit`](tongue_infer::inverse::Fit) adds the target, [`Estimate`](crate::simulation::Estimate) the problem.
 //! [`FitRecord`](crate::report::FitRecord) is a fit as it is written.
 
 #[cfg(feature = "files")]

@@ -14,14 +14,12 @@
 
 mod assembly;
 mod error;
-mod estimate;
 mod problem;
 mod shape;
 mod solver;
 
 pub use assembly::Assembly;
 pub use error::{SimulationError, check_tension, read_tensions};
-pub use estimate::Estimate;
-pub use problem::{InverseProblem, Observations};
+pub use problem::{Estimate, InverseProblem, Observations};
 pub use shape::Shape;
 pub use solver::Solver;

@@ -1,14 +1,18 @@
-//! An inverse problem by name: the observations of a body, and the unknowns.
+//! An inverse problem by name: the observations of a body, and the unknowns; and its result.
+
+use nalgebra::SVector;
+use serde_json::{Value, json};
 
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{
-    self, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TargetOnBody, TissueUnknown,
-    Unknown,
+    self, Answer, Constant, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TargetOnBody,
+    TissueUnknown, Unknown,
 };
 use tongue_input::measured::Target;
 
 use super::error::check_number;
-use super::{Assembly, Estimate, SimulationError};
+use super::{Assembly, Shape, SimulationError};
+use crate::report::{ByMuscle, SolutionCurveRecord};
 
 #[derive(Debug, Clone, Default)]
 pub struct Observations<const D: usize> {
@@ -193,16 +197,104 @@ impl<const D: usize> InverseProblem<D> {
             model: *assembly.model(),
             contracting: system.contracting(),
         };
-        let mut problem =
-            LeastSquaresProblem::new(system, self.observations.fitted.clone(), unknowns.clone());
+        let mut problem = LeastSquaresProblem::new(system, self.observations.fitted.clone(), unknowns);
         problem.others.clone_from(&self.observations.others);
         problem.bones = &self.bones;
         problem.tensions.clone_from(&self.tensions);
-        if unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
+        if self.unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
             problem.tissue = Some(&tissue);
         }
         let answer = inverse::solve(&problem, &self.settings)?;
-        Ok(Estimate::new(assembly, answer, unknowns, self.bone_names.clone(), &self.observations.fitted))
+        let (tensions, positions) = (answer.tensions.clone(), answer.positions.clone());
+        let shape = Shape::new(assembly, answer.replay.solution.into(), tensions, positions);
+        Ok(Estimate { answer, shape, problem: self.clone() })
+    }
+}
+
+/// The values of the unknowns with the best fit of the observations.
+#[derive(Debug, Clone)]
+pub struct Estimate<const D: usize> {
+    /// The answer with its misfit, the directions that the data leave undetermined, and the end points of all starts.
+    pub answer: Answer<D>,
+    pub shape: Shape<D>,
+    problem: InverseProblem<D>,
+}
+
+impl<const D: usize> Estimate<D> {
+    /// Values of the observables in that shape, in the order and units of the observations.
+    pub fn simulated(&self) -> Vec<f64> {
+        let all = self.problem.observations.fitted.iter();
+        all.map(|o| o.observable.value(self.shape.positions())).collect()
+    }
+
+    pub fn measured(&self) -> Vec<f64> {
+        self.problem.observations.fitted.iter().map(|o| o.measured).collect()
+    }
+
+    /// The tensions of all contracting muscles, as [`Solver::equilibrium`](super::Solver::equilibrium) takes them.
+    pub fn tensions(&self) -> Vec<(&str, f64)> {
+        let names = self.shape.assembly().contracting().into_iter();
+        names.filter_map(|name| Some((name, self.shape.tension(name).ok()?))).collect()
+    }
+
+    pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, SimulationError> {
+        let what = "free the bone (InverseProblem::free_bone)";
+        let number = self.problem.bone_names.iter().position(|b| b == bone);
+        let number = number.ok_or_else(|| SimulationError::not_searched(bone, what))?;
+        let mut shift = SVector::zeros();
+        for (unknown, x) in self.problem.unknowns.iter().zip(&self.answer.x) {
+            if let Quantity::Bone { bone, axis } = unknown.quantity
+                && bone == number
+            {
+                shift[axis] = x * unknown.unit;
+            }
+        }
+        Ok(shift)
+    }
+
+    /// The value of a constant that was searched for.
+    pub fn constant(&self, constant: Constant) -> Option<f64> {
+        let mut values = self.problem.unknowns.iter().zip(&self.answer.x);
+        let found = values.find(|(u, _)| u.quantity == Quantity::Constant(constant));
+        found.map(|(unknown, x)| x * unknown.unit)
+    }
+
+    /// The curve of all answers that fit as well, if exactly one direction is undetermined.
+    pub fn solution_curve(&self) -> Option<SolutionCurveRecord<'_>> {
+        let curve = self.answer.solution_curve()?;
+        let muscles = &self.shape.assembly().body().mesh.muscles;
+        let unknowns: Vec<String> = Vec::from_iter(self.problem.unknowns.iter().map(|u| match u.quantity {
+            Quantity::Tension { muscle } => muscles[muscle].name.clone(),
+            Quantity::Bone { bone, axis } => {
+                format!("{}_{}_mm", self.problem.bone_names[bone], ["x", "y", "z"][axis % 3])
+            }
+            Quantity::Constant(Constant::YoungModulus) => "young_modulus_100_pa".to_owned(),
+            Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
+        }));
+        let muscles = muscles.iter().enumerate().map(|(number, muscle)| (muscle.name.clone(), number));
+        Some(SolutionCurveRecord { curve, unknowns, muscles: muscles.collect() })
+    }
+
+    /// Values are in the order and units of the observations; singular values are those of d(residual)/d(unknown in its unit), descending.
+    pub fn record(&self) -> Value {
+        json!({
+            "status": self.answer.status,
+            "active": self.shape.assembly().contracting(),
+            "misfit": self.answer.misfit,
+            "simulated": self.simulated(),
+            "measured": self.measured(),
+            "displacements_mm": ByMuscle(self.problem.bone_names.iter().filter_map(|name| {
+            let shift = self.displacement(name).ok()?;
+            Some((name.clone(), shift.iter().map(|x| x * 1e3).collect::<Vec<_>>()))
+        }).collect()),
+            "young_modulus_pa": self.constant(Constant::YoungModulus),
+            "poisson_ratio": self.constant(Constant::PoissonRatio),
+            "evaluations": self.answer.counts.evaluations,
+            "singular_values": self.answer.identifiability.as_ref().map(|i| &i.singular_values),
+            "undetermined": self.answer.undetermined(),
+            "valley": self.solution_curve(),
+            "shape": self.shape.record(),
+        })
     }
 }
 
