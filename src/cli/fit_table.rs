@@ -87,7 +87,7 @@ impl ShownFit<'_> {
             TargetKind::Ratio => "The thesis's fit",
             TargetKind::Stretch => "The fit",
         };
-        let what = match (fit.answer.misfit <= fit.misfit_tolerance, fit.answer.undetermined()) {
+        let what = match (fit.answer.misfit <= fit.settings.misfit_tolerance, fit.answer.undetermined()) {
             (false, _) => "it misses",
             (true, None) => "it meets",
             (true, Some(0)) => "the only one nearby that meets",

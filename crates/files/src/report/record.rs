@@ -116,22 +116,20 @@ impl FitRecord {
             None => format!("Trust the {what} more than these tensions"),
             Some(cause) => format!("Trust the {what}, not these tensions: {cause}"),
         };
-        let (decided_by, trusted, text) = match (contradiction, verdict, posterior) {
+        let (decided_by, trusted, text) = match (contradiction, verdict, posterior, cause) {
             (Some(alarm), ..) => (DecidedBy::Posterior, false, alarm.to_string()),
-            (_, Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
-            (_, None, Some(report)) if report.summary.is_none() => (
+            (_, Some(_), ..) => (DecidedBy::Verdict, true, beside("verdict")),
+            (.., Some(report), _) if report.summary.is_none() => (
                 DecidedBy::Posterior,
                 false,
                 format!("the chains of the posterior have not mixed: {}", report.diagnostics.why),
             ),
-            (_, None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
-            (_, None, None) => match cause {
-                None => {
-                    let text = "Without a verdict these tensions ignore errors of anatomy and model";
-                    (DecidedBy::Fit, true, text.to_owned())
-                }
-                Some(cause) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
-            },
+            (.., Some(_), _) => (DecidedBy::Posterior, true, beside("posterior")),
+            (.., None) => {
+                let text = "Without a verdict these tensions ignore errors of anatomy and model";
+                (DecidedBy::Fit, true, text.to_owned())
+            }
+            (.., Some(cause)) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
         };
         let tensions_trusted = cause.is_none();
         self.conclusion.insert(Conclusion { decided_by, trusted, tensions_trusted, text })

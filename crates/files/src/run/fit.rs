@@ -54,8 +54,7 @@ impl<'a> FitRun<'a> {
                 inverse::fit_in(&system, matched, settings)?
             }
         };
-        let known = Muscles::built_in();
-        let alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
+        let alarms = alarms::alarms(&body.mesh, &fit, &Muscles::built_in());
         let mut record = FitRecord {
             made_by: made_by.clone(),
             verdict: None,

@@ -10,7 +10,7 @@ use tongue_core::statics::{self, FromRest, Solution};
 use tongue_core::system::System;
 use tongue_input::measured::muscles::Muscles;
 
-use super::{AT_BOUND, Fit, FitSettings, FitStatus, TargetOnBody};
+use super::{AT_BOUND, Fit, FitStatus, TargetOnBody};
 
 /// Thickness that turns a tension per metre into a force comparable with published ones (left and right together), m: about the width of an
 /// adult tongue body, chosen and not measured.
@@ -127,23 +127,18 @@ impl Alarm {
 }
 
 /// All alarms of a fit, in a fixed order. `known` gives the force capacities of muscles.
-pub fn alarms<const D: usize>(
-    mesh: &Mesh<D>,
-    fit: &Fit<D>,
-    known: &Muscles,
-    settings: &FitSettings,
-) -> Vec<Alarm> {
+pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> Vec<Alarm> {
     let mut out = Vec::new();
     let TargetOnBody { target, muscles, .. } = &fit.matched;
     let (answer, tensions, lengths) = (&fit.answer, fit.tensions(), fit.lengths());
     let name = |m: usize| muscles[m].clone();
-    if answer.misfit.is_finite() && answer.misfit > fit.misfit_tolerance {
+    if answer.misfit.is_finite() && answer.misfit > fit.settings.misfit_tolerance {
         out.push(Alarm::TargetNotMet { misfit: answer.misfit });
     }
     for &m in &target.active {
         if tensions[m] < AT_BOUND {
             out.push(Alarm::AtLowerBound { muscle: name(m) });
-        } else if tensions[m] > settings.upper_bound - AT_BOUND {
+        } else if tensions[m] > fit.settings.upper_bound - AT_BOUND {
             out.push(Alarm::AtUpperBound { muscle: name(m) });
         }
     }

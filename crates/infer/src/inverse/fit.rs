@@ -18,7 +18,7 @@ pub struct Fit<const D: usize = 2> {
     pub answer: Answer<D>,
     /// Lengths of the model at rest, m, from which changes are counted.
     pub rest_lengths: Vec<f64>,
-    pub misfit_tolerance: f64,
+    pub settings: FitSettings,
 }
 
 impl<const D: usize> Fit<D> {
@@ -149,7 +149,7 @@ pub fn fit_in<const D: usize>(
     Ok(Fit {
         answer: solve(&matched.problem(system, settings), settings)?,
         rest_lengths: matched.pick(&system.lengths(system.rest())),
-        misfit_tolerance: settings.misfit_tolerance,
+        settings: *settings,
         matched,
     })
 }

@@ -56,7 +56,7 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
         let reference = inverse::fit(mesh, &Model::default(), &target, &tight)?;
         for settings in settings_of_rows() {
             let timed = measure(effort, || inverse::fit(mesh, &Model::default(), &target, &settings));
-            runs.push(row(&settings, &timed.result?, &reference, (timed.seconds, timed.repeats)));
+            runs.push(row(&timed.result?, &reference, (timed.seconds, timed.repeats)));
         }
     }
     Ok(runs)
@@ -82,7 +82,7 @@ fn settings_of_rows() -> Vec<FitSettings> {
     settings_of_rows
 }
 
-fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
+fn row(fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
     let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
     let ended = match fit.answer.status {
         inverse::FitStatus::Converged => DONE.to_owned(),
@@ -90,10 +90,10 @@ fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (
     };
     TimedFit {
         target: fit.matched.target.kind,
-        method: settings.method,
-        starts: settings.starts,
-        tolerance_n: settings.tension_tolerance,
-        warm: settings.warm_start,
+        method: fit.settings.method,
+        starts: fit.settings.starts,
+        tolerance_n: fit.settings.tension_tolerance,
+        warm: fit.settings.warm_start,
         error_n: off.fold(0.0, f64::max),
         misfit: fit.answer.misfit,
         seconds,
