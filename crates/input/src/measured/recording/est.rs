@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha, numbers};
+use super::limits::LARGEST_HEADER;
+use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, numbers};
 
-const LARGEST_HEADER: usize = 1 << 20;
 const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";
 
@@ -25,7 +25,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = SourcePlace::start(origin);
     let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
     if first.is_some_and(|b| b.is_ascii_digit() || b"-+.N".contains(b)) {
-        return mocha::read(bytes, origin);
+        return numbers::mocha(bytes, origin);
     }
     let header = header(bytes, start)?;
     let before = 1 + usize::from(header.breaks);

@@ -21,7 +21,6 @@ mod limits;
 mod map;
 mod matlab;
 mod measures;
-mod mocha;
 mod mview;
 mod names;
 mod numbers;
@@ -31,7 +30,6 @@ mod plausibility;
 mod rows;
 mod sensor_table;
 mod tidy;
-mod txy;
 mod waveform;
 
 use std::path::Path;
@@ -232,7 +230,7 @@ impl Recording {
             Format::Est => est::read(bytes, origin).map(|r| vec![r]),
             Format::Edgetrak => edgetrak::read(bytes, origin).map(|r| vec![r]),
             Format::AaaFan => fan::read(bytes, origin),
-            Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
+            Format::Microbeam => numbers::microbeam(bytes, origin).map(|r| vec![r]),
             Format::Mview => mview::read(bytes, origin),
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
             Format::NdiWave | Format::Sensors => sensor_table::read(bytes, origin).map(|r| vec![r]),

@@ -1,8 +1,9 @@
-//! Tables of numbers without a header, separated by spaces, tabs or commas, and last numbers that are cut off.
+//! Tables of numbers without a header, separated by spaces, tabs or commas: MOCHA's sensors and the X-ray microbeam's pellets. Last numbers
+//! that are cut off.
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::{self, Budget};
-use super::{Sample, is_coordinate, rows};
+use super::{Format, Recording, Sample, Times, is_coordinate, rows, seen};
 
 /// The last number of a text that has no line end behind it, and the last numbers of the lines above; each with its number of decimals.
 pub(super) struct LastNumber<'a> {
@@ -56,7 +57,7 @@ pub(super) fn truncation_note(bytes: &[u8]) -> Option<String> {
 }
 
 /// The line and the numbers of a row; NaN where the file has NaN.
-pub(super) type NumberRow = (u64, Vec<f64>);
+type NumberRow = (u64, Vec<f64>);
 
 /// Reads a table that begins at `start` and has the same number of values in every line; `widths` are the allowed numbers, and `help` is the
 /// advice for other lines. A first line without numbers is a header and is skipped.
@@ -93,7 +94,7 @@ pub(super) fn number_rows(
 }
 
 /// The samples that `read` makes of the number and the values of each row. Their times must ascend.
-pub(super) fn samples(
+fn samples(
     rows: &[NumberRow],
     start: SourcePlace<'_>,
     help: &str,
@@ -110,4 +111,63 @@ pub(super) fn samples(
         samples.push(sample);
     }
     Ok(samples)
+}
+
+/// The sensors of MOCHA, with the channels of their x and y.
+const SENSORS: [(&str, usize, usize); 9] = [
+    ("ui", 0, 5),
+    ("li", 1, 6),
+    ("ul", 2, 7),
+    ("ll", 3, 8),
+    ("tt", 4, 9),
+    ("tb", 10, 15),
+    ("td", 11, 16),
+    ("v", 12, 17),
+    ("bn", 14, 19),
+];
+const CHANNELS: usize = 20;
+const RATE_HZ: f64 = 500.0;
+
+/// Reads MOCHA's sensors as plain text (`.ema`): a line for each frame, with the time (s), a flag (0: nothing seen) and twenty channels in
+/// hundredths of a millimetre, at 500 Hz; or the twenty channels alone. The order is that of MOCHA's EST files (Wrench 1999; Qin and
+/// Carreira-Perpinan 2009, `MOCHAread.m`).
+pub(super) fn mocha(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a flag and 20 channels (or the 20 channels); other \
+                        sensors go into a table recording,time_s,point,x_mm,y_mm";
+    let start = SourcePlace::start(origin);
+    let rows = number_rows(bytes, start, &[CHANNELS + 2, CHANNELS], HELP)?;
+    let timed = rows.first().is_some_and(|(_, first)| first.len() == CHANNELS + 2);
+    let samples = samples(&rows, start, HELP, |n, row| {
+        let (time_s, is_seen, values) =
+            if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / RATE_HZ, true, row) };
+        let places =
+            SENSORS.iter().map(|&(_, x, y)| is_seen.then(|| seen([values[x], values[y], 0.0])).flatten());
+        Sample::new(time_s, places.collect())
+    })?;
+    let names = SENSORS.iter().map(|(name, ..)| (*name).to_owned());
+    let found = Recording::of_file(origin, Format::Est, Some(1e-5), names, samples);
+    Ok(Recording { times: if timed { Times::InFile } else { Times::Usual(RATE_HZ) }, ..found })
+}
+
+/// The pellets of the X-ray microbeam in the order of the columns: lips, tongue from the tip backwards, lower incisor and molar.
+const PELLETS: [&str; 8] = ["UL", "LL", "T1", "T2", "T3", "T4", "MANi", "MANm"];
+const MISTRACKED: f64 = 1e6;
+
+/// Reads the X-ray microbeam's pellets (`.txy`): a line of 17 numbers for each frame: the time in microseconds, then x and y of eight pellets
+/// in thousandths of a millimetre; 1000000 marks a pellet that was mistracked. x grows to the front along the occlusal plane, y upwards, and
+/// the origin is the tip of the upper incisors (Westbury 1994, *X-ray microbeam speech production database user's handbook*, chapters 6 and
+/// 8).
+pub(super) fn microbeam(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    const HELP: &str = "a .txy has 17 numbers in a line: the time in microseconds, then x and y of UL, LL, T1, T2, T3, T4, MANi, MANm";
+    let start = SourcePlace::start(origin);
+    let rows = number_rows(bytes, start, &[1 + 2 * PELLETS.len()], HELP)?;
+    let samples = samples(&rows, start, HELP, |_, row| {
+        let places = row[1..].chunks_exact(2).map(|pair| {
+            let is_tracked = pair.iter().all(|v| *v != MISTRACKED);
+            seen([pair[0], pair[1], 0.0]).filter(|_| is_tracked)
+        });
+        Sample::new(row[0] * 1e-6, places.collect())
+    })?;
+    let names = PELLETS.iter().map(|name| (*name).to_owned());
+    Ok(Recording::of_file(origin, Format::Microbeam, Some(1e-6), names, samples))
 }
