@@ -47,6 +47,8 @@ pub struct SpaceFitRecord {
 
 /// Misfits that differ by at most this part count as equal.
 const AS_GOOD: f64 = 0.05;
+/// Data that a body misses by more, mm (RMS), have another unit or other axes.
+const FARTHEST_MM: f64 = 15.0;
 
 impl SpaceFitRecord {
     pub fn new(body: &Body<3>, recording: Option<String>, time_s: Option<f64>, fit: &SpaceFit) -> Self {
@@ -57,11 +59,15 @@ impl SpaceFitRecord {
         if !fit.combinations.is_empty() && fit.combinations.iter().all(|c| c.sd > OPEN_ABOVE) {
             alarms.push(Alarm::NothingResolved);
         }
+        let rms_mm = 1e3 * fit.rms_m;
+        if rms_mm > FARTHEST_MM {
+            alarms.push(Alarm::FarFromData { rms_mm });
+        }
         Self {
             recording,
             time_s,
             status: fit.answer.status,
-            rms_mm: 1e3 * fit.rms_m,
+            rms_mm,
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
             activations: by_muscle(&fit.names, &fit.activations_found()),
             interval_95: ByMuscle::new(&fit.names, fit.intervals_95()),
