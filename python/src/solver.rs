@@ -385,6 +385,8 @@ impl Trajectory {
 
     /// The length of a muscle at each of the times, m, shape (times,).
     fn lengths<'py>(&self, py: Python<'py>, muscle: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        // A motion without frames checks the name, too.
+        self.assembly.mean_length(muscle, self.assembly.system().rest()).map_err(refused)?;
         let frames = self.sampled.shapes.iter();
         let lengths = frames.map(|(_, positions)| self.assembly.mean_length(muscle, positions));
         Ok(lengths.collect::<Result<Vec<_>, _>>().map_err(refused)?.to_pyarray(py))

@@ -57,6 +57,8 @@ def test_what_is_observed_has_the_gradient_of_differences(model: tf.Assembly) ->
 
 def test_a_motion_ends_where_it_leads(model: tf.Assembly) -> None:
     motion = model.trajectory({"GGa": 12.0}, 0.2, samples=5)
+    with pytest.raises(tf.Error, match="GGx"):
+        model.trajectory({"GGa": 12.0}, 0.2, samples=0).lengths("GGx")
     assert motion.times.tolist() == pytest.approx([0.0, 0.05, 0.1, 0.15, 0.2])
     assert motion.positions.shape == (5, len(model.body.nodes), 2)
     np.testing.assert_allclose(motion.positions[0], model.body.nodes, rtol=1e-14)

@@ -9,7 +9,7 @@ use tongue_fit::report::batch::journal::{self, Journal};
 
 use super::batch::{self, PreparedBatch};
 use super::table::join_first;
-use super::{Cli, Command, Global, Outcome, line_of, output};
+use super::{Cli, Command, Global, Outcome, line_of};
 
 const MOST_NAMED: usize = 5;
 
@@ -42,7 +42,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut unfinished = missing(&shards)?;
     let paths = shards.values().flatten().cloned();
     let journal = Journal::join(paths, &prepared.key, &words, jobs).into_diagnostic()?;
-    journal.notes().iter().for_each(|note| output::note(note));
     for shard in shards.keys() {
         let mine: Vec<usize> = (0..jobs).filter(|&job| shard.has(job)).collect();
         let done = mine.iter().filter(|job| journal.has(**job)).count();

@@ -73,7 +73,10 @@ fn numbers_that_would_need_too_much_memory_are_refused_at_once() {
 fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let message = refused(folder.path(), "simulate --tension GGa=1 --h 0.21mm --threads 1");
-    assert!(message.contains("it must be from 1 to 60000: more need over 1 GB of memory"), "{message}");
+    assert!(
+        message.contains("give 0.22 to 15.0 mm (is it in millimetres? finer meshes need over 1 GB"),
+        "{message}"
+    );
     let block = |want: &str, h_mm: f64| {
         let size = "size_mm = [7.0, 51.0, 41.0]";
         format!("title = \"t\"\nwant = \"{want}\"\n[body.block]\n{size}\nh_mm = {h_mm}\n")

@@ -48,6 +48,9 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
     write("metres.csv", "x_mm,z_mm\n0.01,0.03\n0.02,0.02\n");
     let done = run(folder.path(), "track metres.csv --body space --starts 1");
     assert!(done.status == Some(3) && done.out.contains("alarm   nothing is resolved"), "{}", done.out);
+    write("metres.csv", "muscle,length_mm\nGGP,0.05\nTRANS,0.03\n");
+    let done = run(folder.path(), "track metres.csv --body space --starts 1");
+    assert!(done.status == Some(3) && done.out.contains("alarm   what was measured lies"), "{}", done.out);
     // A recording in the frame of the body has two frames of three coils, at rest and raised.
     let coils = "recording,time_s,point,x_mm,y_mm\nr,0,T1,-8,35\nr,0,T2,5,44\nr,0,T3,20,48.5\nr,0.1,T1,-9,36\nr,0.1,T2,4,46\nr,0.1,T3,19,50\n";
     write("coils.csv", coils);

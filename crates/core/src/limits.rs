@@ -122,8 +122,6 @@ pub static TOLERANCE_MM: Limit = limit(
     "",
     "it is the error of a step, and a tongue moves by some millimetres",
 );
-pub static LIP_OPENING_MM: Limit =
-    limit("tract.lip_opening_mm", [1.0, 100.0], "", "closer lips make a consonant, and no mouth opens wider");
 pub static LIP_PROTRUSION_MM: Limit =
     limit("tract.lip_protrusion_mm", [-100.0, 100.0], "", "no lips reach as far");
 pub static PRIOR: Limit =

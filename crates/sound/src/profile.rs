@@ -14,7 +14,9 @@
 mod tract;
 mod walls;
 
-pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, ProfilePoint, Teeth, Tongue, Tract, Wall};
+pub use tract::{
+    Articulation, Carrier, Grid, LEAST_OPENING_MM, Larynx, Lips, ProfilePoint, Teeth, Tongue, Tract, Wall,
+};
 use tract::{cross, minus};
 pub use walls::Across;
 use walls::{Walls, are_apart};

@@ -148,7 +148,9 @@ pub fn open_journal(
     (mine, what): (usize, &str),
 ) -> miette::Result<Journal> {
     let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs).into_diagnostic()?;
-    journal.notes().iter().for_each(|note| output::note(note));
+    if let Some(of) = journal.replaced() {
+        output::note(&format!("the journal in this folder was of {of}: it was replaced by a new one"));
+    }
     if !journal.is_empty() {
         output::note(&format!("resuming after {} of {mine} {what}", journal.len()));
     }

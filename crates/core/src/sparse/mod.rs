@@ -7,7 +7,6 @@
 pub mod cholesky;
 mod dissection;
 pub(crate) mod flat;
-mod minimum_degree;
 pub mod ordering;
 pub mod pattern;
 pub(crate) mod simd;

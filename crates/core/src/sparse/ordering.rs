@@ -4,8 +4,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
 
-pub use super::dissection::nested_dissection;
-pub use super::minimum_degree::minimum_degree;
+pub use super::dissection::{minimum_degree, nested_dissection};
 
 /// Numbers of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees take longer than they save.
 const MANY: usize = 300;
@@ -13,24 +12,28 @@ const MANY_NEIGHBOURS: usize = 20;
 /// Number of unknowns above which the order is always approximate.
 const VERY_MANY: usize = 20_000;
 
-/// The order of elimination; `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`. It is by exact degrees for bodies in
-/// the plane and small ones; for large bodies in space by faer's approximate minimum degree (Amestoy, Davis and Duff 1996) or nested
-/// dissection, whichever leaves less work.
-pub fn order(neighbours: &[Vec<u32>]) -> Vec<usize> {
+/// The order of elimination, and the rows below the diagonal in it; `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`.
+/// It is by exact degrees for bodies in the plane and small ones; for large bodies in space by faer's approximate minimum degree (Amestoy,
+/// Davis and Duff 1996) or nested dissection, whichever leaves less work.
+pub fn order(neighbours: &[Vec<u32>]) -> (Vec<usize>, Vec<Vec<u32>>) {
+    let with_rows = |order: Vec<usize>| {
+        let rows = rows_below(neighbours, &order);
+        (order, rows)
+    };
     let n = neighbours.len();
     let couplings: usize = neighbours.iter().map(Vec::len).sum();
     let is_large = n > VERY_MANY || (n > MANY && couplings > MANY_NEIGHBOURS * n);
     if !is_large {
-        return minimum_degree(neighbours.to_vec());
+        return with_rows(minimum_degree(neighbours.to_vec()));
     }
-    let dissected = nested_dissection(neighbours);
-    let by_degree = approximate_minimum_degree(neighbours);
-    by_degree.filter(|other| work(neighbours, other) <= work(neighbours, &dissected)).unwrap_or(dissected)
+    let dissected = with_rows(nested_dissection(neighbours));
+    let by_degree = approximate_minimum_degree(neighbours).map(with_rows);
+    by_degree.filter(|(_, rows)| work(rows) <= work(&dissected.1)).unwrap_or(dissected)
 }
 
-/// The work of a factorisation in an order, in proportion: the squares of the numbers of rows below the diagonal.
-pub fn work(neighbours: &[Vec<u32>], order: &[usize]) -> usize {
-    rows_below(neighbours, order).iter().map(|rows| rows.len().pow(2)).sum()
+/// The work of a factorisation, in proportion: the squares of the numbers of rows below the diagonal.
+pub fn work(rows_below: &[Vec<u32>]) -> usize {
+    rows_below.iter().map(|rows| rows.len().pow(2)).sum()
 }
 
 /// faer's approximate minimum degree; `None` if its memory cannot be allocated.

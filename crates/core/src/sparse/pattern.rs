@@ -71,7 +71,7 @@ impl Pattern {
         }
         let couplings = neighbours.iter().map(Vec::len).sum::<usize>() / 2;
 
-        let order = ordering::order(&neighbours);
+        let (order, rows_below) = ordering::order(&neighbours);
         let node: Vec<usize> = order.iter().map(|&u| free[u]).collect();
         let mut unknown = vec![NONE; nodes];
         for (k, &i) in node.iter().enumerate() {
@@ -80,7 +80,7 @@ impl Pattern {
         let mut start = vec![0];
         let mut row = Vec::new();
         let mut rows = vec![Vec::new(); order.len()];
-        for (j, below) in ordering::rows_below(&neighbours, &order).into_iter().enumerate() {
+        for (j, below) in rows_below.into_iter().enumerate() {
             row.push(j as u32);
             for i in below {
                 rows[i as usize].push((j as u32, row.len() as u32));

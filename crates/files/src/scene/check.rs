@@ -4,10 +4,18 @@ use super::file::{Scene, SceneBody, Want};
 use crate::run::Kind;
 use crate::simulation::SimulationError;
 use tongue_core::dynamics::SHORTEST_S;
-use tongue_core::limits::{self, BeyondLimit};
+use tongue_core::limits::{self, BeyondLimit, Limit};
 use tongue_infer::track;
+use tongue_sound::profile::LEAST_OPENING_MM;
 
 const LEAST_SEGMENT_MM: f64 = 1e-3;
+static LIP_OPENING_MM: Limit = Limit {
+    name: "tract.lip_opening_mm",
+    least: LEAST_OPENING_MM,
+    most: 100.0,
+    unit: "",
+    reason: "closer lips make a consonant, and no mouth opens wider",
+};
 /// A contour whose first point lies so far in front of and below the last one is mirrored or does not begin at the root.
 const AHEAD_MM: f64 = 10.0;
 const BELOW_MM: f64 = 5.0;
@@ -180,7 +188,7 @@ impl Scene {
             limits::TOLERANCE_MM.check(t.tolerance_mm)?;
         }
         if let Some(tract) = &self.tract {
-            limits::LIP_OPENING_MM.check(tract.lip_opening_mm)?;
+            LIP_OPENING_MM.check(tract.lip_opening_mm)?;
             limits::LIP_PROTRUSION_MM.check(tract.lip_protrusion_mm)?;
         }
         Ok(())

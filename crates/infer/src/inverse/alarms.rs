@@ -76,6 +76,11 @@ pub enum Alarm {
          and the places of the data"
     )]
     NothingResolved,
+    #[error(
+        "what was measured lies {rms_mm:.0} mm (RMS) from the body, farther than a tongue moves; give it in millimetres and in the axes of \
+         the body"
+    )]
+    FarFromData { rms_mm: f64 },
     #[error("no posterior: {reason}")]
     NoPosterior { reason: String },
     #[error(

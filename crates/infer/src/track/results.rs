@@ -234,9 +234,9 @@ fn interval(draws: &[f32]) -> Interval {
 
 fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
     let n = tensions.len();
-    let means: Vec<f64> =
-        tensions.iter().map(|draws| mean_and_variance(draws.iter().map(|d| f64::from(*d))).0).collect();
     let count = tensions.first().map_or(1, Vec::len).max(1) as f64;
+    let sum = |draws: &Vec<f32>| draws.iter().map(|d| f64::from(*d)).sum::<f64>();
+    let means: Vec<f64> = tensions.iter().map(|draws| sum(draws) / count).collect();
     let covariance = DMatrix::from_fn(n, n, |i, j| {
         let pairs = tensions[i].iter().zip(&tensions[j]);
         let sum: f64 = pairs.map(|(a, b)| (f64::from(*a) - means[i]) * (f64::from(*b) - means[j])).sum();

@@ -26,7 +26,7 @@ const FARTHEST_MM: f64 = 1e3;
 const MOST_ALPHA: f64 = 20.0;
 const MOST_BETA: f64 = 3.0;
 /// Smallest opening of the lips in a vowel, mm; lips that are nearer make a consonant.
-const LEAST_OPENING_MM: f64 = 1.0;
+pub const LEAST_OPENING_MM: f64 = 1.0;
 
 /// The walls around a tongue, as in a tract file: lengths in mm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -11,9 +11,9 @@ use crate::limits::PLANE_NODES;
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
 
-/// The finest and the coarsest spacing over the square root of the tissue's area: 0.20 and 15 mm for the reference. [`PLANE_NODES`]
-/// refuses meshes of less than 0.22 mm too; meshes that are coarser than this have no room for the muscles.
-const FINEST: f64 = 1.0 / 248.0;
+/// The finest and the coarsest spacing over the square root of the tissue's area: 0.22 and 15 mm for the reference. Finer meshes have more
+/// than [`PLANE_NODES`]; coarser ones have no room for the muscles.
+const FINEST: f64 = 1.0 / 226.0;
 const COARSEST: f64 = 1.0 / 3.3;
 
 /// Meshes an anatomy with connections about `h` long, m.
@@ -35,11 +35,12 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
     let size = anatomy.outline().area().sqrt();
     let (least, most) = (size * FINEST, size * COARSEST);
     if !(least..=most).contains(&h) {
-        let [h_mm, extent_mm, least_mm, most_mm] =
-            [h, geometry::extent(anatomy.outline().points()), least, most].map(|m| m * 1e3);
+        let [h_mm, extent_mm] = [h, geometry::extent(anatomy.outline().points())].map(|m| m * 1e3);
+        // Both limits are rounded into the range.
+        let (least_mm, most_mm) = ((1e5 * least).ceil() / 100.0, (1e4 * most).floor() / 10.0);
         return Err(BodyError(format!(
             "the mesh spacing {h_mm} mm is not usable; for this anatomy, whose outline is {extent_mm:.1} mm across, give \
-             {least_mm:.2} to {most_mm:.1} mm (is it in millimetres?)"
+             {least_mm:.2} to {most_mm:.1} mm (is it in millimetres? finer meshes need over 1 GB of memory)"
         )));
     }
     let mut frame = OutlineFrame::new(anatomy, h);

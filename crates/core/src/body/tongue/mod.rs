@@ -14,13 +14,10 @@ use crate::geometry::Point;
 pub use anatomy::{Anatomy, AnatomyBone, MuscleLine, OutsidePart, REFERENCE};
 pub use build::{DEFAULT_SPACING_M, build};
 
-/// Distance below which a point of a bone and a node are one, m.
-const SAME_POINT_M: f64 = 1e-5;
-
 /// The bones of a mesh from an anatomy: the fixed nodes at the points of each.
 pub(super) fn bones(anatomy: &Anatomy, mesh: &Mesh<2>) -> Vec<Bone> {
     let bones = anatomy.bones().iter().map(|bone| {
-        let at = |n: &usize| bone.points.iter().any(|p| (mesh.nodes[*n] - *p).norm() < SAME_POINT_M);
+        let at = |n: &usize| bone.points.iter().any(|p| (mesh.nodes[*n] - *p).norm() < anatomy::SAME_POINT_M);
         Bone { name: bone.name.clone(), nodes: mesh.fixed.iter().copied().filter(at).collect() }
     });
     bones.collect()

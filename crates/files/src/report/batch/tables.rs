@@ -173,16 +173,19 @@ pub fn of_fit(r: &AssessedRecord, names: &[String], by: &Provenance) -> Table {
 pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
     let columns = fit_columns(batch.muscles, batch.provenance);
     let mut table = column::table(&columns, &[]);
-    let baselines = batch.baselines.iter().map(|row| {
-        (json!(row), json!({"baseline": row.vowel, "status": "baseline", "message": "the baseline itself"}))
+    let baselines = batch.baselines.iter().map(|r| {
+        json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "baseline": r.vowel, "substitute_baseline": r.substitute,
+            "status": "baseline", "message": "the baseline itself"})
     });
-    let refusals = batch.refusals.iter().map(|row| (json!(row), json!({"status": "not_fitted"})));
-    let by = json!(batch.provenance);
-    // Columns are looked up by their key in JSON, so the keys `target_kind` and `substitute_baseline` must be those of serde.
-    for (row, more) in baselines.chain(refusals) {
-        let values = columns.iter().map(|column| {
-            let value = [&row, &more, &by].into_iter().find_map(|values| values.get(&*column.name));
-            text(value.cloned().unwrap_or_default())
+    let refusals = batch.refusals.iter().map(|r| {
+        json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "target_kind": r.kind, "status": "not_fitted",
+            "message": r.message})
+    });
+    let by = provenance(batch.provenance);
+    for row in baselines.chain(refusals) {
+        let values = columns.iter().map(|column| match row.get(&*column.name) {
+            Some(value) => text(value.clone()),
+            None => by.iter().find(|by| by.name == column.name).map_or_else(String::new, |by| by.cell(&())),
         });
         table.rows.push(values.collect());
     }

@@ -90,6 +90,9 @@ impl EndedSearch {
     }
 }
 
+/// Data that a body misses by more, m (RMS), have another unit or other axes.
+const FARTHEST_M: f64 = 15e-3;
+
 /// Activations that move a body to marks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFit {
@@ -293,6 +296,10 @@ impl SpaceSearch {
             mark.sd_m * squares.sqrt()
         }));
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
+        let rms_m = (squares / marks.len() as f64).sqrt();
+        if rms_m > FARTHEST_M {
+            alarms.push(Alarm::FarFromData { rms_mm: 1e3 * rms_m });
+        }
         let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
         let starts = Vec::from_iter(answer.starts.iter().map(|s| EndedSearch {
             activations: ByMuscle::new(&names, activations_of(&s.x)),
@@ -301,7 +308,7 @@ impl SpaceSearch {
             converged: s.converged && s.solved,
         }));
         Ok(SpaceFit {
-            rms_m: (squares / marks.len() as f64).sqrt(),
+            rms_m,
             distances_m,
             activations: ByMuscle::new(&names, activations),
             interval_95: ByMuscle::new(&names, interval_95.unwrap_or_default()),

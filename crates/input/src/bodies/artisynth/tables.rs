@@ -9,6 +9,9 @@ use nalgebra::Vector3;
 use super::{MuscleFibres, Text};
 use tongue_core::body::BodyError;
 
+/// Number of nodes below which a body can turn about those that are on bone.
+const LEAST_ATTACHMENTS: usize = 3;
+
 type ReadResult<T> = Result<T, BodyError>;
 
 /// Position in the file of each node or element, by id.
@@ -124,6 +127,13 @@ pub(super) fn numbers(text: &Text, count: usize) -> ReadResult<Vec<usize>> {
     })?;
     all.sort_unstable();
     all.dedup();
+    if all.len() < LEAST_ATTACHMENTS {
+        let problem = format!(
+            "{} nodes are on bone; three or more hold a body in space: is the file cut off?",
+            all.len()
+        );
+        return Err(text.wrong(None, problem));
+    }
     Ok(all)
 }
 

@@ -4,11 +4,10 @@
 //! `loaddata.m`).
 
 use super::super::error::{Malformed, SourcePlace};
-use super::limits::RATES_HZ;
+use super::limits::{LARGEST_HEADER, RATES_HZ};
 use super::{Budget, Format, Recording, Sample, Times, seen};
 
 const VALUES: usize = 7;
-const LARGEST_HEADER: usize = 1 << 20;
 /// Number of sensors and rate (Hz) of a file without a header.
 const AG500: (usize, f64) = (12, 200.0);
 /// Larger coordinates, mm, show that a file without a header has another format.

@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
+use super::limits::LARGEST_HEADER;
 use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha, numbers};
 
-const LARGEST_HEADER: usize = 1 << 20;
 const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";
 

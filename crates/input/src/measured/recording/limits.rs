@@ -12,6 +12,8 @@ pub const MOST_CHANNELS: usize = 2048;
 pub(super) const MOST_VALUES: usize = 2_500_000;
 /// Largest size of a file, bytes: its text may be in memory three times.
 pub(super) const LARGEST: u64 = 96 << 20;
+/// Largest size of the header of a binary file, bytes.
+pub(super) const LARGEST_HEADER: usize = 1 << 20;
 /// Plausible rates of electromagnetic systems, Hz.
 pub(super) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 /// Memory of a recording, a channel and a frame beside their positions, in units of a position.
