@@ -107,7 +107,7 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
 #[test]
 fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), "--vowel a --posterior 100");
+    let output = run(folder.path(), "--vowel a --h 10 --posterior 100");
     assert_eq!(output.status, Some(3));
     let printed = output.out;
     let told = printed.split("POSTERIOR").nth(1).unwrap();
@@ -157,8 +157,8 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
     let rows = "batch --target stretch --out out --json";
     // The mesh names no hyoid.
     let of_mesh = format!("{rows} --lengths gga.csv --mesh {} --posterior 1000", mesh.display());
-    let too_few = format!("{rows} --posterior 100 --subjects S2 --vowels a");
-    let missed_too = format!("{rows} --posterior 100 --subjects S3 --vowels e");
+    let too_few = format!("{rows} --h 10 --posterior 100 --subjects S2 --vowels a");
+    let missed_too = format!("{rows} --h 10 --posterior 100 --subjects S3 --vowels e");
     let untold = "error: 1 posterior cannot be reported; see";
     let both =
         "error: 1 of the 1 fits cannot be trusted (1 target not met); 1 posterior cannot be reported; see";
