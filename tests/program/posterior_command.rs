@@ -3,7 +3,6 @@
 
 use std::path::Path;
 
-use serde_json::Value;
 use tongue_infer::posterior::diagnostics::{Mixing, mixing};
 use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
