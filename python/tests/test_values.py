@@ -49,6 +49,11 @@ VALUES: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
 }
 
 
+@pytest.fixture(scope="module")
+def found() -> tf.Fit:
+    return tf.fit(DATA, "S2", "a", **QUICK)
+
+
 @pytest.mark.parametrize("name", VALUES)
 def test_a_value_is_pickled_copied_compared_and_shown(name: str) -> None:
     make, make_other = VALUES[name]
@@ -87,8 +92,7 @@ def test_what_a_pickle_brings_back_is_solved_with_the_same_bits() -> None:
     assert plain(first.record()) == plain(second.record())
 
 
-def test_a_fit_is_the_dict_of_the_program_with_a_picture() -> None:
-    found = tf.fit(DATA, "S2", "a", **QUICK)
+def test_a_fit_is_the_dict_of_the_program_with_a_picture(found: tf.Fit) -> None:
     assert isinstance(found, dict) and found == pickle.loads(pickle.dumps(found)) == copy.deepcopy(found)
     assert pickle.loads(pickle.dumps(found))._repr_svg_() == found._repr_svg_()
     assert f"{found['tensions_n']['GGa']:.2f}" in found._repr_html_()
@@ -99,10 +103,10 @@ def test_a_fit_is_the_dict_of_the_program_with_a_picture() -> None:
     assert found.tensions_n_per_m == found["tensions_n"] and of_batch.tensions_n_per_m == pytest.approx(found["tensions_n"], abs=1e-3)
 
 
-def test_notebooks_show_tables_and_shapes() -> None:
+def test_notebooks_show_tables_and_shapes(found: tf.Fit) -> None:
     model = tf.Model().assemble(tf.Body.tongue(), ["GGa", "HGa"])
     estimate = tf.InverseProblem(model, [tf.Observation(model.length("GGa"), 0.041)]).with_tension("HGa", 3.0).fit()
-    for drawn in (model.body, model.solver().equilibrium([1.0, 2.0]), estimate, tf.fit(DATA, "S2", "a", **QUICK)):
+    for drawn in (model.body, model.solver().equilibrium([1.0, 2.0]), estimate, found):
         assert ElementTree.fromstring(drawn._repr_svg_() or "").tag.endswith("svg")
     batch = tf.batch(DATA, subjects="S2", target="stretch", progress=False)
     table = tf.Dataset.from_text(TABLE)

@@ -1,6 +1,8 @@
 //! Muscle activity, contours and coils together with stretches in one posterior: derivatives, the effect of geometry, and the information
 //! that they add.
 
+use std::sync::LazyLock;
+
 use nalgebra::{DMatrix, DVector, DVectorView};
 use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Lanes, Load};
@@ -13,8 +15,8 @@ use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
-    AuxiliaryData, Density, Draw, Evaluator, MapEstimate, Measurements, ParameterValues, PosteriorModel,
-    Priors, Sampling, sample,
+    AuxiliaryData, Density, Draw, Evaluator, MapEstimate, Measurements, ParameterValues, Posterior,
+    PosteriorModel, Priors, Sampling, sample,
 };
 
 use crate::fixtures::less_compressible;
@@ -214,11 +216,21 @@ fn a_contour_that_was_drawn_the_other_way_has_the_same_errors() {
     assert!((&forth - expected).amax() < 1e-9 * forth.amax());
 }
 
+const SETTINGS: Sampling = Sampling { draws: 1000, seed: 1 };
+
+/// The posterior of stretches alone, sampled once.
+fn alone() -> &'static Posterior<'static> {
+    static ALONE: LazyLock<Posterior<'static>> = LazyLock::new(|| {
+        let posterior_model = Box::leak(Box::new(coarse_posterior_model(&Priors::default())));
+        sample(posterior_model, stretches(), &SETTINGS).unwrap()
+    });
+    &ALONE
+}
+
 #[test]
 fn each_kind_adds_to_what_is_known() {
-    let settings = Sampling { draws: 1000, seed: 1 };
-    let posterior_model = &coarse_posterior_model(&Priors::default());
-    let alone = sample(posterior_model, stretches(), &settings).unwrap();
+    let alone = alone();
+    let posterior_model = alone.density.posterior_model;
     assert!(alone.is_mixed(), "{}", alone.diagnostics.why);
     // A contour of the baseline adds information, because the errors of placement and body are common to both.
     let mean_sd = |draws: &[Draw]| {
@@ -226,7 +238,7 @@ fn each_kind_adds_to_what_is_known() {
         (0..8).map(sd).sum::<f64>() / 8.0
     };
     let part = |auxiliary: AuxiliaryData| {
-        let with = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &settings).unwrap();
+        let with = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &SETTINGS).unwrap();
         assert!(with.is_mixed(), "{}", with.diagnostics.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
@@ -242,14 +254,13 @@ fn each_kind_adds_to_what_is_known() {
 
 #[test]
 fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
-    let posterior_model = &coarse_posterior_model(&Priors::default());
-    let settings = Sampling { draws: 1000, seed: 1 };
-    let sds = |auxiliary: AuxiliaryData| -> Vec<f64> {
-        let found = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &settings).unwrap();
+    let posterior_model = alone().density.posterior_model;
+    let sds = |found: &Posterior<'_>| -> Vec<f64> {
         assert!(found.is_mixed(), "{}", found.diagnostics.why);
         (0..8).map(|m| mean_and_variance(found.draws.iter().map(|d| d.change(0, m))).1.sqrt()).collect()
     };
-    let (without, with) = (sds(AuxiliaryData::default()), sds(emg([0.9, 0.3])));
+    let measured = Measurements { auxiliary: emg([0.9, 0.3]), ..stretches() };
+    let (without, with) = (sds(alone()), sds(&sample(posterior_model, measured, &SETTINGS).unwrap()));
     let parts: Vec<f64> = with.iter().zip(&without).map(|(with, without)| with / without).collect();
     assert!(parts.iter().sum::<f64>() / 8.0 < 1.03, "{parts:?}");
     assert!(parts[0] < 0.9 && 0.5 * (parts[6] + parts[7]) < 1.0, "{parts:?}");

@@ -3,10 +3,11 @@
 use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::Half;
 use tongue_fit::body::{Anatomy, Body};
-use tongue_fit::inverse::{FitSettings, FitStatus, SpaceSearch};
+use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
+use tongue_fit::measured::Dataset;
 use tongue_fit::observe::Observable;
 use tongue_fit::system::{SpaceModel, System};
-use tongue_infer::inverse::in_space::SpaceFit;
+use tongue_infer::inverse::in_space::{OPEN_ABOVE, SpaceFit};
 use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
 use crate::fixtures::{says, solved};
@@ -149,6 +150,24 @@ fn lines_of_the_plane_have_their_lengths_in_space_and_give_activations() {
     let fit = moved.search(&marks, 0.5, 1);
     assert!(fit.answer.status == FitStatus::Converged && fit.rms_m < 1e-4);
     assert!(fit.open().next().is_some(), "eight lengths leave three of eleven open");
+}
+
+#[test]
+fn lengths_of_a_vowel_are_met_in_part() {
+    let (moved, table) = (Moved::to(&[]), Dataset::reference().unwrap());
+    // At rest the stretches are missed by 5 mm.
+    for (target, lengths, limit_m) in
+        [(table.stretches("S2", "a"), 8, 3.2e-3), (table.ratios("S2", "a"), 7, 1e-3)]
+    {
+        let marks = Recorded::of_lengths(&target.unwrap(), &moved.body).frames.remove(0).1.marks;
+        assert_eq!(marks.len(), lengths);
+        let fit = moved.search(&marks, SpaceSearch::default().prior_sd, 1);
+        assert!(fit.rms_m < limit_m, "{}", fit.rms_m);
+        assert!(
+            fit.combinations.iter().any(|c| c.sd > OPEN_ABOVE),
+            "eight lengths leave some of eleven open"
+        );
+    }
 }
 
 #[test]

@@ -42,11 +42,11 @@ fn together(subject: &str, vowels: &[&str]) -> Measurements {
 }
 
 /// Rows that several tests sample with 1000 draws.
-const SAMPLED: [(&str, &str); 3] = [("S1", "i"), ("S2", "a"), ("S3", "o")];
+const SAMPLED: [(&str, &str); 2] = [("S1", "i"), ("S2", "a")];
 
 /// 1000 draws of the posterior of a subject's row, sampled once.
 pub fn sampled(subject: &str) -> &'static Posterior<'static> {
-    static ALL: [OnceLock<Posterior<'static>>; 3] = [const { OnceLock::new() }; 3];
+    static ALL: [OnceLock<Posterior<'static>>; 2] = [const { OnceLock::new() }; 2];
     let row = SAMPLED.iter().position(|(s, _)| *s == subject).unwrap();
     ALL[row].get_or_init(|| {
         let posterior_model = Box::leak(Box::new(posterior_model(&Priors::default())));
@@ -141,7 +141,7 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
         let shares = recording.muscles[i] == recording.muscles[j];
         assert_eq!(recording.rounding[(i, j)] > 0.0, shares, "{i} {j}");
     }
-    let posterior = sample(&posterior_model, recording, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let posterior = sample(&posterior_model, recording, &Sampling { draws: 1000, seed: 1 }).unwrap();
     assert!(posterior.is_mixed(), "{}", posterior.diagnostics.why);
     let reports = Report::of_each(&posterior, false, 1);
     let contrasts = Contrast::all(&posterior);
@@ -177,7 +177,7 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
             let inside = draws.iter().filter(|d| (low..=high).contains(&d.tension(0, m))).count();
             let part = inside as f64 / draws.len() as f64;
             assert!((0.85..=0.99).contains(&part), "{subject} {vowel}: {part}, {quick:?}");
-            held += part / 24.0;
+            held += part / 16.0;
             // Four standard deviations of a probability from about a hundred effective draws.
             let p = whole.p_rises.clamp(0.02, 0.98);
             let room = 4.0 * (p * (1.0 - p) / 100.0).sqrt();
@@ -186,8 +186,8 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
         }
     }
     assert!(
-        same >= 20 && held >= 0.93,
-        "{same} of 24 words are the same, {held} of the draws are in the intervals"
+        same >= 14 && held >= 0.93,
+        "{same} of 16 words are the same, {held} of the draws are in the intervals"
     );
 }
 
@@ -252,7 +252,7 @@ fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
     let posterior_model = coarse_posterior_model(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
     let mut measurements = measurements("S2", "a");
     measurements.stretches.fill(1.0);
-    let posterior = sample(&posterior_model, measurements, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let posterior = sample(&posterior_model, measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
     let summary = Report::of_each(&posterior, false, 1).remove(0).summary.unwrap();
     for (muscle, change) in &summary.changes_n.0 {
         let p = change.probability_rises;
@@ -271,8 +271,19 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
         .unwrap()
     };
     let one = run(1);
-    assert!(one == run(2) && one == run(3));
+    assert!(one == run(3));
     assert_eq!(one.len(), 104);
+}
+
+#[test]
+fn the_command_of_the_readme_finds_three_muscles_that_pull_harder() {
+    let posterior = sampled("S2");
+    assert!(posterior.is_mixed() && posterior.diagnostics.r_hat < 1.01, "{}", posterior.diagnostics.why);
+    let summary = Report::of_each(posterior, false, 1).remove(0).summary.unwrap();
+    for (muscle, change) in &summary.changes_n.0 {
+        let p = change.probability_rises;
+        assert!(p > 0.9 || !["GGa", "SGm", "HGa"].contains(&muscle.as_str()), "{muscle}: {p}");
+    }
 }
 
 #[test]

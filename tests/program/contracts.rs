@@ -100,7 +100,7 @@ fn fitting_a_vowel_prints_fourteen_lines_of_100_columns_and_writes_four_files() 
 fn the_json_of_a_fit_has_the_promised_fields() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("deep/er");
-    let fit = run::json(folder.path(), "--vowel a --json --out deep/er");
+    let fit = run::json(folder.path(), "--vowel a --h 10 --json --out deep/er");
     let fields =
         ["subject", "vowel", "baseline", "target_kind", "status", "verdict_from"].map(|field| &fit[field]);
     assert_eq!(fields, ["S2", "a", "ɯ", "ratio", "converged", "short_run"]);

@@ -19,7 +19,7 @@ fn written(line: &str) -> Vec<(String, String)> {
 #[test]
 fn every_file_of_every_command_has_version_and_command() {
     let commands: [(&str, &str); 10] = [
-        ("--vowel a --method gauss-newton", "json csv svg"),
+        ("--vowel a --method gauss-newton --h 8mm", "json csv svg"),
         ("simulate --tension GGa=12", "json svg vtu"),
         ("simulate --tension GGa=2 --trajectory --t-end 0.1 --frames 3", "json csv sto svg pvd vtu"),
         ("scene run vowel-a", "json svg vtu"),
@@ -62,7 +62,7 @@ fn files_of_a_simulation_say_what_the_tissue_was() {
             assert!(text.contains(body), "{file} of {body}");
         }
     }
-    for (file, text) in written("--vowel a --method gauss-newton") {
+    for (file, text) in written("--vowel a --method gauss-newton --h 8mm") {
         assert!(text.contains("springs"), "{file}");
     }
 }

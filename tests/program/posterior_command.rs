@@ -1,51 +1,32 @@
 //! `--posterior`: what is printed, written and refused. Where numbers do not matter the mesh is coarse (`--h`), with which a posterior
 //! takes at most a third of the time.
 
-use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::OnceLock;
 
-use serde_json::Value;
 use tongue_infer::posterior::diagnostics::{Mixing, mixing};
 use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
 use super::run::{record, refused, run, sources};
 
-/// The files of the README's command `tongue-fit --vowel a --posterior 1000`, which runs once for all tests that need them.
-fn files_of_the_readme() -> &'static BTreeMap<String, String> {
-    static LEFT: OnceLock<BTreeMap<String, String>> = OnceLock::new();
-    LEFT.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
-        let output = run(folder.path(), "--vowel a --posterior 1000 --out out");
-        assert_eq!(output.status, Some(0), "{}", output.err);
-        let file = |entry: std::io::Result<std::fs::DirEntry>| {
-            let entry = entry.unwrap();
-            (entry.file_name().into_string().unwrap(), std::fs::read_to_string(entry.path()).unwrap())
-        };
-        std::fs::read_dir(folder.path().join("out")).unwrap().map(file).collect()
-    })
-}
-
+/// `posterior` in tests/library shows what the README's command `tongue-fit --vowel a --posterior 1000` finds.
 #[test]
 fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
-    let files = files_of_the_readme();
-    let fit: Value = serde_json::from_str(&files["fit.json"]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let output = run(folder.path(), "--vowel a --h 10 --posterior 1000 --out out");
+    assert_eq!(output.status, Some(0), "{}", output.err);
+    let out = folder.path().join("out");
+    let fit = record(&out, "fit.json");
     let posterior = &fit["posterior"];
     assert_eq!(posterior["status"], "mixed", "{}", posterior["why"]);
-    assert!(posterior["r_hat"].as_f64().unwrap() < 1.01);
     for size in ["bulk", "tail"] {
         assert!(posterior["ess"][size].as_f64().unwrap() > 400.0);
     }
     let summary = &posterior["summary"];
-    for muscle in ["GGa", "SGm", "HGa"] {
-        let rises = summary["changes_n"][muscle]["probability_rises"].as_f64().unwrap();
-        assert!(rises > 0.9, "{muscle}: {rises}");
-    }
     let stretches = summary["stretches"].as_object().unwrap().values();
     assert_eq!(stretches.filter(|s| s["left_out"]["spread"]["interval_95"][1].is_number()).count(), 8);
 
     // A row for each draw, one chain after another, with as many draws in each, as xarray and ArviZ need for an array.
-    let mut reader = csv::Reader::from_reader(files["posterior.csv"].as_bytes());
+    let mut reader = csv::Reader::from_path(out.join("posterior.csv")).unwrap();
     let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
     let column = |name: &str| header.iter().position(|h| h == name).expect(name);
     let [chain, draw, gga, ..] =
@@ -75,8 +56,8 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     ] {
         assert!((found - told.as_f64().unwrap()).abs() < room, "{found} {told}");
     }
-    roxmltree::Document::parse(&files["ridges.svg"]).unwrap();
-    assert!(!files.contains_key("pairs.svg") && !files.contains_key("outlines.svg"));
+    roxmltree::Document::parse(&std::fs::read_to_string(out.join("ridges.svg")).unwrap()).unwrap();
+    assert!(!out.join("pairs.svg").exists() && !out.join("outlines.svg").exists());
 }
 
 #[test]
@@ -125,7 +106,7 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
 #[test]
 fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), "--vowel a --posterior 100");
+    let output = run(folder.path(), "--vowel a --h 10 --posterior 100");
     assert_eq!(output.status, Some(3));
     let printed = output.out;
     let told = printed.split("POSTERIOR").nth(1).unwrap();
@@ -175,8 +156,8 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
     let rows = "batch --target stretch --out out --json";
     // The mesh names no hyoid.
     let of_mesh = format!("{rows} --lengths gga.csv --mesh {} --posterior 1000", mesh.display());
-    let too_few = format!("{rows} --posterior 100 --subjects S2 --vowels a");
-    let missed_too = format!("{rows} --posterior 100 --subjects S3 --vowels e");
+    let too_few = format!("{rows} --h 10 --posterior 100 --subjects S2 --vowels a");
+    let missed_too = format!("{rows} --h 10 --posterior 100 --subjects S3 --vowels e");
     let untold = "error: 1 posterior cannot be reported; see";
     let both =
         "error: 1 of the 1 fits cannot be trusted (1 target not met); 1 posterior cannot be reported; see";

@@ -67,19 +67,20 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
     assert!(found["notes"][0].as_str().unwrap().contains("no intervals over time"), "{found}");
 }
 
+/// `marks_in_space` in tests/library shows how well lengths as they were measured are met, which takes longer.
 #[test]
 fn a_vowel_is_fitted_in_space_from_its_lengths() {
     let folder = tempfile::tempdir().unwrap();
-    let vowel = "--vowel a --body space --json --out a";
-    // At rest the stretches are missed by 5 mm; the fit meets them only in part.
-    for (target, lengths, limit) in [("stretch", 8, 3.2), ("ratio", 7, 1.0)] {
-        let found = run(folder.path(), &format!("{vowel} --target {target}")).record();
-        let frame = &found["frames"][0];
-        assert_eq!(frame["distances_mm"].as_array().unwrap().len(), lengths);
-        assert!(!frame["open"].as_array().unwrap().is_empty(), "eight lengths leave some of eleven open");
-        assert!(found["notes"][0].as_str().unwrap().contains("S2 /a/ against /ɯ/"), "{found}");
-        assert!(frame["rms_mm"].as_f64().unwrap() < limit, "{target}: {frame}");
-    }
+    let header = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
+    let rows = "X,ɯ,46,60,45,59,32,42,42,31\nX,a,45,60,46,59,31,42,41,31\n";
+    std::fs::write(folder.path().join("near.csv"), format!("{header}\n{rows}")).unwrap();
+    let vowel = "--vowel a --subject X --lengths near.csv --body space --target stretch --json --out a";
+    let found = run(folder.path(), vowel).record();
+    let frame = &found["frames"][0];
+    assert_eq!(frame["distances_mm"].as_array().unwrap().len(), 8);
+    assert!(!frame["open"].as_array().unwrap().is_empty(), "eight lengths leave some of eleven open");
+    assert!(found["notes"][0].as_str().unwrap().contains("X /a/ against /ɯ/"), "{found}");
+    assert!(frame["rms_mm"].as_f64().unwrap() < 0.5, "{frame}");
 }
 
 #[test]
@@ -133,17 +134,15 @@ fn the_tongue_in_space_sounds_as_told() {
         [0, 1, 2].map(|i| found["formants_hz"][i].as_f64().unwrap())
     };
     let page = include_str!("../../docs/sound.md").split_whitespace().collect::<Vec<_>>().join(" ");
-    for (options, told) in [
-        ("--body space", "At rest F1 to F3 are FORMANTS"),
-        ("--tension GGp=0", "in the plane FORMANTS"),
-        ("--body space --activation TRANS=0.1", "raises the tongue: FORMANTS"),
-        ("--body space --activation HG=0.05", "hyoglossus at 0.05 gives FORMANTS"),
-    ] {
-        let [f1, f2, f3] = heard(options);
-        let told = told.replace("FORMANTS", &format!("{f1:.0}, {f2:.0} and {f3:.0} Hz"));
+    let is_told = |[f1, f2, f3]: [f64; 3], words: &str| {
+        let told = words.replace("FORMANTS", &format!("{f1:.0}, {f2:.0} and {f3:.0} Hz"));
         assert!(page.contains(&told), "{told}");
-    }
+    };
     let (rest, raised) = (heard("--body space"), heard("--body space --activation GGP=0.05"));
+    is_told(rest, "At rest F1 to F3 are FORMANTS");
+    is_told(heard("--tension GGp=0"), "in the plane FORMANTS");
+    is_told(heard("--body space --activation TRANS=0.1"), "raises the tongue: FORMANTS");
+    is_told(heard("--body space --activation HG=0.05"), "hyoglossus at 0.05 gives FORMANTS");
     // The tongue moves to the front: the pharynx widens and the front cavity narrows.
     assert!(raised[0] < rest[0] && raised[1] > rest[1], "{rest:?} {raised:?}");
 }

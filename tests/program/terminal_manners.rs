@@ -13,8 +13,8 @@ use super::run::{Done, names, program, record};
 
 /// Every command in a short form, with its exit status.
 const COMMANDS: [(&str, i32); 16] = [
-    ("--vowel a", 0),
-    ("--vowel a --json", 0),
+    ("--vowel a --h 10", 0),
+    ("--vowel a --h 10 --json", 0),
     ("batch --vowels a,u --subjects S2", 0),
     ("batch --vowels a,u --subjects S2 --json", 0),
     ("simulate --tension GGa=12", 0),
@@ -132,7 +132,7 @@ fn progress_is_for_terminals_and_not_with_q() {
 fn with_q_only_errors_are_printed_and_files_have_everything() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, first) in [
-        ("--vowel a --out fit -q", "fit/fit.json"),
+        ("--vowel a --h 10 --out fit -q", "fit/fit.json"),
         ("batch --vowels a,u --subjects S2 --out batch --quiet", "batch/fits.csv"),
         ("simulate --tension GGa=12 --out one -q", "one/simulation.json"),
         ("scene run vowel-a --out scene -q", "scene/vowel-a.json"),
@@ -142,7 +142,9 @@ fn with_q_only_errors_are_printed_and_files_have_everything() {
         assert!(folder.path().join(first).exists(), "{first}");
     }
     // Results that are in no file, and output that was asked for by name, are printed even with -q.
-    for arguments in ["simulate --tension GGa=12 -q", "mesh -q", "scene list -q", "--vowel a --json -q"] {
+    for arguments in
+        ["simulate --tension GGa=12 -q", "mesh -q", "scene list -q", "--vowel a --h 10 --json -q"]
+    {
         let (status, out, told) = run(folder.path(), arguments);
         assert_eq!((status, out.is_empty(), told.as_str()), (0, false, ""), "{arguments}");
     }
