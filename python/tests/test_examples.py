@@ -31,9 +31,7 @@ def test_an_example_runs(path: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("code", BLOCKS)
 def test_a_program_in_the_readme_runs_and_has_at_most_ten_lines(code: str) -> None:
     assert len([line for line in code.splitlines() if line and "import" not in line]) <= 10
-    # With a coarse mesh a posterior takes a quarter of the time.
-    coarse = code.replace("draws=1000)", "draws=1000, h=10)")
-    done = subprocess.run([sys.executable, "-c", coarse], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 
