@@ -119,7 +119,7 @@ impl Arguments {
         }
     }
 
-    /// The scene of a vowel, whose lengths are fitted with the baseline at rest, or of given tensions.
+    /// The scene of given tensions, or of a vowel whose lengths are fitted. The baseline is the body at rest.
     fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
         let fit = vowel.filter(|v| v.label() != BASELINE).map(|v| FitTarget {
             subject: self.subject.clone(),

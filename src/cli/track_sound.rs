@@ -31,7 +31,8 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The given tract, or `None` for the drawn one, which is placed later, with the checked lips; `None` if no formants are wanted.
+    /// The tract and the lips that the options give, checked; the tract is `None` for the built-in one, which is placed later. The result is
+    /// `None` if no formants are wanted.
     pub fn read(&self) -> miette::Result<Option<ReadSound>> {
         if !self.formants {
             return Ok(None);

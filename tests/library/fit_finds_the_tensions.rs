@@ -142,8 +142,8 @@ fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
     assert_eq!(traced.solution.status, statics::SolveStatus::Converged);
     let apart = tongue_core::body::largest_distance(w.positions(), &fit.answer.positions);
     assert!(apart < 1e-8, "{what}: {apart:e} m");
-    assert_eq!(fit.answer.replay.solution.connection, statics::Connection::Traced, "{what}");
-    let replay = (fit.answer.replay.largest_difference, fit.answer.replay.solution.max_residual_force);
+    assert_eq!(fit.answer.replay.trace.solution.connection, statics::Connection::Traced, "{what}");
+    let replay = (fit.answer.replay.largest_difference, fit.answer.replay.trace.solution.max_residual_force);
     assert!(replay.0 < 1e-12 && replay.1 < 1e-9, "{what}: {replay:?}");
     for (there, here) in system.lengths(w.positions()).iter().zip(&fit.lengths()) {
         assert!((there - here).abs() < 1e-8, "{what}: {there} {here}");

@@ -71,6 +71,8 @@ fn fits_have_the_same_bits() {
         let found = InverseProblem::new(&model, observations).with_settings(settings).fit().unwrap();
         let fit = inverse::fit(&body.mesh, &Model::default(), &wanted, &settings).unwrap();
         assert_eq!((found.answer.status, found.answer.misfit), (fit.answer.status, fit.answer.misfit));
+        let equilibrium = &found.shape.solved.equilibrium;
+        assert_eq!(equilibrium.branch, Some(fit.answer.replay.trace), "it says how rest leads to it");
         assert_eq!(
             (&found.answer.positions, &found.answer.starts),
             (&fit.answer.positions, &fit.answer.starts)

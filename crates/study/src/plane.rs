@@ -129,7 +129,7 @@ impl<'a> SpaceAndPlane<'a> {
         alone
     }
 
-    /// Fits contours in the plane that were simulated in space.
+    /// Simulates contours in space, and fits them in the plane.
     fn inverse(&self) -> Result<Vec<InverseRow>, Error> {
         let Self { body, contour, space, plane } = self;
         let mut inverse = Vec::new();

@@ -1,7 +1,7 @@
 //! Motion of the body: the equations of the thesis over time.
 //!
 //! ```text
-//! m dv/dt = f(x, c) + d(x, v)      every unknown node; m the lumped mass (thesis eq. 4.1)
+//! m dv/dt = f(x, c) + d(x, v)      every unknown node; m the mass of a node, the same for all (thesis eq. 4.1)
 //!   dx/dt = v
 //!   dc/dt = (k2 (e - c) - F(t)) / b_cc      every contracting connection, e = l - l0; c(0) = 0
 //! ```

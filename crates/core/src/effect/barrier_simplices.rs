@@ -74,8 +74,8 @@ pub fn halves<const D: usize>(x: &SimplexNodes<D>) -> [SVector<f64, D>; 6] {
     [x[3] - x[0], x[1] - x[3], x[4] - x[1], x[2] - x[4], x[5] - x[2], x[0] - x[5]]
 }
 
-/// Twice the area of each simplex of a triangle with these half sides, scaled so that it equals that of the triangle while the sides are
-/// straight. The ratios are those of [`BarrierSimplices::of`], in a fraction of the time.
+/// Twice the area of each simplex of a triangle, from the halves of its sides ([`halves`]), divided by the simplex's share of the triangle:
+/// with straight sides all are twice the area of the triangle. Faster than [`BarrierSimplices::of`], with the same ratios.
 #[inline(always)]
 pub fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     let [p, q, r, s, t, u] = halves;

@@ -34,10 +34,10 @@ impl<const D: usize> Gravity<D> {
     }
 }
 
-/// The mass of every node of the tissue, kg (2D: per metre of thickness): equal shares of the masses of its cells.
+/// The mass of every node of the tissue, kg (2D: per metre of thickness): each cell gives equal shares of its mass to its corners.
 ///
-/// The thesis gives all nodes the same mass (eq. 4.1), with the same sum. Then a corner of the outline weighs as much as an inner node
-/// with twice the tissue around it, on finer meshes too.
+/// The thesis (eq. 4.1) and motions give all nodes the same mass, with the same sum. By that rule a corner of the outline would weigh as
+/// much as an inner node with twice the tissue around it, on finer meshes too.
 pub fn lumped_masses<const D: usize>(mesh: &Mesh<D>, density: f64) -> Vec<(usize, f64)> {
     let mut mass = vec![0.0; mesh.nodes.len()];
     for cell in mesh.cells.iter() {

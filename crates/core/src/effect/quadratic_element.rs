@@ -174,7 +174,8 @@ struct QuadraticStiffness<'a, const D: usize> {
 impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
     type Output = ();
 
-    /// The sum of [`Deformed::tangent`] over all points; `products` has the sum of the part that does not depend on the shape.
+    /// Adds the stiffness of every element. The part that does not depend on the shape was computed once (`products`); the rest is summed
+    /// over the integration points.
     #[inline(always)]
     fn call(self) {
         let NeoHookean { lambda, mu } = self.all.law;

@@ -13,7 +13,7 @@ use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Model, SpaceModel, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 
-/// An equilibrium at given tensions (activations in space). Its positions are in the workspace.
+/// An equilibrium at given tensions (activations in space). Its positions are elsewhere: in the workspace, or in [`Solved`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Equilibrium {
     #[serde(flatten, serialize_with = "serialize_solution")]
@@ -55,7 +55,7 @@ impl Equilibrium {
     }
 }
 
-/// An equilibrium that was not followed from rest.
+/// A solution that was not followed from rest.
 impl From<Solution> for Equilibrium {
     fn from(solution: Solution) -> Self {
         Self { solution, branch: None, alarms: alarms::barrier(solution.guarded).into_iter().collect() }

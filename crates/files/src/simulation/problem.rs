@@ -206,7 +206,7 @@ impl<const D: usize> InverseProblem<D> {
         }
         let answer = inverse::solve(&problem, &self.settings)?;
         let (tensions, positions) = (answer.tensions.clone(), answer.positions.clone());
-        let shape = Shape::new(assembly, answer.replay.solution.into(), tensions, positions);
+        let shape = Shape::new(assembly, answer.replay.trace.into(), tensions, positions);
         Ok(Estimate { answer, shape, problem: self.clone() })
     }
 }

@@ -14,7 +14,7 @@ use tongue_core::statics::{Connection, SolveStatus};
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
-    /// The equilibrium with its alarms, and the branch if it was followed from rest; without a duration.
+    /// The equilibrium with its alarms, and the trace if it was followed from rest. `wall_s` is NaN.
     pub solved: Solved<D>,
     assembly: Assembly<D>,
 }

@@ -117,8 +117,8 @@ impl Serialize for Alarm {
 }
 
 impl Alarm {
-    /// Whether tensions with this alarm are not trusted: a fit has such an alarm unless its
-    /// [`Answer::is_trustworthy`](super::Answer::is_trustworthy).
+    /// Whether tensions with this alarm are not trusted. A fit that is not
+    /// [`Answer::is_trustworthy`](super::Answer::is_trustworthy) has at least one such alarm.
     pub fn forbids_trust(&self) -> bool {
         matches!(
             self,
@@ -154,7 +154,7 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
         }
     }
-    out.extend(of_equilibrium(&answer.replay.solution, answer.replay.from_rest));
+    out.extend(of_equilibrium(&answer.replay.trace.solution, answer.replay.trace.from_rest));
     for capacity in known.capacities(muscles) {
         let force_n = THICKNESS_M * capacity.portions.iter().map(|&m| tensions[m]).sum::<f64>();
         if force_n > capacity.capacity_n {

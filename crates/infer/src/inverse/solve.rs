@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use tongue_core::body::largest_distance;
 use tongue_core::parallel;
-use tongue_core::statics::{self, FromRest, Solution, Trace};
+use tongue_core::statics::{self, FromRest, Trace};
 use tongue_core::statistics::least_by;
 
 use super::forward::Forward;
@@ -18,9 +18,8 @@ use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, ne
 /// The answer solved again from rest along its load path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Replay {
-    pub solution: Solution,
-    /// How the tensions lead from rest to the solution.
-    pub from_rest: FromRest,
+    /// The solution, and how the tensions lead from rest to it.
+    pub trace: Trace,
     /// Largest distance of a node from the search's shape, m.
     pub largest_difference: f64,
     /// Smallest ratio of a cell's area or volume to that at rest.
@@ -51,7 +50,7 @@ pub struct Answer<const D: usize> {
 impl<const D: usize> Answer<D> {
     /// Whether the target is met by a shape on the branch from rest, without the barrier, at a regular equilibrium.
     pub fn is_trustworthy(&self) -> bool {
-        let Replay { solution, from_rest, .. } = &self.replay;
+        let Trace { solution, from_rest, .. } = &self.replay.trace;
         self.status == FitStatus::Converged
             && solution.guarded == 0
             && *from_rest == FromRest::Branch
@@ -143,8 +142,8 @@ pub fn solve<const D: usize>(
     counts += forward.counts;
 
     let (min_area_ratio, max_area_ratio) = again.system().tissue_ratios(again.positions());
-    let Trace { solution, from_rest, .. } = trace;
-    let replay = Replay { solution, from_rest, largest_difference, min_area_ratio, max_area_ratio };
+    let solution = trace.solution;
+    let replay = Replay { trace, largest_difference, min_area_ratio, max_area_ratio };
     let status = if solution.status != statics::SolveStatus::Converged {
         FitStatus::NoEquilibrium
     } else if largest_difference > statics::SAME_SHAPE_M {

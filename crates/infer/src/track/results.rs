@@ -40,7 +40,8 @@ pub enum FrameStatus {
     PoorFit,
     /// The observations cannot be reached by this body, or are wrong.
     OutOfReach,
-    /// The equilibrium was reached neither from rest, with muscles together or some before others, nor from a neighbouring frame.
+    /// The equilibrium was reached neither from rest, with muscles together or some before others, nor from a neighbouring frame, and no
+    /// shape that was reached meets the observations as well.
     /// JSON keeps the older key `off_branch`, although a jump off the branch does not count as one.
     #[serde(rename = "off_branch")]
     NotReached,

@@ -113,9 +113,9 @@ pub(super) fn of_fit(case: u8, variant: impl Into<String>, fit: &Fit) -> HardCas
     HardCase {
         converged: *status == FitStatus::Converged,
         iterations: counts.evaluations,
-        load_reached: replay.solution.load_reached,
+        load_reached: replay.trace.solution.load_reached,
         min_area_ratio: Some(replay.min_area_ratio),
-        guarded: replay.solution.guarded,
+        guarded: replay.trace.solution.guarded,
         ..HardCase::new(case, variant, "fit", status_name(status))
     }
 }
@@ -129,7 +129,7 @@ fn note(fit: &Fit) -> String {
     if failures > 0 {
         note += &format!("; {failures} candidates had no equilibrium");
     }
-    if answer.status == FitStatus::TargetNotMet && answer.replay.solution.guarded > 0 {
+    if answer.status == FitStatus::TargetNotMet && answer.replay.trace.solution.guarded > 0 {
         note += "; the search began and ended where the barrier against inversion acts, because starts lie at up to 0.3 of the bound: \
                  there the misfit hardly changes with the tensions. The answer lies at a few newtons";
     }

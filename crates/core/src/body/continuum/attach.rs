@@ -85,7 +85,7 @@ fn on_face<const D: usize>(opposite: usize) -> impl Iterator<Item = usize> {
 
 struct Patches<'a, const D: usize> {
     mesh: &'a mut Mesh<D>,
-    /// For each centre and node of the surface, the node of the bone at the same place.
+    /// The node of the bone that was added at a node of the surface, by the centre of the patch and that node.
     copies: BTreeMap<(usize, usize), usize>,
     ties: Vec<Tie>,
 }

@@ -67,8 +67,8 @@ impl<'a, const D: usize> Locator<'a, D> {
         }))
     }
 
-    /// The mean over the tissue within `radius`, m, of a point, with weights `(1 - d²/radius²)²`, as weights of nodes; without a radius
-    /// the point itself. `None` without tissue there.
+    /// Weights of nodes that give the mean of a field over the tissue within `radius`, m, of a point, where tissue at the distance d counts
+    /// `(1 - d²/radius²)²`; with radius 0 the field at the point. `None` without tissue there.
     pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
         let among = self.near(centre, radius);
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();

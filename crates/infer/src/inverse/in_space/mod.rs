@@ -285,7 +285,7 @@ impl SpaceSearch {
         });
         let combinations: Vec<Combination> = combinations.collect();
         let replay = &answer.replay;
-        let mut alarms = alarms::of_equilibrium(&replay.solution, replay.from_rest);
+        let mut alarms = alarms::of_equilibrium(&replay.trace.solution, replay.trace.from_rest);
         let ratios = body.volume_ratios(&answer.positions);
         alarms.extend(alarms::of_strain(&body.mesh, ratios, &answer.positions));
         if !combinations.is_empty() && combinations.iter().all(Combination::is_open) {

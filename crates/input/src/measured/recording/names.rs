@@ -55,7 +55,7 @@ pub(super) fn normalised(channel: &str) -> String {
     channel.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }
 
-/// [`Role::Ignored`] if the name is unknown.
+/// What a channel of this name is: a bone, a point of the contour, a coil, or [`Role::Ignored`].
 pub(super) fn role(channel: &str) -> Role {
     if let Some(bone) = bone(channel) {
         return Role::Bone(bone.to_owned());

@@ -97,8 +97,8 @@ pub fn remove_outliers(recording: &mut AlignedRecording, palate: Option<&[Point]
     faults
 }
 
-/// Distance of a position from its median over the frames around, m, and the time to the nearest of these, s; `None` if it is known in
-/// fewer than two of them.
+/// Distance of a position from its median over the frames around, m, and the time to the nearest of these, s; `None` if it is unknown
+/// in this frame or in all but one of those around.
 fn departure(
     recording: &AlignedRecording,
     frame: usize,
