@@ -190,21 +190,38 @@ fn line(what: impl Display) {
 /// Digits of the longest number that is printed in full.
 const MOST_DIGITS: usize = 20;
 
-/// A text in which floating-point numbers of more than 20 digits have an exponent.
+/// A text in which numbers of more than 20 digits have an exponent. Digits in names, paths and quotes, and those that are not printed from
+/// a floating-point number, stay.
 fn short_numbers(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for part in text.split_inclusive(|c: char| !c.is_ascii_digit() && c != '.') {
-        let digits = part.trim_end_matches(|c: char| !c.is_ascii_digit());
-        let decimals = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len());
-        let value = (digits.len() > MOST_DIGITS).then(|| digits.parse().ok()).flatten();
-        let is_printed =
-            |v: &f64| v.to_string() == digits || (*v > 1e15 && format!("{v:.decimals$}") == digits);
-        match value.filter(is_printed) {
-            Some(value) => out += &format!("{value:e}{}", &part[digits.len()..]),
-            None => out += part,
+    let (mut out, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let (before, from) = rest.split_at(start);
+        let end = from.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(from.len());
+        let digits = from[..end].trim_end_matches('.');
+        out.push_str(before);
+        rest = &from[digits.len()..];
+        let is_long = digits.len() > MOST_DIGITS && !is_in_name(&out, rest);
+        match is_long.then(|| printed_number(digits)).flatten() {
+            Some(value) => out.push_str(&format!("{value:e}")),
+            None => out.push_str(digits),
         }
     }
-    out
+    out + rest
+}
+
+/// The number that is printed as these digits, with all its decimals or with some of them.
+fn printed_number(digits: &str) -> Option<f64> {
+    let value: f64 = digits.parse().ok()?;
+    let decimals = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    (value.to_string() == digits || format!("{value:.decimals$}") == digits).then_some(value)
+}
+
+/// Whether digits between these texts are a part of a name, of a path or of a quotation.
+fn is_in_name(before: &str, after: &str) -> bool {
+    let joins = |c: char| c.is_alphanumeric() || "/\\_\"".contains(c);
+    let before = before.strip_suffix('-').filter(|start| start.ends_with(joins)).unwrap_or(before);
+    let extension = after.strip_prefix('.').filter(|end| end.starts_with(char::is_alphanumeric));
+    before.ends_with(joins) || after.starts_with(['/', '\\', '_', '-', '"']) || extension.is_some()
 }
 
 pub fn answer_equilibrium<const D: usize>(
@@ -236,9 +253,18 @@ mod tests {
             assert_eq!(short_numbers(&format!("GGa={value}: too large")), format!("GGa={short}: too large"));
         }
         assert_eq!(short_numbers(&format!("{:.1} mm", 1e40)), "1e40 mm");
-        for name in ["2026112722150012345678901", "run-2026112722150012345678901.csv"] {
-            let text = format!("cannot read \"{name}\"");
-            assert_eq!(short_numbers(&text), text);
+        let zeros = 1e30.to_string();
+        for name in [
+            "2026112722150012345678901".to_owned(),
+            format!("/a/{zeros}/b"),
+            format!("run-{zeros}"),
+            format!("{zeros}.csv"),
+        ] {
+            for text in [format!("written to {name}: fit.json"), format!("cannot read \"{name}\"")] {
+                assert_eq!(short_numbers(&text), text);
+            }
         }
+        let quoted = format!("cannot read \"{zeros}\"");
+        assert_eq!(short_numbers(&quoted), quoted);
     }
 }

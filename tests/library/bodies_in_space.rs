@@ -167,7 +167,12 @@ fn files_that_are_wrong_are_named_with_their_line() {
         (|f| &mut f.nodes, "0.02", "x", "a.node:2: \"x\" stands where a coordinate was expected"),
         (|f| &mut f.nodes, "0.02", "inf", "a.node:2: \"inf\" stands where a coordinate was expected"),
         (|f| &mut f.jaw, "0 2 4\n", "", "jawAttachments.txt: it contains nothing that could be read as"),
-        (|f| &mut f.jaw, "0 2 4\n", "0 2\n", "jawAttachments.txt: 2 nodes are on bone; three or more hold"),
+        (
+            |f| &mut f.jaw,
+            "0 2 4\n",
+            "0 2\n",
+            "jawAttachments.txt: a bone needs three nodes or more, and this file has 2",
+        ),
         (|f| &mut f.hyoid, "6 8 10", "", "hyoidAttachments.txt: it contains nothing that could be read as"),
         (|f| &mut f.strengths, "4", "0", "MuscleMaxForce.txt:1: \"0\" stands where a force in newtons"),
         (|f| &mut f.elements, "12 11", "13 11", "a.elem:2: node 13 does not exist"),

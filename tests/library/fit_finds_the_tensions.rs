@@ -107,6 +107,9 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
                 let fit = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
                 let what = format!("{subject} /{label}/ {kind} {method:?}");
                 is_true(&mesh, &target, &fit, &what);
+                let alarms = alarms(&mesh, &fit, &Muscles::built_in());
+                let is_doubted = alarms.iter().any(Alarm::forbids_trust);
+                assert_eq!(fit.answer.is_trustworthy(), !is_doubted, "{what}: {alarms:?}");
                 fit
             });
             let before = BEFORE.iter().find(|b| (b.0, b.1, kind) == (subject, label, TargetKind::Stretch));

@@ -142,8 +142,8 @@ fn ascending(mut unknowns: Vec<usize>) -> Vec<usize> {
     unknowns
 }
 
-/// Exact minimum degree: eliminates the unknown with the fewest remaining neighbours in each step; of several it takes the lowest number, so that the result is
-/// the same on every machine. Returns the unknowns in this order.
+/// Exact minimum degree: eliminates the unknown with the fewest remaining neighbours in each step; of several it takes the lowest number,
+/// so that the result is the same on every machine. Returns the unknowns in this order.
 ///
 /// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`.
 pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Vec<usize> {

@@ -101,35 +101,43 @@ fn decide(name: &'static str, asked: Option<bool>, needed: bool, need: &str, idl
     }
 }
 
-/// Number of elements of all effects with this name, and of the stiffness blocks that these write (0 if elements share blocks).
-fn elements_and_blocks<const D: usize>(system: &System<D>, name: &str) -> [usize; 2] {
-    let (mut elements, mut stencils, mut blocks) = (0, 0, 0);
+/// Number of elements and estimated microseconds of all effects with this name.
+fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
+    let mut elements = 0;
+    let mut ns = 0.0;
     for effect in system.effects().iter().filter(|e| e.name() == name) {
-        elements += effect.elements();
+        let (mut stencils, mut blocks) = (0, 0);
         effect.stencils(&mut |nodes| {
             stencils += 1;
             blocks += nodes.len() * (nodes.len() + 1) / 2;
         });
+        let count = effect.elements();
+        elements += count;
+        ns += if count == stencils {
+            blocks as f64 * NS_PER_BLOCK[D - 2]
+        } else {
+            count as f64 * NS_PER_LIGHT_ELEMENT
+        };
     }
-    [elements, if elements == stencils { blocks } else { 0 }]
+    (elements, ns * 1e-3)
 }
 
 /// Number of elements and estimated microseconds of a part of the plan: an effect of the system, or the work of its nodes and elements in a
 /// motion.
 fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f64) {
-    let light = |names: &[&str]| [names.iter().map(|name| elements_and_blocks(system, name)[0]).sum(), 0];
-    let [elements, blocks] = match part.effect {
-        "springs" => elements_and_blocks(system, "tissue"),
-        "inertia" => [system.pattern().unknowns(), 0],
-        "viscosity" => light(&["tissue", "quadratic elements"]),
-        "muscle dynamics" => light(&["muscle", "fibres"]),
-        "straight paths" => [system.paths().len(), 0],
-        _ if part.elements > 0 => return (part.elements, 0.0),
-        name => elements_and_blocks(system, name),
-    };
-    let own = blocks as f64 * NS_PER_BLOCK[D - 2];
-    let ns = if blocks > 0 { own } else { elements as f64 * NS_PER_LIGHT_ELEMENT };
-    (elements, ns * 1e-3)
+    match part.effect {
+        "springs" => cost(system, "tissue"),
+        "inertia" => light(system.pattern().unknowns()),
+        "viscosity" => light(cost(system, "tissue").0 + cost(system, "quadratic elements").0),
+        "muscle dynamics" => light(cost(system, "muscle").0 + cost(system, "fibres").0),
+        "straight paths" => light(system.paths().len()),
+        name if part.elements > 0 => (part.elements, cost(system, name).1),
+        name => cost(system, name),
+    }
+}
+
+fn light(elements: usize) -> (usize, f64) {
+    (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3)
 }
 
 /// The plan: the decisions about effects, with the counts of the system that was made from them.

@@ -117,8 +117,8 @@ impl Serialize for Alarm {
 }
 
 impl Alarm {
-    /// Whether tensions with this alarm are not trusted. A fit that is not
-    /// [`Answer::is_trustworthy`](super::Answer::is_trustworthy) has at least one such alarm.
+    /// Whether a fit in the plane with this alarm is not trusted. It has such an alarm exactly if its answer is not
+    /// [`Answer::is_trustworthy`](super::Answer::is_trustworthy).
     pub fn forbids_trust(&self) -> bool {
         matches!(
             self,
@@ -143,7 +143,8 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
     for &m in &target.active {
         if tensions[m] < AT_BOUND {
             out.push(Alarm::AtLowerBound { muscle: name(m) });
-        } else if tensions[m] > fit.settings.upper_bound - AT_BOUND {
+        }
+        if tensions[m] > fit.settings.upper_bound - AT_BOUND {
             out.push(Alarm::AtUpperBound { muscle: name(m) });
         }
     }

@@ -17,6 +17,8 @@ pub const NAME: &str = "batch.journal";
 /// Format of the journal; a journal of another format is replaced.
 const FORMAT: u32 = 7;
 const LONGEST_LINE: u64 = 64 << 20;
+const HEADER_START: &[u8] = b"{\"tongue_fit_batch_journal\":";
+const NO_JOURNAL: &str = "line 1: it is no journal; move the file away";
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct JournalHeader {
@@ -37,8 +39,7 @@ impl JournalHeader {
     }
 
     fn read(line: &[u8]) -> io::Result<Self> {
-        serde_json::from_slice(line)
-            .map_err(|_| io::Error::other("line 1: it is not a journal of a batch; move the file away"))
+        serde_json::from_slice(line).map_err(|_| io::Error::other(NO_JOURNAL))
     }
 }
 
@@ -68,6 +69,10 @@ fn regular(path: &Path) -> io::Result<()> {
     }
 }
 
+fn damaged(line: usize) -> io::Error {
+    io::Error::other(format!("line {line} is damaged; delete this line, and its job is done again"))
+}
+
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JournalEntry<T> {
     pub job: usize,
@@ -76,10 +81,11 @@ pub struct JournalEntry<T> {
     pub result: Result<T, String>,
 }
 
-/// Where the line of a finished job is: index of its file, and its place in it, bytes.
+/// Where the line of a finished job is: index of its file, number of the line, and its place in it, bytes.
 #[derive(Debug)]
 struct JournalPlace {
     file: usize,
+    line: usize,
     offset: u64,
     length: usize,
 }
@@ -173,12 +179,9 @@ impl Journal {
                 }
             } else {
                 let entry: Option<JournalEntry<IgnoredAny>> = serde_json::from_slice(&line).ok();
-                let entry = entry.filter(|entry| entry.job < jobs).ok_or_else(|| {
-                    io::Error::other(format!(
-                        "line {number} is damaged; delete this line, and its job is done again"
-                    ))
-                })?;
-                self.done.insert(entry.job, JournalPlace { file, offset, length: line.len() });
+                let entry = entry.filter(|entry| entry.job < jobs).ok_or_else(|| damaged(number))?;
+                let place = JournalPlace { file, line: number, offset, length: line.len() };
+                self.done.insert(entry.job, place);
             }
             offset += line.len() as u64;
             line.clear();
@@ -188,6 +191,9 @@ impl Journal {
                 "line {} is longer than any job; move the file away",
                 number + 1
             )));
+        }
+        if number == 0 && !line.iter().zip(HEADER_START).all(|(a, b)| a == b) {
+            return Err(io::Error::other(NO_JOURNAL));
         }
         self.end = offset;
         Ok(None)
@@ -214,17 +220,18 @@ impl Journal {
         let offset = self.end;
         let written = self.append_line(entry);
         let length = written.map_err(|source| self.error_of(0, source))?;
-        self.done.insert(entry.job, JournalPlace { file: 0, offset, length });
+        let line = self.done.len() + 2;
+        self.done.insert(entry.job, JournalPlace { file: 0, line, offset, length });
         Ok(())
     }
 
     /// The entry of a job, or those fields of it that `T` has; `None` if the job is not finished.
     pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<JournalEntry<T>>, ReportError> {
-        let Some(JournalPlace { file, offset, length }) = self.done.get(&job) else { return Ok(None) };
+        let Some(JournalPlace { file, line, offset, length }) = self.done.get(&job) else { return Ok(None) };
         let mut bytes = vec![0; *length];
         let mut reader = &self.files[*file].1;
         let read = reader.seek(SeekFrom::Start(*offset)).and_then(|_| reader.read_exact(&mut bytes));
-        let entry = read.and_then(|()| Ok(serde_json::from_slice(&bytes)?));
+        let entry = read.and_then(|()| serde_json::from_slice(&bytes).map_err(|_| damaged(*line)));
         entry.map(Some).map_err(|source| self.error_of(*file, source))
     }
 
@@ -320,10 +327,15 @@ mod tests {
             let journal = open(folder.path(), "abc");
             assert_eq!((journal.len(), journal.has(1)), (2, false));
         }
-        std::fs::write(&path, "mine\n").unwrap();
-        let message = refused(folder.path());
-        assert!(message.contains("it is not a journal of a batch; move the file away"), "{message}");
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine\n");
+        let not_entries = whole.replace("\"result\"", "\"results\"");
+        std::fs::write(&path, &not_entries).unwrap();
+        assert!(refused(folder.path()).contains("line 2 is damaged"));
+        for text in ["mine\n", "mine"] {
+            std::fs::write(&path, text).unwrap();
+            let message = refused(folder.path());
+            assert!(message.contains("it is no journal; move the file away"), "{message}");
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+        }
     }
 
     #[test]
@@ -343,12 +355,20 @@ mod tests {
     }
 
     #[test]
-    fn two_runs_exclude_each_other() {
+    fn two_runs_exclude_each_other_and_links_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let journal = open(folder.path(), "abc");
         let message = refused(folder.path());
         assert!(message.contains("another batch"), "{message}");
         journal.remove().unwrap();
         assert!(!folder.path().join(NAME).exists());
+        #[cfg(unix)]
+        {
+            let precious = folder.path().join("precious");
+            std::fs::write(&precious, "mine").unwrap();
+            std::os::unix::fs::symlink(&precious, folder.path().join(NAME)).unwrap();
+            assert!(refused(folder.path()).contains("it is a link"));
+            assert_eq!(std::fs::read_to_string(&precious).unwrap(), "mine");
+        }
     }
 }

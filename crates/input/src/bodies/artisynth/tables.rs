@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::{MuscleFibres, Text};
 use tongue_core::body::BodyError;
 
-/// Number of nodes below which a body can turn about those that are on bone.
+/// Number of nodes that a bone needs on the body so that it cannot turn about them.
 const LEAST_ATTACHMENTS: usize = 3;
 
 type ReadResult<T> = Result<T, BodyError>;
@@ -128,10 +128,8 @@ pub(super) fn numbers(text: &Text, count: usize) -> ReadResult<Vec<usize>> {
     all.sort_unstable();
     all.dedup();
     if all.len() < LEAST_ATTACHMENTS {
-        let problem = format!(
-            "{} nodes are on bone; three or more hold a body in space: is the file cut off?",
-            all.len()
-        );
+        let problem =
+            format!("a bone needs three nodes or more, and this file has {}: is it cut off?", all.len());
         return Err(text.wrong(None, problem));
     }
     Ok(all)
