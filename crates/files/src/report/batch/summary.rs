@@ -12,6 +12,7 @@ use super::tables::provenance;
 use crate::report::column::Column;
 use crate::report::{column, csv, status_name};
 use tongue_core::statistics::distinct;
+use tongue_infer::inverse::FitStatus;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::{Contrast, OverSpeakers};
@@ -20,6 +21,7 @@ use tongue_input::measured::{TargetKind, Vowel};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Digest {
+    /// The status of the fit, or `doubted` if it converged and an alarm forbids trust.
     pub status: String,
     /// Mean square residual of the passive stretches, and mean square of their changes, which is the error of "no change".
     pub passive: Option<[f64; 2]>,
@@ -37,8 +39,9 @@ pub struct Digest {
 impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
         let (fit, target, alarms) = (r.fit(), &r.fit().matched.target, &r.record.alarms);
+        let is_doubted = fit.answer.status == FitStatus::Converged && !fit.answer.is_trustworthy();
         Self {
-            status: status_name(&fit.answer.status),
+            status: if is_doubted { "doubted".to_owned() } else { status_name(&fit.answer.status) },
             passive: r.passive.rms_stretch.zip(r.passive.no_change_rms_stretch).map(|(a, b)| [a * a, b * b]),
             passive_muscles: fit.residuals().len() - target.active.len(),
             seen_in_part: fit.answer.undetermined().is_some_and(|open| open > 0),
