@@ -174,12 +174,12 @@ pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
     let columns = fit_columns(batch.muscles, batch.provenance);
     let mut table = column::table(&columns, &[]);
     let baselines = batch.baselines.iter().map(|r| {
-        json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "baseline": r.vowel, "substitute_baseline": r.substitute,
-            "status": "baseline", "message": "the baseline itself"})
+        json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "baseline": r.vowel,
+            "substitute_baseline": r.substitute, "status": "baseline", "message": "the baseline itself"})
     });
     let refusals = batch.refusals.iter().map(|r| {
-        json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "target_kind": r.kind, "status": "not_fitted",
-            "message": r.message})
+        json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "target_kind": r.kind,
+            "status": "not_fitted", "message": r.message})
     });
     let by = provenance(batch.provenance);
     for row in baselines.chain(refusals) {
