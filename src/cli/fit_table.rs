@@ -168,7 +168,7 @@ impl ShownFit<'_> {
                 matched.target.active.len()
             );
         }
-        let names: Vec<String> = matched.target.active_names().into_iter().map(str::to_owned).collect();
+        let names = self.record.fit.active_names();
         for curve in answer.solution_curves() {
             let [before, after] = curve.ends.map(|end| end.text(&names));
             text += &wrap_sentence(&format!(
@@ -192,7 +192,7 @@ fn shortening_percent(length: f64, than: f64) -> f64 {
 
 fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.matched.target;
-    let (lengths, simulated, residuals) = (fit.lengths(), fit.simulated(), fit.residuals());
+    let (lengths, simulated, residuals) = (fit.lengths(), fit.simulated(target.kind), fit.residuals());
     let quantity = target.kind.name();
     let [of_measured, of_simulated] = ["measured", "simulated"].map(|what| format!("{quantity},\n{what}"));
     let shortening = ["shortening,\nmeasured", "shortening,\nsimulated"];
@@ -201,7 +201,7 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         header.extend(["published", "table 4.8"]);
     }
     let t = rows(&header, target.muscles.iter().enumerate(), |(i, muscle)| {
-        let mark = if fit.has_tension(i) { "*" } else { "" };
+        let mark = if fit.has_tension(muscle) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
         let residual = residuals[i];
         let mut row = vec![

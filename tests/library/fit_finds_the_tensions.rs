@@ -153,7 +153,7 @@ fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
     }
     for (m, &tension) in fit.tensions().iter().enumerate() {
         assert!(tension == 0.0 || tension > 1e-9, "{what}: {tension:e} N");
-        assert_eq!(fit.has_tension(m), tension >= 1e-3);
+        assert_eq!(fit.has_tension(&fit.matched.muscles[m]), tension >= 1e-3);
     }
     // As docs/model.md defines it.
     let squares: f64 = target.fitted.iter().map(|&m| fit.residuals()[m].powi(2)).sum();

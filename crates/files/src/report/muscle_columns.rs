@@ -37,18 +37,18 @@ impl OfMuscle<'_> {
     }
 
     fn simulated(&self, kind: TargetKind) -> Option<f64> {
-        self.own(&self.record.fit.simulated_in(kind))
+        self.own(&self.record.fit.simulated(kind))
     }
 
-    fn simulated_mm(&self) -> f64 {
-        self.record.fit.length(self.muscle) * 1e3
+    fn simulated_mm(&self) -> Option<f64> {
+        self.mm(&self.record.fit.lengths())
     }
 
     /// The measured length of the quantity that was fitted, scaled to the size of the model, mm.
     fn target_mm(&self) -> Option<f64> {
         let (fit, target) = (&self.record.fit, self.target());
         let unit = match target.kind {
-            Ratio => fit.length(target.reference) * 1e3,
+            Ratio => fit.lengths()[target.reference] * 1e3,
             Stretch => self.mm(&fit.rest_lengths)?,
         };
         Some(self.measured(target.kind)? * unit)
@@ -63,10 +63,12 @@ pub(super) const OF_ONE_FIT: &str = "subject,vowel,baseline,target_kind,status,m
 
 impl FitRecord {
     pub fn to_csv(&self) -> std::io::Result<String> {
-        let rows: Vec<_> = (0..self.fit.matched.muscles.len())
-            .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
-            .collect();
-        column::table(&select_columns(OF_ONE_FIT), &rows).text(&self.made_by)
+        column::table(&select_columns(OF_ONE_FIT), &self.muscles(false)).text(&self.made_by)
+    }
+
+    pub(super) fn muscles(&self, substitute_baseline: bool) -> Vec<OfMuscle<'_>> {
+        let numbers = 0..self.fit.matched.muscles.len();
+        numbers.map(|muscle| OfMuscle { record: self, substitute_baseline, muscle }).collect()
     }
 }
 
@@ -91,15 +93,13 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("uncertain", "", "whether its change is within the rounding of the data", |r| {
             r.target().activation.get(r.muscle).is_some_and(|a| a.uncertain).into()
         }),
-        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.record.fit.tension(r.muscle))),
+        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.record.fit.tensions()))),
         ("baseline_length_mm", "mm", "measured in the baseline", |r| json!(r.own(&r.target().baseline_mm))),
         ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
         ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
         ("target_length_mm", "mm", "measured length in the size of the model", |r| json!(r.target_mm())),
         ("simulated_length_mm", "mm", "length of the model", |r| json!(r.simulated_mm())),
-        ("residual_mm", "mm", "simulated less target length", |r| {
-            residual(Some(r.simulated_mm()), r.target_mm())
-        }),
+        ("residual_mm", "mm", "simulated less target length", |r| residual(r.simulated_mm(), r.target_mm())),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
             json!(r.measured(Ratio))
         }),

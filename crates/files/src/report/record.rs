@@ -84,9 +84,9 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
         "rest_lengths_mm": mm(all, &fit.rest_lengths),
         "measured_lengths_mm": by_muscle(measured, &target.measured_mm),
         "baseline_lengths_mm": by_muscle(measured, &target.baseline_mm),
-        "ratios": by_muscle(all, &fit.simulated_in(TargetKind::Ratio)),
+        "ratios": by_muscle(all, &fit.simulated(TargetKind::Ratio)),
         "target_ratios": by_muscle(measured, &target.measured_in(TargetKind::Ratio)),
-        "stretches": by_muscle(all, &fit.simulated_in(TargetKind::Stretch)),
+        "stretches": by_muscle(all, &fit.simulated(TargetKind::Stretch)),
         "target_stretches": by_muscle(measured, &target.measured_in(TargetKind::Stretch)),
         "residuals": by_muscle(measured, &fit.residuals()),
         "misfit": fit.answer.misfit,
@@ -150,15 +150,12 @@ impl FitRecord {
 
     /// Figure 4.9 of the thesis: the measured and simulated change of every measured muscle, and the changes of `others` if there are any.
     pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
-        let TargetOnBody { target, muscles, .. } = &self.fit.matched;
-        let labels: Vec<String> = (0..target.muscles.len())
-            .map(|m| format!("{}{}", muscles[m], if self.fit.has_tension(m) { "*" } else { "" }))
-            .collect();
-        let (mut simulated, measured_in) =
-            (self.fit.simulated_in(TargetKind::Stretch), target.measured_in(TargetKind::Stretch));
-        simulated.truncate(labels.len());
+        let target = &self.fit.matched.target;
+        let star = |muscle: &String| if self.fit.has_tension(muscle) { "*" } else { "" };
+        let labels: Vec<String> = target.muscles.iter().map(|m| format!("{m}{}", star(m))).collect();
+        let simulated = self.fit.simulated(TargetKind::Stretch)[..labels.len()].to_vec();
         let mut series = vec![
-            Series { name: measured.to_owned(), values: measured_in },
+            Series { name: measured.to_owned(), values: target.measured_in(TargetKind::Stretch) },
             Series { name: "simulated".to_owned(), values: simulated },
         ];
         series.extend(others);
@@ -188,8 +185,8 @@ impl<'a> SolutionCurveRecord<'a> {
         self.curve.ends.map(|end| end.text(&self.unknowns))
     }
 
-    fn lengths_mm(&self, point: &CurvePoint) -> Vec<f64> {
-        self.muscles.iter().map(|(_, number)| point.lengths[*number] * 1e3).collect()
+    fn lengths_mm(&self, point: &CurvePoint) -> ByMuscle<f64> {
+        ByMuscle(self.muscles.iter().map(|(m, number)| (m.clone(), point.lengths[*number] * 1e3)).collect())
     }
 
     /// A row for each point: its index, tension and length of every muscle, misfit and passive residual.
@@ -200,7 +197,7 @@ impl<'a> SolutionCurveRecord<'a> {
         let columns = columns.chain(["misfit", "passive_rms"].map(str::to_owned)).collect();
         let rows = self.curve.points.iter().enumerate().map(|(number, p)| {
             let lengths_mm = self.lengths_mm(p);
-            let values = p.x.iter().chain(&lengths_mm).map(f64::to_string);
+            let values = p.x.iter().chain(lengths_mm.0.iter().map(|(_, mm)| mm)).map(f64::to_string);
             let first = [number.to_string(), (number == self.curve.answer).to_string()];
             let rms = p.other_rms.map(|r| r.to_string()).unwrap_or_default();
             first.into_iter().chain(values).chain([p.misfit.to_string(), rms]).collect()
@@ -211,11 +208,10 @@ impl<'a> SolutionCurveRecord<'a> {
 
 impl Serialize for SolutionCurveRecord<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let names: Vec<String> = self.muscles.iter().map(|(name, _)| name.clone()).collect();
         let point = |p: &CurvePoint| {
             json!({
                 "tensions_n": by_muscle(&self.unknowns, &p.x),
-                "lengths_mm": by_muscle(&names, &self.lengths_mm(p)),
+                "lengths_mm": self.lengths_mm(p),
                 "misfit": p.misfit,
                 "passive_rms": p.other_rms,
             })

@@ -149,18 +149,14 @@ impl Published {
         if equilibrium.solution.status != SolveStatus::Converged {
             return Ok(None);
         }
-        let measured = target.muscles.len();
-        let [lengths, rest] = [&positions[..], system.rest()].map(|x| {
-            let mut lengths = matched.pick(&system.lengths(x));
-            lengths.truncate(measured);
-            lengths
-        });
+        let [lengths, rest] = [&positions[..], system.rest()]
+            .map(|x| matched.pick(&system.lengths(x))[..target.muscles.len()].to_vec());
         let [ratios, stretches] = [TargetKind::Ratio, TargetKind::Stretch]
             .map(|kind| kind.values(&lengths, &rest, target.reference));
         let of_thesis = thesis.ratios_a(&target.muscles);
         let of_thesis = of_thesis.zip(thesis.stretches_a(&target.muscles, stretches[target.reference]));
         let Some((thesis_ratios, thesis_stretches)) = of_thesis else { return Ok(None) };
-        let others: Vec<usize> = (0..measured).filter(|&m| m != target.reference).collect();
+        let others: Vec<usize> = target.comparable(TargetKind::Ratio).collect();
         let squares: f64 = others.iter().map(|&m| (ratios[m] - thesis_ratios[m]).powi(2)).sum();
         let rms = (squares / others.len() as f64).sqrt();
         Ok(Some(Self { thesis, ratios, stretches, thesis_ratios, thesis_stretches, rms }))

@@ -96,7 +96,7 @@ pub fn with_muscle_order(lengths: &Lengths, order: &[usize]) -> Lengths {
 pub fn of_thesis(mesh: &Mesh<2>, model: &Model, case: &Case) -> Vec<f64> {
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     match inverse::fit(mesh, model, case.target(), &settings) {
-        Ok(fit) if fit.answer.status != FitStatus::NoEquilibrium => fit.simulated(),
+        Ok(fit) if fit.answer.status != FitStatus::NoEquilibrium => fit.simulated(case.target().kind),
         _ => vec![1.0; case.target().muscles.len()],
     }
 }

@@ -165,8 +165,8 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
     }
     let uncertain = (0..target.muscles.len()).filter(|&m| target.activation[m].uncertain);
     out.extend(uncertain.map(|m| Alarm::DecidedWithinRounding { muscle: name(m) }));
-    for muscle in muscles {
-        let turn = sharpest_turn(mesh, &answer.positions, muscle);
+    for (muscle, &number) in muscles.iter().zip(&fit.matched.numbers) {
+        let turn = sharpest_turn(mesh, &answer.positions, &mesh.muscles[number].nodes);
         if turn > FOLD {
             out.push(Alarm::FoldedChain { muscle: muscle.clone(), turn_degrees: turn.to_degrees() });
         }
@@ -237,9 +237,8 @@ pub fn barrier(elements: usize) -> Option<Alarm> {
 }
 
 /// Largest angle of a muscle's chain at a node beyond that at rest, radians.
-fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], muscle: &str) -> f64 {
-    let Some(chain) = mesh.muscles.iter().find(|c| c.name.eq_ignore_ascii_case(muscle)) else { return 0.0 };
-    chain.nodes.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
+fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], chain: &[usize]) -> f64 {
+    chain.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
 }
 
 fn turn<const D: usize>(at: &[SVector<f64, D>], n: &[usize]) -> f64 {

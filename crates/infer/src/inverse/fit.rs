@@ -32,42 +32,28 @@ impl<const D: usize> Fit<D> {
         self.matched.pick(&self.answer.lengths)
     }
 
-    /// Simulated ratio or stretch of every muscle of the target.
-    pub fn simulated(&self) -> Vec<f64> {
-        let TargetOnBody { target, .. } = &self.matched;
-        let mut simulated = self.simulated_in(target.kind);
-        simulated.truncate(target.muscles.len());
-        simulated
-    }
-
     /// Simulated less measured ratio or stretch of every muscle of the target.
     pub fn residuals(&self) -> Vec<f64> {
-        self.simulated().iter().zip(&self.matched.target.values).map(|(s, m)| s - m).collect()
+        let target = &self.matched.target;
+        self.simulated(target.kind).iter().zip(&target.values).map(|(s, m)| s - m).collect()
     }
 
     /// Root mean square residual of the measured muscles that do not contract, without the reference of ratios, whose ratio is 1 by
     /// definition. `None` if there are none.
     pub fn passive_rms(&self) -> Option<f64> {
-        let (target, residuals) = (&self.matched.target, self.residuals());
-        let passive =
-            Vec::from_iter(target.comparable().filter(|m| !target.active.contains(m)).map(|m| residuals[m]));
-        let squares: f64 = passive.iter().map(|r| r * r).sum();
-        (!passive.is_empty()).then(|| (squares / passive.len() as f64).sqrt())
+        let target = &self.matched.target;
+        target.passive_rms(target.kind, &self.simulated(target.kind), &target.values)
     }
 
-    /// The tension of muscle `m` of the lists, N per metre of thickness.
-    pub fn tension(&self, m: usize) -> f64 {
-        self.answer.tensions[self.matched.numbers[m]]
+    /// The tension of a muscle, N per metre of thickness.
+    pub fn tension(&self, muscle: &str) -> Option<f64> {
+        let place = self.matched.muscles.iter().position(|name| name == muscle)?;
+        Some(self.answer.tensions[self.matched.numbers[place]])
     }
 
-    /// The length of muscle `m` of the lists at the answer, m.
-    pub fn length(&self, m: usize) -> f64 {
-        self.answer.lengths[self.matched.numbers[m]]
-    }
-
-    /// Whether the tension of muscle `m` of the lists is above rounding (0.001 N); whether it may contract is its role in the target.
-    pub fn has_tension(&self, m: usize) -> bool {
-        self.tension(m) >= AT_BOUND
+    /// Whether the tension of a muscle is above rounding (0.001 N); whether it may contract is its role in the target.
+    pub fn has_tension(&self, muscle: &str) -> bool {
+        self.tension(muscle).is_some_and(|tension| tension >= AT_BOUND)
     }
 
     /// Tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
@@ -78,22 +64,13 @@ impl<const D: usize> Fit<D> {
     /// Muscles of the table or of the body that were not measured in both rows.
     pub fn not_measured(&self) -> Vec<String> {
         let TargetOnBody { target, muscles, .. } = &self.matched;
-        let mut names = target.not_measured.clone();
-        for name in &muscles[target.muscles.len()..] {
-            if !names.iter().any(|n| n.eq_ignore_ascii_case(name)) {
-                names.push(name.clone());
-            }
-        }
-        names
-    }
-
-    /// The number of a muscle in the lists.
-    pub fn number(&self, muscle: &str) -> Option<usize> {
-        self.matched.muscles.iter().position(|name| name == muscle)
+        let is_new = |name: &&String| !target.not_measured.iter().any(|n| n.eq_ignore_ascii_case(name));
+        let others = muscles[target.muscles.len()..].iter().filter(is_new);
+        target.not_measured.iter().chain(others).cloned().collect()
     }
 
     /// The simulated ratios or stretches of all muscles.
-    pub fn simulated_in(&self, kind: TargetKind) -> Vec<f64> {
+    pub fn simulated(&self, kind: TargetKind) -> Vec<f64> {
         kind.values(&self.lengths(), &self.rest_lengths, self.matched.target.reference)
     }
 

@@ -57,7 +57,7 @@ impl TargetOnBody {
                 Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
             }
         };
-        let others = target.comparable().filter(|m| !target.fitted.contains(m));
+        let others = target.comparable(target.kind).filter(|m| !target.fitted.contains(m));
         [target.fitted.iter().copied().map(observation).collect(), others.map(observation).collect()]
     }
 

@@ -118,7 +118,8 @@ impl Target {
                 ));
             }
         };
-        let fitted: Vec<usize> = active.iter().copied().filter(|&m| kind.constrains(m, reference)).collect();
+        let is_free = |m: &usize| kind == TargetKind::Stretch || *m != reference;
+        let fitted: Vec<usize> = active.iter().copied().filter(is_free).collect();
         if fitted.is_empty() {
             return refused(format!(
                 "only {} contracts in /{vowel}/ of {subject}, and its ratio to itself is always 1, so a ratio target says nothing about \
@@ -184,9 +185,16 @@ impl Target {
         kind.values(&self.measured_mm, &self.baseline_mm, self.reference)
     }
 
-    /// Positions of the muscles that can be compared: for ratios all except the reference.
-    pub fn comparable(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.muscles.len()).filter(|&m| self.kind.constrains(m, self.reference))
+    /// Positions of the muscles that can be compared: for ratios all except the reference, whose ratio is 1 by definition.
+    pub fn comparable(&self, kind: TargetKind) -> impl Iterator<Item = usize> + '_ {
+        (0..self.muscles.len()).filter(move |&m| kind == TargetKind::Stretch || m != self.reference)
+    }
+
+    /// Root mean square difference over the comparable muscles that do not contract; `None` if there are none.
+    pub fn passive_rms(&self, kind: TargetKind, simulated: &[f64], measured: &[f64]) -> Option<f64> {
+        let passive = self.comparable(kind).filter(|m| !self.active.contains(m));
+        let squares = Vec::from_iter(passive.map(|m| (simulated[m] - measured[m]).powi(2)));
+        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     }
 
     pub fn active_names(&self) -> Vec<&str> {
@@ -270,11 +278,6 @@ impl TargetKind {
             TargetKind::Ratio => lengths.iter().map(|l| l / lengths[reference]).collect(),
             TargetKind::Stretch => lengths.iter().zip(at_rest).map(|(l, r)| l / r).collect(),
         }
-    }
-
-    /// Whether the value of a muscle can be fitted: the ratio of the reference is 1 by definition.
-    pub fn constrains(self, muscle: usize, reference: usize) -> bool {
-        self == TargetKind::Stretch || muscle != reference
     }
 }
 

@@ -176,10 +176,7 @@ pub fn fit_outputs(
 fn line(r: &AssessedRecord) -> [String; 6] {
     let names = r.fit().active_names();
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
-    let tensions = names.iter().map(|m| {
-        let tension = r.fit().number(m).map_or(f64::NAN, |m| r.fit().tension(m));
-        format!("{m} {tension:.1}")
-    });
+    let tensions = names.iter().map(|m| format!("{m} {:.1}", r.fit().tension(m).unwrap_or(f64::NAN)));
     let drawn = names.iter().filter_map(|m| summary?.tensions_n.get(m)).map(|t| {
         let (median, [low, high]) = (t.spread.median, t.spread.interval_95);
         format!("{median:.0} ({low:.0}–{high:.0})")

@@ -95,24 +95,18 @@ fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
     let target = &fit.matched.target;
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
     let reference = target.reference;
-    let error = |kind: TargetKind, simulated: &[f64]| {
-        let wanted = target.measured_in(kind);
-        let squares: Vec<f64> = (0..target.muscles.len())
-            .filter(|m| !target.active.contains(m) && kind.constrains(*m, reference))
-            .map(|m| (simulated[m] - wanted[m]).powi(2))
-            .collect();
-        (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
-    };
+    let error =
+        |kind: TargetKind, simulated: &[f64]| target.passive_rms(kind, simulated, &target.measured_in(kind));
     let no_change = |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, reference);
     let thesis = thesis.filter(|t| t.simulated(target));
     let thesis_stretches =
-        thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated_in(stretch)[reference]));
+        thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated(stretch)[reference]));
     let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));
     Passive {
-        rms_stretch: error(stretch, &fit.simulated_in(stretch)),
+        rms_stretch: error(stretch, &fit.simulated(stretch)),
         no_change_rms_stretch: error(stretch, &no_change(stretch)),
         thesis_rms_stretch: thesis_stretches.and_then(|values| error(stretch, &values)),
-        rms_ratio: error(ratio, &fit.simulated_in(ratio)),
+        rms_ratio: error(ratio, &fit.simulated(ratio)),
         no_change_rms_ratio: error(ratio, &no_change(ratio)),
         thesis_rms_ratio: thesis_ratios.and_then(|values| error(ratio, &values)),
     }

@@ -148,19 +148,20 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             format!("tension_{m}_n_per_m"),
             "N/m",
             "tension that was found",
-            move |r: &AssessedRecord| json!(r.fit().number(m).map(|m| r.fit().tension(m))),
+            move |r: &AssessedRecord| json!(r.fit().tension(m)),
         )
     });
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
 }
 
 pub fn of_muscles(r: &AssessedRecord, by: &Provenance) -> Table {
-    column::table(&muscle_columns(by), &muscles(r))
+    column::table(&muscle_columns(by), &r.record.muscles(r.substitute_baseline))
 }
 
 /// The header of `posterior.csv`, and its rows for one fit; no rows if the fit has no posterior.
 pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
-    let rows = if r.record.posterior.is_some() { muscles(r) } else { Vec::new() };
+    let rows =
+        if r.record.posterior.is_some() { r.record.muscles(r.substitute_baseline) } else { Vec::new() };
     column::table(&posterior_columns(by), &rows)
 }
 
@@ -190,12 +191,6 @@ pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
         table.rows.push(values.collect());
     }
     table
-}
-
-fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {
-    (0..r.fit().matched.muscles.len())
-        .map(|muscle| OfMuscle { record: &r.record, substitute_baseline: r.substitute_baseline, muscle })
-        .collect()
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ impl Recorded {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
-        let marks = target.comparable().map(|m| {
+        let marks = target.comparable(target.kind).map(|m| {
             let (value, reference) = (target.values[m], target.reference);
             let (over, half_width_over_mm, measure) = match target.kind {
                 TargetKind::Stretch => (m, target.baseline_half_width_mm[m], LengthMeasure::Stretch(value)),

@@ -40,7 +40,6 @@ impl PageFit {
         ridges: Option<&str>,
     ) -> Result<Self, ReportError> {
         let ways = r.fit().answer.positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
-        let tension = |m: &String| r.fit().number(m).map(|m| r.fit().tension(m));
         let posterior = r.record.posterior.as_ref();
         Ok(Self {
             number,
@@ -50,10 +49,10 @@ impl PageFit {
             posterior_row: posterior
                 .map_or_else(String::new, |_| posterior_row(number, r, muscles).into_string()),
             moved: ways.map(|way| [way.x, way.y].map(micrometres)).collect(),
-            active: muscles.iter().filter(|m| tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
+            active: muscles.iter().filter(|m| r.fit().tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
             tensions: muscles
                 .iter()
-                .map(|m| tension(m).filter(|_| r.fit().active_names().contains(m)))
+                .map(|m| r.fit().tension(m).filter(|_| r.fit().active_names().contains(m)))
                 .collect(),
             label: r.label(),
         })
@@ -72,9 +71,9 @@ fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
         tr {
             (first_cells(id, r))
             td { (r.fit().matched.target.kind) }
-            @let residuals = r.fit().residuals();
+            @let residuals = ByMuscle::new(&r.fit().matched.target.muscles, r.fit().residuals());
             @for m in muscles {
-                @match r.fit().number(m).and_then(|m| residuals.get(m)) {
+                @match residuals.get(m) {
                     Some(residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
                         @if r.fitted.contains(m) { "● " }
                         (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
@@ -111,7 +110,7 @@ pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
         RowColumn::of_page("alarms", |r| r.record.alarms.len().into()),
     ];
     columns.extend(muscles.iter().map(|m| {
-        let tension = move |r: &AssessedRecord| r.fit().number(m).map_or(0.0, |m| r.fit().tension(m));
+        let tension = move |r: &AssessedRecord| r.fit().tension(m).unwrap_or(0.0);
         RowColumn::of_page(m.clone(), move |r| tension(r).into()).with_text(move |r| {
             if r.fit().active_names().contains(m) { format!("{:.1}", tension(r)) } else { String::new() }
         })
