@@ -40,8 +40,8 @@ impl OfMuscle<'_> {
         self.own(&self.record.fit.simulated(kind))
     }
 
-    fn simulated_mm(&self) -> Option<f64> {
-        self.mm(&self.record.fit.lengths())
+    fn residual(&self, kind: TargetKind) -> Value {
+        json!(self.simulated(kind).zip(self.measured(kind)).map(|(s, m)| s - m))
     }
 
     /// The measured length of the quantity that was fitted, scaled to the size of the model, mm.
@@ -72,10 +72,6 @@ impl FitRecord {
     }
 }
 
-fn residual(simulated: Option<f64>, measured: Option<f64>) -> Value {
-    json!(simulated.zip(measured).map(|(s, m)| s - m))
-}
-
 /// Lengths in mm: measured ones are the subject's; others are in the size of the model. What was not measured is empty.
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     column::columns::<OfMuscle<'a>, _>([
@@ -98,22 +94,20 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
         ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
         ("target_length_mm", "mm", "measured length in the size of the model", |r| json!(r.target_mm())),
-        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.simulated_mm())),
-        ("residual_mm", "mm", "simulated less target length", |r| residual(r.simulated_mm(), r.target_mm())),
+        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.mm(&r.record.fit.lengths()))),
+        ("residual_mm", "mm", "simulated less target length", |r| {
+            json!(r.mm(&r.record.fit.lengths()).zip(r.target_mm()).map(|(s, t)| s - t))
+        }),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
             json!(r.measured(Ratio))
         }),
         ("simulated_ratio", "", "simulated length over that of the reference muscle", |r| {
             json!(r.simulated(Ratio))
         }),
-        ("residual_ratio", "", "simulated less measured ratio", |r| {
-            residual(r.simulated(Ratio), r.measured(Ratio))
-        }),
+        ("residual_ratio", "", "simulated less measured ratio", |r| r.residual(Ratio)),
         ("target_stretch", "", "measured length over that in the baseline", |r| json!(r.measured(Stretch))),
         ("simulated_stretch", "", "simulated length over that at rest", |r| json!(r.simulated(Stretch))),
-        ("residual_stretch", "", "simulated less measured stretch", |r| {
-            residual(r.simulated(Stretch), r.measured(Stretch))
-        }),
+        ("residual_stretch", "", "simulated less measured stretch", |r| r.residual(Stretch)),
     ])
 }
 

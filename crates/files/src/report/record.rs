@@ -10,7 +10,7 @@ use tongue_core::body::Body;
 use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::solution_curve::{CurvePoint, SolutionCurve};
-use tongue_infer::inverse::{Fit, TargetOnBody};
+use tongue_infer::inverse::{AT_BOUND, Fit};
 use tongue_infer::posterior::{Report, Verdict};
 use tongue_input::measured::TargetKind;
 
@@ -140,7 +140,8 @@ impl FitRecord {
         let title =
             format!("{} /{}/: at rest (grey) and at the tensions found", target.subject, target.vowel);
         let palate = body.palate.as_deref().unwrap_or_default();
-        let tensions = fit.shown_tensions();
+        let shown = fit.answer.tensions.iter().map(|t| if *t >= AT_BOUND { *t } else { 0.0 });
+        let tensions: Vec<f64> = shown.collect();
         tongue(&SectionPicture::new(&body.mesh, &fit.answer.positions, &tensions, palate, &title))
     }
 
@@ -175,8 +176,7 @@ pub struct SolutionCurveRecord<'a> {
 impl<'a> SolutionCurveRecord<'a> {
     /// The curve of a fit that leaves one direction undetermined.
     pub fn of(fit: &'a Fit) -> Option<Self> {
-        let TargetOnBody { muscles, numbers, .. } = &fit.matched;
-        let muscles = muscles.iter().cloned().zip(numbers.iter().copied()).collect();
+        let muscles = fit.matched.muscles.iter().cloned().zip(fit.matched.numbers.iter().copied()).collect();
         Some(Self { curve: fit.answer.solution_curve()?, unknowns: fit.active_names(), muscles })
     }
 

@@ -44,16 +44,13 @@ impl<'a> FitRun<'a> {
 
     pub fn run(&self, body: &Body<2>, model: &Model, made_by: &Provenance) -> Result<FitRecord, FitError> {
         let Self { target, settings, .. } = self;
-        let fit = match body.palate.as_ref().filter(|_| self.walls) {
-            None => inverse::fit(&body.mesh, model, target, settings)?,
-            Some(palate) => {
-                let matched = TargetOnBody::new(&body.mesh, target)?;
-                let mut additions = Additions::default();
-                additions.add_contact(wall(&body.mesh, model, palate)?);
-                let system = System::with_additions(&body.mesh, model, &matched.contracting(), additions)?;
-                inverse::fit_in(&system, matched, settings)?
-            }
-        };
+        let matched = TargetOnBody::new(&body.mesh, target)?;
+        let mut additions = Additions::default();
+        if let Some(palate) = body.palate.as_ref().filter(|_| self.walls) {
+            additions.add_contact(wall(&body.mesh, model, palate)?);
+        }
+        let system = System::with_additions(&body.mesh, model, &matched.contracting(), additions)?;
+        let fit = inverse::fit_in(&system, matched, settings)?;
         let alarms = alarms::alarms(&body.mesh, &fit, &Muscles::built_in());
         let mut record = FitRecord {
             made_by: made_by.clone(),

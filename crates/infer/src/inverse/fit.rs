@@ -56,11 +56,6 @@ impl<const D: usize> Fit<D> {
         self.tension(muscle).is_some_and(|tension| tension >= AT_BOUND)
     }
 
-    /// Tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
-    pub fn shown_tensions(&self) -> Vec<f64> {
-        self.answer.tensions.iter().map(|t| if *t >= AT_BOUND { *t } else { 0.0 }).collect()
-    }
-
     /// Muscles of the table or of the body that were not measured in both rows.
     pub fn not_measured(&self) -> Vec<String> {
         let TargetOnBody { target, muscles, .. } = &self.matched;

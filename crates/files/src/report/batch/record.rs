@@ -10,7 +10,7 @@ use crate::report::FitRecord;
 use tongue_infer::inverse::batch::{Job, PublishedFacts, rest_distance};
 use tongue_infer::inverse::{Fit, Optimum, optima};
 use tongue_infer::posterior::Verdict;
-use tongue_input::measured::TargetKind;
+use tongue_input::measured::TargetKind::{self, Ratio, Stretch};
 use tongue_input::measured::lengths::rest_distance::RestDistance;
 use tongue_input::measured::published_patterns::PatternCheck;
 use tongue_input::measured::thesis::Thesis;
@@ -93,22 +93,21 @@ impl AssessedRecord {
 /// Errors of the passive muscles. The thesis's simulation is a reference if it simulated this row.
 fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
     let target = &fit.matched.target;
-    let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
-    let reference = target.reference;
     let error =
         |kind: TargetKind, simulated: &[f64]| target.passive_rms(kind, simulated, &target.measured_in(kind));
-    let no_change = |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, reference);
+    let no_change =
+        |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, target.reference);
     let thesis = thesis.filter(|t| t.simulated(target));
     let thesis_stretches =
-        thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated(stretch)[reference]));
+        thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated(Stretch)[target.reference]));
     let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));
     Passive {
-        rms_stretch: error(stretch, &fit.simulated(stretch)),
-        no_change_rms_stretch: error(stretch, &no_change(stretch)),
-        thesis_rms_stretch: thesis_stretches.and_then(|values| error(stretch, &values)),
-        rms_ratio: error(ratio, &fit.simulated(ratio)),
-        no_change_rms_ratio: error(ratio, &no_change(ratio)),
-        thesis_rms_ratio: thesis_ratios.and_then(|values| error(ratio, &values)),
+        rms_stretch: error(Stretch, &fit.simulated(Stretch)),
+        no_change_rms_stretch: error(Stretch, &no_change(Stretch)),
+        thesis_rms_stretch: thesis_stretches.and_then(|values| error(Stretch, &values)),
+        rms_ratio: error(Ratio, &fit.simulated(Ratio)),
+        no_change_rms_ratio: error(Ratio, &no_change(Ratio)),
+        thesis_rms_ratio: thesis_ratios.and_then(|values| error(Ratio, &values)),
     }
 }
 
