@@ -293,8 +293,6 @@ pub mod simulation {
 
 pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::statics::CriticalKind;
     pub use tongue_core::statics::{
         Connection, FromRest, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
         solve_and_trace, trace,

@@ -11,7 +11,7 @@ use tongue_fit::posterior::{Contrast, OverSpeakers};
 use tongue_fit::report::column::{self, Column};
 use tongue_fit::report::{self, OfBody, SimulationRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
-use tongue_fit::statics::{self, Connection, CriticalKind, FromRest, Trace};
+use tongue_fit::statics::{self, Connection, FromRest};
 use tongue_fit::surgery::OperationRecord;
 use tongue_fit::validate::{self, ValidationStudy};
 
@@ -127,33 +127,29 @@ fn of_rest(what: &str, least: f64, most: f64) -> String {
 /// The connection of an equilibrium to rest, and its alarms.
 fn branch(found: &Equilibrium) -> String {
     let doubts = alarms(&found.alarms);
-    let followed = match (found.solution.connection, &found.branch) {
-        (Connection::Traced, _) => {
+    let Some(trace) = found.trace else {
+        return connection_to_rest(found.solution.connection).to_owned() + &doubts;
+    };
+    let end = trace.from_rest.critical().map_or_else(String::new, |c| {
+        let kind = report::status_name(&c.kind).replace('_', " ");
+        format!("the branch of equilibria from rest ends at {:.6} of the tensions ({kind}); ", c.load)
+    });
+    let followed = match trace.from_rest {
+        FromRest::Branch => {
             "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
         }
-        (_, Some(Trace { stopped: Some(load), .. })) if *load == 0.0 => {
+        FromRest::Jumped(_) => end + "the body falls from there to this answer",
+        FromRest::Lost(_) => end + "where the body falls from there was not found",
+        FromRest::NotKnown { reached: 0.0 } => {
             "the branch of equilibria from rest could not be begun: whether the answer lies on it is not known".to_owned()
         }
-        (_, Some(Trace { stopped: Some(load), .. })) => format!(
-            "the branch of equilibria from rest was followed to {load:.2e} of the tensions, where the solves allowed for it were \
-                 used up: whether the answer lies on it is not known"
+        FromRest::NotKnown { reached } => format!(
+            "the branch of equilibria from rest was followed to {reached:.2e} of the tensions, where the solves allowed for it were \
+             used up: whether the answer lies on it is not known"
         ),
-        (_, Some(Trace { critical: Some(c), from_rest, .. })) => format!(
-            "the branch of equilibria from rest ends at {:.6} of the tensions ({}); {}",
-            c.load,
-            match c.kind {
-                CriticalKind::LimitPoint => "limit point",
-                CriticalKind::Bifurcation => "bifurcation",
-            },
-            match from_rest {
-                FromRest::Jumped { .. } => "the body falls from there to this answer",
-                _ => "where the body falls from there was not found",
-            }
-        ),
-        (connection, _) => return connection_to_rest(connection).to_owned() + &doubts,
     };
-    let another = found.branch.is_some_and(|trace| trace.another);
-    followed + if another { "; there is another equilibrium\n" } else { "; no other was met\n" } + &doubts
+    let another = if trace.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
+    followed + another + &doubts
 }
 
 /// The connection to rest of an equilibrium whose branch was not followed.

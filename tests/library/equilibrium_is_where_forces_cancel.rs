@@ -4,7 +4,7 @@ use crate::fixtures::{self, says, tongue};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
-use tongue_fit::statics::{Connection, SolveSettings, SolveStatus, solve, trace};
+use tongue_fit::statics::{Connection, FromRest, SolveSettings, SolveStatus, solve, trace};
 use tongue_fit::system::{Model, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
@@ -107,11 +107,12 @@ fn a_trace_counts_all_that_it_took_and_says_where_it_stopped() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (direct, mut workspace) = fixtures::solve(&system, &PUBLISHED);
     let whole = trace(&system, &mut workspace, &PUBLISHED, &SolveSettings::default());
-    assert_eq!((whole.stopped, whole.solution.connection), (None, Connection::Traced));
+    assert_eq!((whole.from_rest, whole.solution.connection), (FromRest::Branch, Connection::Traced));
     assert!(whole.solution.iterations > 10 * direct.iterations, "{whole:?}");
     let few = SolveSettings { most_solves: 10, ..SolveSettings::default() };
     let part = trace(&system, &mut workspace, &PUBLISHED, &few);
-    assert_eq!((part.stopped, part.solution.connection), (Some(0.5), Connection::Direct));
+    let not_known = FromRest::NotKnown { reached: 0.5 };
+    assert_eq!((part.from_rest, part.solution.connection), (not_known, Connection::Direct));
     assert_eq!(part.solution.status, SolveStatus::Converged);
 }
 

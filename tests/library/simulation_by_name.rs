@@ -52,7 +52,7 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     let mut workspace = Workspace::new(&system);
     let trace = statics::solve_and_trace(&system, &mut workspace, &tensions, &settings);
     let traced = solver.follow_from_rest(&PUBLISHED).unwrap();
-    assert_eq!((traced.positions(), traced.solved.equilibrium.branch), (workspace.positions(), Some(trace)));
+    assert_eq!((traced.positions(), traced.solved.equilibrium.trace), (workspace.positions(), Some(trace)));
     assert!(traced.is_traced() && !first.is_traced());
 }
 
@@ -72,7 +72,7 @@ fn fits_have_the_same_bits() {
         let fit = inverse::fit(&body.mesh, &Model::default(), &wanted, &settings).unwrap();
         assert_eq!((found.answer.status, found.answer.misfit), (fit.answer.status, fit.answer.misfit));
         let equilibrium = &found.shape.solved.equilibrium;
-        assert_eq!(equilibrium.branch, Some(fit.answer.replay.trace), "it says how rest leads to it");
+        assert_eq!(equilibrium.trace, Some(fit.answer.replay.trace), "it says how rest leads to it");
         assert_eq!(
             (&found.answer.positions, &found.answer.starts),
             (&fit.answer.positions, &fit.answer.starts)

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::body::largest_distance;
 use crate::system::System;
 
-use super::trace::{COARSE_RESOLUTION, FromRest, Path, PathEnd, Trace, trace};
+use super::trace::{COARSE_RESOLUTION, Path, Trace, trace};
 use super::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 
 /// Shapes are the same if their nodes, or their lengths of muscles, differ by less than this, m. At 1785 loads of `results/stability` the
@@ -13,8 +13,8 @@ use super::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 /// most 1.4e-12 m, and those of different equilibria at the same tensions by 0.2 to 2.7 mm.
 pub const SAME_SHAPE_M: f64 = 1e-8;
 
-/// How `tensions` that grow together lead from rest to `positions`, m; `None` if they lead to another shape. Where the branch ends this
-/// costs less than a [`trace()`], because the end is located only to a ten-thousandth of the load.
+/// Whether `tensions` that grow together lead from rest to `positions`, m, jumps included. Where the branch ends this costs less than a
+/// [`trace()`], because the end is located only to a ten-thousandth of the load.
 #[inline(never)]
 pub fn leads_from_rest<const D: usize>(
     system: &System<D>,
@@ -22,23 +22,21 @@ pub fn leads_from_rest<const D: usize>(
     tensions: &[f64],
     settings: &SolveSettings,
     positions: &[SVector<f64, D>],
-) -> Option<FromRest> {
+) -> bool {
     let settings = SolveSettings { certify: true, beyond: false, ..*settings };
     let mut path = Path::new(system, workspace, tensions, &settings);
-    let (shape, end, _) = path.follow_from_rest(COARSE_RESOLUTION);
-    let is_there = |shape: &[SVector<f64, D>]| largest_distance(shape, positions) <= SAME_SHAPE_M;
-    match end {
-        PathEnd::Whole => is_there(&shape).then_some(FromRest::Branch),
-        PathEnd::Critical { load, .. } if path.solve_at(&shape, 1.0).status == SolveStatus::Converged => {
-            is_there(path.w.positions()).then_some(FromRest::Jumped { load })
-        }
-        PathEnd::Critical { .. } | PathEnd::Stopped { .. } => Some(FromRest::NotKnown),
+    let (mut shape, _) = path.follow_from_rest(COARSE_RESOLUTION);
+    let mut arrives = path.reached == 1.0;
+    if path.ends_at.is_some() {
+        arrives = path.solve_at(&shape, 1.0).status == SolveStatus::Converged;
+        shape.copy_from_slice(path.w.positions());
     }
+    arrives && largest_distance(&shape, positions) <= SAME_SHAPE_M
 }
 
 /// Solves as [`solve`] does and follows the equilibria from rest as [`trace()`] does. The traced shape, to which the body moves as the
 /// tensions grow, is the answer if both converge to different shapes or the direct solve fails. If the trace stopped early, a direct
-/// answer is kept, and [`Trace::stopped`] says that its branch is not known.
+/// answer is kept, and [`Trace::from_rest`] says that its branch is not known.
 #[inline(never)]
 pub fn solve_and_trace<const D: usize>(
     system: &System<D>,
@@ -67,13 +65,11 @@ pub fn trace_beside<const D: usize>(
     let factorisations = direct.factorisations + found.factorisations;
     let (another, same_by_newton) = (found.another || (apart && both), both && !apart);
     let found = Trace { another, same_by_newton, factorisations, ..found };
-    let replaces = converged && if found.stopped.is_some() { !direct_converged } else { apart || !both };
-    if replaces {
+    let leads_there = found.from_rest.leads_here();
+    if converged && (!direct_converged || (apart && leads_there)) {
         std::mem::swap(workspace, &mut other);
         return found;
     }
-    let known = both && found.stopped.is_none();
-    let connection = if known { found.solution.connection } else { direct.connection };
-    let from_rest = if known { found.from_rest } else { FromRest::NotKnown };
-    Trace { solution: Solution { connection, ..*direct }, from_rest, ..found }
+    let connection = if leads_there { found.solution.connection } else { direct.connection };
+    Trace { solution: Solution { connection, ..*direct }, ..found }
 }

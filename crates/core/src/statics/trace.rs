@@ -30,42 +30,63 @@ pub struct Critical {
 }
 
 /// How loads that grow together lead from rest to a shape.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FromRest {
     /// One branch of stable equilibria, which was followed there and back, leads to it.
     Branch,
-    /// The branch ends at this part of the loads, and the body jumps from there to the shape.
-    Jumped { load: f64 },
-    /// It is not known, because the solves that are allowed were used up, or no equilibrium was found at the whole loads.
-    #[default]
-    NotKnown,
+    /// The branch ends, and the body jumps from there to the shape.
+    Jumped(Critical),
+    /// The branch ends, and it was not found where the body jumps from there.
+    Lost(Critical),
+    /// The branch was followed up to this part of the loads, where [`SolveSettings::most_solves`] were used up; 0 too if no equilibrium
+    /// without tensions was found. The shape may lie on another branch.
+    NotKnown { reached: f64 },
+}
+
+impl FromRest {
+    /// Whether the body reaches the shape as the loads grow, jumps included.
+    pub fn leads_here(&self) -> bool {
+        matches!(self, Self::Branch | Self::Jumped(_))
+    }
+
+    /// The end of the branch from rest, if it was met.
+    pub fn critical(&self) -> Option<Critical> {
+        match self {
+            Self::Jumped(critical) | Self::Lost(critical) => Some(*critical),
+            Self::Branch | Self::NotKnown { .. } => None,
+        }
+    }
+
+    /// Part of the loads at which the solves were used up.
+    pub fn stopped(&self) -> Option<f64> {
+        match self {
+            Self::NotKnown { reached } => Some(*reached),
+            _ => None,
+        }
+    }
+}
+
+impl Default for FromRest {
+    fn default() -> Self {
+        Self::NotKnown { reached: 0.0 }
+    }
 }
 
 /// Result of following the equilibria from rest to the load.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
-    #[serde(skip)]
     pub solution: Solution,
     /// How the load leads from rest to the solution.
-    #[serde(skip)]
     pub from_rest: FromRest,
-    /// The end of the branch from rest; `None` if the branch reaches the whole load, so that the solution lies on it.
-    pub critical: Option<Critical>,
     /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one in which
     /// the body stays after twice the load, or in [`super::solve_and_trace`] that of the direct solve. Without [`SolveSettings::beyond`]
     /// twice the load is not tried.
     pub another: bool,
     /// Whether Newton's method from the start in the workspace gives the same shape; [`trace`] does not check it.
-    #[serde(skip)]
     pub same_by_newton: bool,
     /// Number of factorisations of a stiffness, in [`super::solve_and_trace`] with those of the direct solve.
-    #[serde(skip)]
     pub factorisations: usize,
-    /// Part of the tensions up to which the branch was followed before [`SolveSettings::most_solves`] were used up; 0 too if no equilibrium
-    /// without tensions was found. The solution may then lie on another branch. `None` if the branch was followed to its end or to the
-    /// whole load.
-    pub stopped: Option<f64>,
 }
 
 /// Smallest number of steps along the branch of a body of springs.
@@ -102,14 +123,8 @@ pub fn trace<const D: usize>(
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
     let mut path = Path::new(system, workspace, tensions, &settings);
-    let (mut shape, end, follow_and_return) = path.follow_from_rest(RESOLUTION);
-    let (critical, stopped) = match end {
-        PathEnd::Whole => (None, None),
-        PathEnd::Stopped { reached } => (None, Some(reached)),
-        PathEnd::Critical { reached, load } => {
-            (Some(Critical { load, kind: path.critical_kind(&shape, reached) }), None)
-        }
-    };
+    let (mut shape, follow_and_return) = path.follow_from_rest(RESOLUTION);
+    let critical = path.ends_at.map(|load| Critical { load, kind: path.critical_kind(&shape) });
     let (solution, another) = follow_and_return.unwrap_or_else(|| {
         let solution = path.solve_at(&shape, 1.0);
         shape.clone_from(&path.w.positions);
@@ -117,7 +132,7 @@ pub fn trace<const D: usize>(
             // Branches meet at the critical load. If the body reaches another shape when it is brought back from rest, another branch
             // still exists at the whole load.
             Some(c) => c.kind == CriticalKind::Bifurcation || path.finds_another_shape(&shape, 0.0),
-            None => settings.beyond && stopped.is_none() && path.finds_another_shape(&shape, 2.0),
+            None => settings.beyond && path.reached == 1.0 && path.finds_another_shape(&shape, 2.0),
         };
         (solution, another)
     });
@@ -125,14 +140,15 @@ pub fn trace<const D: usize>(
     path.w.discard_factor();
     path.w.tensions.copy_from_slice(tensions);
     let Solution { iterations, factorisations, energy_evaluations, .. } = path.cost;
-    let from_rest = match (critical, stopped) {
-        (None, None) if solution.status == SolveStatus::Converged => FromRest::Branch,
-        (Some(c), _) if solution.status == SolveStatus::Converged => FromRest::Jumped { load: c.load },
-        _ => FromRest::NotKnown,
+    let from_rest = match (critical, solution.status == SolveStatus::Converged) {
+        (Some(critical), true) => FromRest::Jumped(critical),
+        (Some(critical), false) => FromRest::Lost(critical),
+        (None, true) if path.reached == 1.0 => FromRest::Branch,
+        (None, _) => FromRest::NotKnown { reached: path.reached },
     };
     let connection = if from_rest == FromRest::Branch { Connection::Traced } else { solution.connection };
     let solution = Solution { connection, iterations, factorisations, energy_evaluations, ..solution };
-    Trace { solution, from_rest, critical, another, same_by_newton: false, factorisations, stopped }
+    Trace { solution, from_rest, another, same_by_newton: false, factorisations }
 }
 
 /// Whether a force larger than `tolerance`, N, acts on the body at rest without tensions.
@@ -151,16 +167,10 @@ pub(super) struct Path<'a, const D: usize> {
     settings: &'a SolveSettings,
     solves: usize,
     cost: Solution,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum PathEnd {
-    /// The branch reaches the whole load.
-    Whole,
-    /// The branch cannot be continued from the part `reached` of the load to the part `load`.
-    Critical { reached: f64, load: f64 },
-    /// The solves were used up at this part of the load, or there is no equilibrium at which the branch begins.
-    Stopped { reached: f64 },
+    /// Part of the load up to which the branch was followed.
+    pub reached: f64,
+    /// The part to which the branch cannot be continued; `None` at the whole load, or if the solves were used up.
+    pub ends_at: Option<f64>,
 }
 
 impl<'a, const D: usize> Path<'a, D> {
@@ -170,29 +180,27 @@ impl<'a, const D: usize> Path<'a, D> {
         tensions: &'a [f64],
         settings: &'a SolveSettings,
     ) -> Self {
-        Self { system, w, tensions, settings, solves: 0, cost: Solution::NONE }
+        Self { system, w, tensions, settings, solves: 0, cost: Solution::NONE, reached: 0.0, ends_at: None }
     }
 
     /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
-    /// tensions. Returns its last shape, its end, and the result of [`Path::follow_and_return`].
-    pub fn follow_from_rest(
-        &mut self,
-        shortest: f64,
-    ) -> (Vec<SVector<f64, D>>, PathEnd, Option<(Solution, bool)>) {
+    /// tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
+    pub fn follow_from_rest(&mut self, shortest: f64) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
         let mut shape = self.system.rest().to_vec();
         if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
             let beginning = self.solve_at(&shape, 0.0);
             shape.clone_from(&self.w.positions);
             if beginning.status != SolveStatus::Converged {
-                return (shape, PathEnd::Stopped { reached: 0.0 }, None);
+                return (shape, None);
             }
         }
         let found = self.follow_and_return(&shape);
         if found.is_some() {
-            return (self.w.positions.clone(), PathEnd::Whole, found);
+            self.reached = 1.0;
+            return (self.w.positions.clone(), found);
         }
-        let end = self.follow(&mut shape, shortest);
-        (shape, end, None)
+        self.follow(&mut shape, shortest);
+        (shape, None)
     }
 
     fn steps(&self) -> usize {
@@ -201,25 +209,22 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Follows the branch from `shape`, which has no tensions, and leaves the last shape on the branch there. A step that does not
     /// continue the branch is halved until it is shorter than the part `shortest` of the load.
-    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>, shortest: f64) -> PathEnd {
+    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>, shortest: f64) {
         let longest = 1.0 / self.steps() as f64;
-        let (mut reached, mut step) = (0.0, longest);
-        while reached < 1.0 {
-            if self.solves >= self.settings.most_solves {
-                return PathEnd::Stopped { reached };
-            }
-            let load = f64::min(reached + step, 1.0);
-            if let Some(next) = self.continued(shape, reached, load) {
-                (reached, *shape) = (load, next);
+        let mut step = longest;
+        while self.reached < 1.0 && self.solves < self.settings.most_solves {
+            let load = f64::min(self.reached + step, 1.0);
+            if let Some(next) = self.continued(shape, self.reached, load) {
+                (self.reached, *shape) = (load, next);
                 step = f64::min(2.0 * step, longest);
             } else {
                 step *= 0.5;
                 if step < shortest * load {
-                    return PathEnd::Critical { reached, load: reached + step };
+                    self.ends_at = Some(self.reached + step);
+                    return;
                 }
             }
         }
-        PathEnd::Whole
     }
 
     /// Solves at a part of the load from these positions, m.
@@ -317,8 +322,8 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     /// The kind of the end of the branch whose last stable shape is `shape`.
-    fn critical_kind(&mut self, shape: &[SVector<f64, D>], load: f64) -> CriticalKind {
-        self.solve_at(shape, load);
+    fn critical_kind(&mut self, shape: &[SVector<f64, D>]) -> CriticalKind {
+        self.solve_at(shape, self.reached);
         // This leaves the critical mode in the workspace's unknowns.
         smallest_eigenvalue(self.system, self.w);
         let work = self.work_on_mode();

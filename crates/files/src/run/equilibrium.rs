@@ -9,7 +9,7 @@ use serde_json::json;
 
 use tongue_core::body::Body;
 use tongue_core::dynamics::{self, Integrator, Motion, MotionOutcome, Observer, State};
-use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
+use tongue_core::statics::{self, Solution, SolveSettings, Trace, Workspace};
 use tongue_core::system::{Model, SpaceModel, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 
@@ -18,7 +18,8 @@ use tongue_infer::inverse::alarms::{self, Alarm};
 pub struct Equilibrium {
     #[serde(flatten, serialize_with = "serialize_solution")]
     pub solution: Solution,
-    pub branch: Option<statics::Trace>,
+    #[serde(rename = "branch", serialize_with = "serialize_trace")]
+    pub trace: Option<Trace>,
     pub alarms: Vec<Alarm>,
 }
 
@@ -33,6 +34,13 @@ fn serialize_solution<S: Serializer>(solution: &Solution, serializer: S) -> Resu
         "guarded": solution.guarded,
         "iterations": solution.iterations,
         "factorisations": solution.factorisations,
+    });
+    record.serialize(serializer)
+}
+
+fn serialize_trace<S: Serializer>(trace: &Option<Trace>, serializer: S) -> Result<S::Ok, S::Error> {
+    let record = trace.map(|Trace { from_rest, another, .. }| {
+        json!({ "critical": from_rest.critical(), "another": another, "stopped": from_rest.stopped() })
     });
     record.serialize(serializer)
 }
@@ -58,14 +66,14 @@ impl Equilibrium {
 /// A solution that was not followed from rest.
 impl From<Solution> for Equilibrium {
     fn from(solution: Solution) -> Self {
-        Self { solution, branch: None, alarms: alarms::barrier(solution.guarded).into_iter().collect() }
+        Self { solution, trace: None, alarms: alarms::barrier(solution.guarded).into_iter().collect() }
     }
 }
 
-impl From<statics::Trace> for Equilibrium {
-    fn from(branch: statics::Trace) -> Self {
-        let solution = branch.solution;
-        Self { solution, branch: Some(branch), alarms: alarms::of_equilibrium(&solution, branch.from_rest) }
+impl From<Trace> for Equilibrium {
+    fn from(trace: Trace) -> Self {
+        let Trace { solution, from_rest, .. } = trace;
+        Self { solution, trace: Some(trace), alarms: alarms::of_equilibrium(&solution, from_rest) }
     }
 }
 

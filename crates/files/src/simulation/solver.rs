@@ -56,8 +56,8 @@ impl<const D: usize> Solver<D> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
         w.start_from_rest(system);
-        let branch = statics::solve_and_trace(system, w, &tensions, &self.settings);
-        Ok(Shape::new(&self.assembly, branch.into(), tensions, w.positions().to_vec()))
+        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings);
+        Ok(Shape::new(&self.assembly, trace.into(), tensions, w.positions().to_vec()))
     }
 
     /// Derivatives of the positions of the nodes of an equilibrium by each tension, m/N (2D: per newton per metre of thickness): a list for

@@ -188,10 +188,7 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
 /// Alarms for a solution in which the barrier acts, or which is not known to lie on the branch from rest.
 pub fn of_equilibrium(solution: &Solution, from_rest: FromRest) -> Vec<Alarm> {
     let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
-    let ends_at = match from_rest {
-        FromRest::Jumped { load } => Some(load),
-        _ => None,
-    };
+    let ends_at = from_rest.critical().filter(|_| from_rest.leads_here()).map(|c| c.load);
     if from_rest != FromRest::Branch && solution.status == statics::SolveStatus::Converged {
         out.push(Alarm::NotOnBranch { ends_at });
     }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::parallel;
-use tongue_core::statics::{self, FromRest, SolveSettings, SolveStatus, Trace, Workspace};
+use tongue_core::statics::{self, SolveSettings, SolveStatus, Trace, Workspace};
 use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
@@ -167,7 +167,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
         let trace = statics::trace(system, &mut self.workspace, &self.problem.tensions_of(x), settings);
         self.counts.factorisations += trace.solution.factorisations;
-        trace.from_rest != FromRest::NotKnown
+        trace.from_rest.leads_here()
     }
 
     fn solve(&mut self, x: &[f64]) -> bool {

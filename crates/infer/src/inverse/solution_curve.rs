@@ -232,8 +232,8 @@ impl CurveTracer {
             return Err(Termination::TargetLost);
         }
         // Solved from rest, the point must meet the target as well.
-        let from_rest = forward.residuals_without_neighbours(next.as_slice());
-        if forward.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
+        let residuals = forward.residuals_without_neighbours(next.as_slice());
+        if forward.misfit(residuals.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(Termination::Jump);
         }
         if self.on_load_path {

@@ -34,7 +34,7 @@ pub struct Evaluator<'a> {
     /// A group for each posture, then one for the baseline.
     shapes: Vec<LaneGroup<'a, 2>>,
     /// As `shapes`, for load paths.
-    from_rest: Vec<LaneGroup<'a, 2>>,
+    load_paths: Vec<LaneGroup<'a, 2>>,
 }
 
 /// The values of the parameters at a point, and their derivatives by the scores.
@@ -48,7 +48,7 @@ impl<'a> Evaluator<'a> {
     /// [`Self::new`] with another likelihood of the residuals.
     pub fn with_errors(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
         let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
-        Self { density, errors, shapes: groups(), from_rest: groups() }
+        Self { density, errors, shapes: groups(), load_paths: groups() }
     }
 
     fn solve(
@@ -218,7 +218,7 @@ impl SampledDensity for Evaluator<'_> {
         let density = self.density;
         let values: Vec<ParameterValues> =
             points.iter().map(|(g, _)| density.parameter_values(g).0).collect();
-        let found = self.from_rest.iter_mut().enumerate().map(|(index, group)| {
+        let found = self.load_paths.iter_mut().enumerate().map(|(index, group)| {
             let with: Vec<(&ParameterValues, &[f64])> =
                 values.iter().zip(points).map(|(values, (_, p))| (values, p.solved.shape(index).1)).collect();
             lengths_reached_from_rest(density, group, &with, index)

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::body::largest_distance;
-use tongue_core::statics::{self, Connection, FromRest, SAME_SHAPE_M, SolveStatus, leads_from_rest};
+use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus, leads_from_rest};
 
 use crate::least_squares::{Rule, TrialStep, descend};
 
@@ -87,8 +87,7 @@ impl FrameSolver<'_> {
             return true;
         }
         self.workspace.start_from_rest(self.system);
-        let how = leads_from_rest(self.system, &mut self.workspace, &whole, &self.settings, positions);
-        matches!(how, Some(FromRest::Branch | FromRest::Jumped { .. }))
+        leads_from_rest(self.system, &mut self.workspace, &whole, &self.settings, positions)
     }
 
     /// How this shape is reached from rest; `None` where no path was found.

@@ -28,7 +28,7 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
         for part in [0.9, 1.5] {
             let (traced, row) =
                 trace_row(format!("{name} at {part} of its critical load"), mesh, part * exact)?;
-            let (agrees, note) = match traced.critical {
+            let (agrees, note) = match traced.from_rest.critical() {
                 Some(c) => {
                     let error = c.load * part - 1.0;
                     let text = format!(

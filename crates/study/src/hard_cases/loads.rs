@@ -60,13 +60,14 @@ fn beside_branch(
 ) -> HardCase {
     let direct = workspace.positions().to_vec();
     let traced = trace(system, workspace, tensions, &SolveSettings::default());
-    let ends_at = traced.critical.map(|c| c.load).or(traced.stopped).unwrap_or(1.0);
+    let (critical, stopped) = (traced.from_rest.critical(), traced.from_rest.stopped());
+    let ends_at = critical.map(|c| c.load).or(stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
     let row = HardCase { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };
     if row.is_on_branch() {
         return row;
     }
-    let text = match traced.critical {
+    let text = match critical {
         Some(c) => {
             format!("the branch from rest ends at {:.4} of the load ({})", c.load, status_name(&c.kind))
         }

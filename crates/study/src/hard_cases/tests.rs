@@ -1,6 +1,6 @@
 //! The promise is kept in every hard case of the sample.
 
-use tongue_core::statics::{Connection, SolveSettings, Workspace, solve, trace};
+use tongue_core::statics::{Connection, FromRest, SolveSettings, Workspace, solve, trace};
 use tongue_core::system::{Model, System};
 
 use super::{HardCase, bodies, run_all};
@@ -135,8 +135,8 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
     let mut used = Workspace::new(&system);
     let below = trace(&system, &mut used, &[2.0], &SolveSettings::default());
-    assert_eq!((below.critical, below.solution.connection), (None, Connection::Traced));
-    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default()).critical.is_some());
+    assert_eq!((below.from_rest, below.solution.connection), (FromRest::Branch, Connection::Traced));
+    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default()).from_rest.critical().is_some());
     used.start_from_rest(&system);
     let mut new = Workspace::new(&system);
     let again = solve(&system, &mut used, &[1.0], &SolveSettings::default());
