@@ -6,7 +6,7 @@ use tongue_fit::body::{
 };
 use tongue_fit::material::Constants;
 use tongue_fit::measured::Thesis;
-use tongue_fit::system::Model;
+use tongue_fit::system::{Model, System};
 
 use crate::fixtures;
 
@@ -84,6 +84,28 @@ fn a_spacing_out_of_range_is_refused_with_the_range() {
         fixtures::says(build(&anatomy, h), "the mesh spacing; 0.22 to 15.0 mm");
     }
     fixtures::says(build(&anatomy, 2.1e-4), "the mesh spacing; 0.22 to 15.0 mm");
+}
+
+#[test]
+fn a_mesh_of_more_nodes_than_the_memory_has_room_for_is_refused() {
+    // A strip of squares, each of two triangles, that is held along its lower side.
+    let squares = 30_000;
+    let columns = 0..=squares;
+    let nodes = columns.clone().flat_map(|i| [[1e-5 * f64::from(i), 0.0], [1e-5 * f64::from(i), 1e-5]]);
+    let firsts = || (0..squares as usize).map(|i| 2 * i);
+    let triangles: Vec<[usize; 3]> = firsts().flat_map(|a| [[a, a + 2, a + 3], [a, a + 3, a + 1]]).collect();
+    let sides = firsts().flat_map(|a| [[a, a + 1], [a, a + 2], [a, a + 3], [a + 1, a + 3]]);
+    let last = 2 * squares as usize;
+    let mesh = Mesh {
+        nodes: nodes.map(Into::into).collect(),
+        cells: cells(&triangles),
+        connections: sides.chain([[last, last + 1]]).collect(),
+        fixed: firsts().chain([last]).collect(),
+        ..Mesh::default()
+    };
+    assert_eq!(mesh.nodes.len(), 60_002);
+    let system = System::new(&mesh, &Model::default(), &[]);
+    fixtures::says(system, "the number of nodes of the body in the plane; to 60000");
 }
 
 /// A unit square of two triangles with one muscle along its diagonal.
