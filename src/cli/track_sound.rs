@@ -31,8 +31,8 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The tract and the lips that the options give, checked; the tract is `None` for the built-in one, which is placed later. The result is
-    /// `None` if no formants are wanted.
+    /// The tract and the lips that the options give, checked; the tract is `None` for the built-in one, which is placed later. The result
+    /// is `None` if no formants are wanted.
     pub fn read(&self) -> miette::Result<Option<ReadSound>> {
         if !self.formants {
             return Ok(None);
