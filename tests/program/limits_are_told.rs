@@ -77,13 +77,12 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
         message.contains("give 0.22 to 15.0 mm (is it in millimetres? finer meshes need over 1 GB"),
         "{message}"
     );
-    let block = |want: &str, h_mm: f64| {
-        let size = "size_mm = [7.0, 51.0, 41.0]";
-        format!("title = \"t\"\nwant = \"{want}\"\n[body.block]\n{size}\nh_mm = {h_mm}\n")
+    let block = |want: &str, size_mm: [f64; 3], h_mm: f64| {
+        format!("title = \"t\"\nwant = \"{want}\"\n[body.block]\nsize_mm = {size_mm:?}\nh_mm = {h_mm}\n")
     };
-    fs::write(folder.path().join("fine.toml"), block("trajectory", 1.5) + "[trajectory]\nduration_s = 0.5\n")
-        .unwrap();
-    fs::write(folder.path().join("finer.toml"), block("shape", 1.2)).unwrap();
+    let thin = block("trajectory", [7.0, 51.0, 41.0], 1.5);
+    fs::write(folder.path().join("fine.toml"), thin + "[trajectory]\nduration_s = 0.5\n").unwrap();
+    fs::write(folder.path().join("finer.toml"), block("shape", [42.0; 3], 2.0)).unwrap();
     let message = refused(folder.path(), "scene run finer.toml");
     assert!(message.contains("over 1 GB of memory"), "{message}");
     for (line, said) in [

@@ -53,8 +53,8 @@ pub fn sample_times(t_end: f64, count: usize) -> Vec<f64> {
     (0..count).map(|i| if i + 1 == count && i > 0 { t_end } else { t_end * i as f64 / last }).collect()
 }
 
-/// Runs to `t_end`, s. `state` is the beginning, and at the end the last valid state; `observer` gets the body at the ascending times of `samples`.
-/// Steps end at every kink of the tensions.
+/// Runs to `t_end`, s. `state` is the beginning, and at the end the last valid state; `observer` gets the body at the ascending times of
+/// `samples`. Steps end at every kink of the tensions.
 ///
 /// It never panics and never leaves a number that is not finite in the state.
 #[inline(never)]

@@ -84,11 +84,13 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
+    #[inline(never)]
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         let tension = self.tension(at);
         self.springs.iter().map(|s| s.energy(at.positions, tension)).sum()
     }
 
+    #[inline(never)]
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         let tension = self.tension(at);
         for s in &self.springs {
@@ -96,6 +98,7 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
+    #[inline(never)]
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         let tension = self.tension(at);
         for s in &self.springs {
@@ -117,6 +120,7 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
+    #[inline(never)]
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         self.springs.iter().filter(|s| s.barrier_is_active(at.positions)).count()
     }

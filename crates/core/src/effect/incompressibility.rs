@@ -81,6 +81,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         }
     }
 
+    #[inline(never)]
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         let strain_squares: f64 = self
             .cells
@@ -99,6 +100,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         0.5 * self.kappa * strain_squares
     }
 
+    #[inline(never)]
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for c in &self.cells {
             let x = c.corners(at.positions);
@@ -115,6 +117,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     /// `kappa/S0² (g gᵀ + (S - S0) d²S/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
+    #[inline(never)]
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for c in &self.cells {
             let x = c.corners(at.positions);
@@ -145,6 +148,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         }
     }
 
+    #[inline(never)]
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().fold(1.0, |limit, c| {
             limit * simplex::safe_part(&c.corners(at.positions), &c.corners(step).map(|p| p * limit))
@@ -155,6 +159,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         true
     }
 
+    #[inline(never)]
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         let flat = self.cells.iter().filter(|c| {
             let x = c.corners(at.positions);

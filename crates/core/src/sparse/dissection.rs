@@ -157,16 +157,25 @@ pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Vec<usize> {
         for &j in &front {
             let j = j as usize;
             queue.remove(&(neighbours[j].len(), j));
-            merged.clear();
-            merged
-                .extend(neighbours[j].iter().chain(&front).filter(|&&k| k as usize != i && k as usize != j));
-            // The stable sort merges the two sorted lists.
-            merged.sort();
-            merged.dedup();
+            merge(&neighbours[j], &front, &mut merged);
+            merged.retain(|&k| k as usize != i && k as usize != j);
             std::mem::swap(&mut neighbours[j], &mut merged);
             queue.insert((neighbours[j].len(), j));
         }
         order.push(i);
     }
     order
+}
+
+/// Writes the union of two sorted lists, sorted.
+fn merge(a: &[u32], b: &[u32], union: &mut Vec<u32>) {
+    union.clear();
+    let (mut i, mut j) = (0, 0);
+    while let (Some(&x), Some(&y)) = (a.get(i), b.get(j)) {
+        union.push(x.min(y));
+        i += usize::from(x <= y);
+        j += usize::from(y <= x);
+    }
+    union.extend(&a[i..]);
+    union.extend(&b[j..]);
 }

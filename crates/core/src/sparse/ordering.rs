@@ -6,15 +6,13 @@ use faer::sparse::linalg::amd;
 
 pub use super::dissection::{minimum_degree, nested_dissection};
 
-/// Numbers of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees take longer than they save.
-const MANY: usize = 300;
-const MANY_NEIGHBOURS: usize = 20;
-/// Number of unknowns above which the order is always approximate.
-const VERY_MANY: usize = 20_000;
+/// Numbers of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees take longer and leave more
+/// work. Hexahedra have up to 26 neighbours, tetrahedra in a block about 12, quadratic triangles in the plane at most 10.5.
+const MANY: [(usize, usize); 3] = [(300, 20), (1_000, 11), (20_000, 0)];
 
 /// The order of elimination, and the rows below the diagonal in it; `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`.
-/// It is by exact degrees for bodies in the plane and small ones; for large bodies in space by faer's approximate minimum degree (Amestoy,
-/// Davis and Duff 1996) or nested dissection, whichever leaves less work.
+/// Bodies in the plane and small ones are ordered by exact minimum degree; large bodies in space by faer's approximate minimum degree
+/// (Amestoy, Davis and Duff 1996) or nested dissection, whichever leaves less work.
 pub fn order(neighbours: &[Vec<u32>]) -> (Vec<usize>, Vec<Vec<u32>>) {
     let with_rows = |order: Vec<usize>| {
         let rows = rows_below(neighbours, &order);
@@ -22,7 +20,7 @@ pub fn order(neighbours: &[Vec<u32>]) -> (Vec<usize>, Vec<Vec<u32>>) {
     };
     let n = neighbours.len();
     let couplings: usize = neighbours.iter().map(Vec::len).sum();
-    let is_large = n > VERY_MANY || (n > MANY && couplings > MANY_NEIGHBOURS * n);
+    let is_large = MANY.iter().any(|&(unknowns, each)| n > unknowns && couplings > each * n);
     if !is_large {
         return with_rows(minimum_degree(neighbours.to_vec()));
     }

@@ -113,8 +113,8 @@ fn frame_of(
     out
 }
 
-/// A frame, its unknowns (scores of tensions, displacements of bones in standard deviations), and the positions from which its solve starts,
-/// if any.
+/// A frame, its unknowns (scores of tensions, displacements of bones in standard deviations), and the positions from which its solve
+/// starts, if any.
 pub(super) type FramePosture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
 
 pub struct FrameSolver<'a> {

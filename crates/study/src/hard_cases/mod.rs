@@ -99,7 +99,7 @@ const CASES: [NamedCase; 11] = [
     ("Folding chains", |_| loads::folding_chains()),
     ("Slivers, broken meshes, large meshes", materials::broken_and_large),
     ("Targets", |_| search::targets()),
-    ("Nelder-Mead", |_| search::simplices()),
+    ("Nelder-Mead", search::simplices),
     ("Steps of time", motion::steps),
     ("Two equilibria", |_| branches::two_equilibria()),
     ("Threads, numbering, position", |_| invariance::same_answers()),

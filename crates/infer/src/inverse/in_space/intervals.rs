@@ -18,8 +18,8 @@ const THIN: usize = 4;
 const NONE_BELOW: f64 = 0.01;
 
 /// The interval of each activation, near whose values in `answer` the residuals (in standard deviations) change by the Jacobian; empty
-/// where the precision of the posterior is singular. `prior_sd` is the standard deviation of the prior of each activation, whose mean is 0, and
-/// `stiffness_sd_ln` that of the logarithm of the common factor.
+/// where the precision of the posterior is singular. `prior_sd` is the standard deviation of the prior of each activation, whose mean is 0,
+/// and `stiffness_sd_ln` that of the logarithm of the common factor.
 pub(super) fn intervals_95(
     residuals: &DVector<f64>,
     jacobian: &DMatrix<f64>,
