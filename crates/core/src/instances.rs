@@ -1,5 +1,5 @@
 //! Compiles the entry points of the physics in this crate, for the plane and for space. Each crate that calls a generic function compiles
-//! it again, unless it is marked `#[inline(never)]` and listed here.
+//! it again, unless it is marked `#[inline(never)]` and listed here, or called by what is listed, as the methods of effects are.
 
 use crate::body::continuum;
 use crate::dynamics::{self, IntegrationMethod};

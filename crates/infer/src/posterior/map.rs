@@ -6,6 +6,10 @@
 //! The mean of the precisions instead would weigh draws near a fold less, where linear responses are far too large: P(SGm rises) of S1 /i/
 //! becomes .05 instead of .12, nearer to the .02 of a posterior that samples geometry. But the intervals of changes then hold only 92.6 ±
 //! .6 % of the truths of 200 speakers of three vowels, instead of 94.3 %.
+//!
+//! If ends, outline and kappa are sampled too (65 parameters in place of 20, with exact derivatives), P(SGm rises) of S1 /i/ is
+//! .034 ± .007, but as many draws take five times as long and mix less well: steps must be short near a fold, and a quarter of
+//! the trajectories end where a cell of the body folds or the tensions do not lead from rest.
 
 use nalgebra::{DMatrix, DVector};
 
