@@ -81,15 +81,15 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
         format!("title = \"t\"\nwant = \"{want}\"\n[body.block]\nsize_mm = {size_mm:?}\nh_mm = {h_mm}\n")
     };
     let thin = block("trajectory", [7.0, 51.0, 41.0], 1.5);
-    fs::write(folder.path().join("fine.toml"), thin + "[trajectory]\nduration_s = 0.5\n").unwrap();
-    fs::write(folder.path().join("finer.toml"), block("shape", [42.0; 3], 2.0)).unwrap();
-    let message = refused(folder.path(), "scene run finer.toml");
+    fs::write(folder.path().join("thin.toml"), thin + "[trajectory]\nduration_s = 0.5\n").unwrap();
+    fs::write(folder.path().join("cube.toml"), block("shape", [42.0; 3], 2.0)).unwrap();
+    let message = refused(folder.path(), "scene run cube.toml");
     assert!(message.contains("over 1 GB of memory"), "{message}");
     for (line, said) in [
         ("--vowel a --h 1mm", "a fit with its verdict on a body of"),
         ("--vowel a --method gauss-newton --posterior 100000", "--posterior 100000: about"),
         ("batch --h 1mm", "fits on a body of"),
-        ("scene run fine.toml", "nodes: about"),
+        ("scene run thin.toml", "nodes: about"),
     ] {
         stopped_when_told(folder.path(), &format!("{line} --threads 1"), &[said, "minutes on one core"]);
     }

@@ -100,7 +100,8 @@ fn a_block_in_space_fills_in_less_by_nested_dissection() {
 
 #[test]
 fn a_large_block_of_tetrahedra_is_ordered_with_less_work_than_by_exact_minimum_degree() {
-    // Six tetrahedra in each cube join nodes along its edges and along the diagonals between two of its corners.
+    // Each cube is divided into six tetrahedra around one diagonal. Their edges lead from a node to the neighbours of which no coordinate
+    // is smaller, and to those of which none is larger.
     let grid = blocks(1, [6, 26, 20], |by| by.iter().all(|d| *d >= 0) || by.iter().all(|d| *d <= 0));
     let [by_order, exact] =
         [order(&grid).0, minimum_degree(grid.clone())].map(|order| work(&rows_below(&grid, &order)));

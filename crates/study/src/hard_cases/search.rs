@@ -46,7 +46,7 @@ fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
     t
 }
 
-/// Case 7; a sample takes a limit on iterations with which the search is three times as fast.
+/// Case 7. In a sample, the search in which every direct solve fails may take one more iteration a solve, and is three times as fast.
 pub(super) fn simplices(full: bool) -> Result<Vec<HardCase>, Error> {
     let mut at_rest = target("S2", "a", TargetKind::Stretch, None)?;
     let target = target("S2", "a", TargetKind::Ratio, None)?;
