@@ -124,10 +124,10 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
     }
     let _ = writeln!(
         text,
-        "{} draws of shapes that their tensions reach from rest; {} times a chain was sent back from another shape; of the trajectories {} ended at folds, {} diverged; \
+        "{} draws of shapes that their tensions reach from rest; {:.0} % of the tried draws were accepted, {} had no equilibrium, {} trajectories diverged; \
          R-hat {:.3}, ESS {:.0}; {:.0} ms",
         run.draws,
-        run.refused,
+        100.0 * run.accepted,
         run.folds,
         run.divergences,
         run.r_hat,

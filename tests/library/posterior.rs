@@ -11,10 +11,11 @@ use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::statics::{SolveSettings, SolveStatus, Trace, Workspace, trace};
 use tongue_fit::system::Model;
 use tongue_fit::{MM, parallel};
-use tongue_infer::posterior::hmc::{self, DensityPoint, SampledDensity, Whitened};
+use tongue_infer::posterior::hmc::{self, SampledDensity, Whitened};
 use tongue_infer::posterior::{
     Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, Posterior,
-    PosteriorModel, Priors, Report, Sampling, ShortRun, SolvedPoint, Verdict, sample,
+    PosteriorModel, Priors, Report, Sampling, ShortRun, SolvedPoint, Surrogate, SurrogateDensity, Verdict,
+    sample,
 };
 
 pub fn posterior_model(priors: &Priors) -> PosteriorModel {
@@ -57,41 +58,80 @@ pub fn sampled(subject: &str) -> &'static Posterior<'static> {
 
 /// `data_beside_lengths` tests one posture, with springs and with a continuum.
 #[test]
-fn the_gradient_of_two_postures_together_is_the_derivative_of_the_density() {
+fn derivatives_of_two_postures_together_are_exact() {
     let posterior_model = posterior_model(&Priors::default());
     let mut density = Density::new(&posterior_model, together("S2", &["i", "a"])).unwrap();
     let map_estimate = MapEstimate::find(&mut density).unwrap();
     let mut random = fastrand::Rng::with_seed(1);
     assert_eq!(density.parameters.len(), 29);
-    let mut evaluator = Evaluator::new(&density);
     for _ in 0..3 {
         let at = &map_estimate.scores + normals(29, &mut random) * 0.3;
-        for (exact, difference) in derivatives(&mut evaluator, &at, &map_estimate.solved, 1e-3) {
-            assert!((exact - difference).abs() < 1e-6, "{exact} {difference}");
+        for (row, i, exact, difference) in derivatives(&density, &at, &map_estimate.solved, 1e-3) {
+            assert!((exact - difference).abs() < 1e-7, "{row} {i}: {exact} {difference}");
         }
     }
 }
 
-/// A solved point of a density.
-pub fn solved(
-    evaluator: &mut Evaluator<'_>,
-    at: &DVector<f64>,
-    begin: &SolvedPoint,
-) -> DensityPoint<SolvedPoint> {
-    evaluator.evaluate(&[(at, begin)]).pop().flatten().unwrap()
+/// What is computed of the measured numbers at a point.
+pub fn computed(density: &Density<'_>, at: &DVector<f64>, from: &SolvedPoint) -> DVector<f64> {
+    let values = density.parameter_values(at).0;
+    let point = Evaluator::new(density).solve(&[(&values, from)]).pop().flatten().unwrap();
+    -density.residuals(&point.lengths, &point.auxiliary)
 }
 
-/// Derivatives of the logarithm of a density, each with its difference quotient of fourth order with step `h`.
-pub fn derivatives(of: &mut Evaluator<'_>, at: &DVector<f64>, from: &SolvedPoint, h: f64) -> Vec<(f64, f64)> {
-    let here = solved(of, at, from);
-    let mut side = |i: usize, by: f64| {
+/// Derivatives of the measured numbers by the scores, each with its row, its column and its difference quotient of fourth order with step
+/// `h`.
+pub fn derivatives(
+    density: &Density<'_>,
+    at: &DVector<f64>,
+    from: &SolvedPoint,
+    h: f64,
+) -> Vec<(usize, usize, f64, f64)> {
+    let (linear, here) = Evaluator::new(density).linearise(at, from).unwrap();
+    let side = |i: usize, by: f64| {
         let mut x = at.clone();
         x[i] += by;
-        solved(of, &x, &here.solved).log
+        computed(density, &x, &here)
     };
-    let mut difference =
-        |i| (8.0 * (side(i, h) - side(i, -h)) - side(i, 2.0 * h) + side(i, -2.0 * h)) / (12.0 * h);
-    (0..at.len()).map(|i| (here.gradient[i], difference(i))).collect()
+    let each = (0..at.len()).flat_map(|i| {
+        let near = (side(i, h) - side(i, -h)) * 8.0;
+        let difference = (near - side(i, 2.0 * h) + side(i, -2.0 * h)) / (12.0 * h);
+        let rows = density.rows.iter().zip(&difference).enumerate();
+        rows.map(|(row, (&number, d))| (row, i, linear.jacobian[(number, i)], *d)).collect::<Vec<_>>()
+    });
+    each.collect()
+}
+
+/// Where the quadratic model is wrong, chains stay; it may not be needed for what they sample, which another test shows.
+#[test]
+fn the_quadratic_model_is_near_the_density_and_its_gradient_is_exact() {
+    let posterior = sampled("S2");
+    let density = &posterior.density;
+    let whitened = posterior.map_estimate.whitened().unwrap();
+    let surrogate = Surrogate::refined(density, density, &whitened).unwrap();
+    let mut both = SurrogateDensity::new(density, density, &surrogate);
+    let mut random = fastrand::Rng::with_seed(3);
+    let (mut errors, mut logs) = (Vec::new(), Vec::new());
+    for _ in 0..40 {
+        let at = &whitened.centre + &whitened.spread * normals(density.parameters.len(), &mut random);
+        let (log, gradient) = both.approximate(&at);
+        for i in 0..at.len() {
+            let side = |by: f64| {
+                let mut x = at.clone();
+                x[i] += by;
+                both.approximate(&x).0
+            };
+            let h = 1e-3;
+            let difference = (8.0 * (side(h) - side(-h)) - side(2.0 * h) + side(-2.0 * h)) / (12.0 * h);
+            assert!((gradient[i] - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{i}");
+        }
+        let Some((exact, draw)) = both.evaluate(&[&at]).pop().flatten() else { continue };
+        // The model's likelihood is raised to the power 0.9.
+        errors.push(exact - log - 0.1 * draw.log_likelihood);
+        logs.push(draw.log_likelihood);
+    }
+    let sd = |all: &[f64]| tongue_core::statistics::mean_and_variance(all.iter().copied()).1.sqrt();
+    assert!(errors.len() >= 38 && sd(&errors) < 0.25 * sd(&logs), "{} {}", sd(&errors), sd(&logs));
 }
 
 /// The linearisation of the stretches at a mode, including geometry.
@@ -108,7 +148,9 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     let settings = hmc::Settings { chains: 8, warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
         let whitened = map_estimate.whitened().unwrap();
-        let sample = || hmc::sample(|| Evaluator::new(&density), &whitened, &map_estimate.solved, &settings);
+        let surrogate = Surrogate::about(&density, &whitened).unwrap();
+        let target = || SurrogateDensity::new(&density, &density, &surrogate);
+        let sample = || hmc::sample(target, &whitened, &settings);
         parallel::with_threads(threads, sample).unwrap()
     };
     let (one, two) = (chains(1), chains(2));
@@ -146,9 +188,9 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
     let reports = Report::of_each(&posterior, false, 1);
     let contrasts = Contrast::all(&posterior);
     assert_eq!((reports.len(), contrasts.len()), (2, 8));
-    // The hyoglossus pulls down in /a/.
+    // The hyoglossus pulls down in /a/. The room is two standard deviations of a probability from 700 effective draws.
     let more = |muscle: &str| contrasts.iter().find(|c| c.muscle == muscle).unwrap().probability_more;
-    assert!(more("HGa") < 0.2, "{contrasts:?}");
+    assert!(more("HGa") < 0.2 + 0.03, "{contrasts:?}");
 }
 
 #[test]
@@ -191,23 +233,24 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
     );
 }
 
-/// A density whose moments are known.
-struct Known<'a>(&'a DMatrix<f64>, &'a (dyn Fn(f64) -> f64 + Sync));
+/// A density whose moments are known. Trajectories follow one with the precision `rough`.
+struct Known<'a> {
+    precision: &'a DMatrix<f64>,
+    rough: &'a DMatrix<f64>,
+    keep: fn(f64) -> f64,
+}
 
 impl SampledDensity for Known<'_> {
-    type Solved = ();
     type Kept = Vec<f64>;
 
-    fn evaluate(&mut self, points: &[(&DVector<f64>, &())]) -> Vec<Option<DensityPoint<()>>> {
-        let one = |x: &DVector<f64>| {
-            let gradient = -(self.0 * x);
-            Some(DensityPoint { log: 0.5 * gradient.dot(x), gradient, solved: () })
-        };
-        points.iter().map(|(x, ())| one(x)).collect()
+    fn approximate(&self, at: &DVector<f64>) -> (f64, DVector<f64>) {
+        let gradient = -(self.rough * at);
+        (0.5 * gradient.dot(at), gradient)
     }
 
-    fn keep(&self, at: &DVector<f64>, _: &DensityPoint<()>) -> Vec<f64> {
-        at.iter().map(|x| self.1(*x)).collect()
+    fn evaluate(&mut self, points: &[&DVector<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
+        let log = |x: &DVector<f64>| -0.5 * x.dot(&(self.precision * x));
+        points.iter().map(|x| Some((log(x), x.iter().map(|x| (self.keep)(*x)).collect()))).collect()
     }
 }
 
@@ -221,23 +264,33 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     // The whitening matrix differs from the precision, as a Gauss-Newton matrix differs from that of the posterior.
     let rough = &precision + DMatrix::identity(n, n) * 0.5;
     let whitened = Whitened::new(DVector::zeros(n), rough).unwrap();
-    let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 1, seed: 2 };
-    let chains = hmc::sample(|| Known(&precision, &|x| x), &whitened, &(), &settings);
-    let draws: Vec<&Vec<f64>> = chains.iter().flat_map(|c| &c.draws).collect();
-    assert_eq!(draws.len(), 32_000);
-    assert!(chains.iter().all(|c| c.acceptance > 0.6 && c.divergences == 0));
-    for i in 0..n {
-        for j in 0..=i {
-            let found = draws.iter().map(|d| d[i] * d[j]).sum::<f64>() / draws.len() as f64;
-            let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            assert!((found - covariance[(i, j)]).abs() < 0.03 * scale, "{i} {j}: {found}");
+    let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 2, seed: 2 };
+    // Followed exactly, and by an approximation whose variances are 1.3 times too large along some directions.
+    let wrong = &precision - DMatrix::from_diagonal(&(precision.diagonal() * 0.2));
+    for rough in [&precision, &wrong] {
+        let chains =
+            hmc::sample(|| Known { precision: &precision, rough, keep: |x| x }, &whitened, &settings);
+        let draws: Vec<&Vec<f64>> = chains.iter().flat_map(|c| &c.draws).collect();
+        assert_eq!(draws.len(), 32_000);
+        let exact = rough == &precision;
+        assert!(
+            chains
+                .iter()
+                .all(|c| c.acceptance > 0.6 && c.divergences == 0 && (c.accepted > 1.0 - 1e-9) == exact)
+        );
+        for i in 0..n {
+            for j in 0..=i {
+                let found = draws.iter().map(|d| d[i] * d[j]).sum::<f64>() / draws.len() as f64;
+                let scale = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+                assert!((found - covariance[(i, j)]).abs() < 0.03 * scale, "{exact} {i} {j}: {found}");
+            }
         }
     }
     // Normal scores make half-normal tensions.
     let one = DMatrix::identity(1, 1);
     let whitened = Whitened::new(DVector::zeros(1), one.clone()).unwrap();
     let half = |x: f64| tongue_infer::posterior::parameters::tension(x).0;
-    let chains = hmc::sample(|| Known(&one, &half), &whitened, &(), &settings);
+    let chains = hmc::sample(|| Known { precision: &one, rough: &one, keep: half }, &whitened, &settings);
     let mut all: Vec<f64> = chains.iter().flat_map(|c| c.draws.iter().map(|d| d[0])).collect();
     all.sort_by(f64::total_cmp);
     for (p, exact) in [(0.25, 0.318_64), (0.5, 0.674_49), (0.95, 1.959_96)] {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector, DVectorView, SVector};
+use nalgebra::{DMatrix, SVector};
 
 use tongue_core::observe::Observable;
 
@@ -53,7 +53,7 @@ pub struct PostureView {
 }
 
 impl PostureView {
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.averages.as_ref().map_or(self.observables.len(), DMatrix::nrows)
     }
 
@@ -70,22 +70,18 @@ impl PostureView {
         }
     }
 
-    /// Adds to `by_node` the derivatives of the sum of `weights` times the numbers by the positions of the nodes.
-    fn add_gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]) {
-        let of_observables: Vec<f64> = match &self.averages {
-            None => weights.to_vec(),
-            Some(averages) => averages.tr_mul(&DVectorView::from(weights)).data.into(),
-        };
-        for (observable, weight) in self.observables.iter().zip(of_observables) {
-            observable.gradient(positions, &mut |node, slope| by_node[node] += slope * weight);
-        }
-    }
-
-    /// The gradient of one of the numbers.
+    /// The gradient of one of the numbers by the positions of the nodes.
     pub(super) fn gradient_of(&self, number: usize, positions: &[SVector<f64, 2>]) -> Vec<SVector<f64, 2>> {
-        let weights = DVector::from_fn(self.len(), |i, _| f64::from(u8::from(i == number)));
         let mut by_node = vec![SVector::zeros(); positions.len()];
-        self.add_gradient(positions, weights.as_slice(), &mut by_node);
+        for (i, observable) in self.observables.iter().enumerate() {
+            let weight = match &self.averages {
+                None => f64::from(u8::from(i == number)),
+                Some(averages) => averages[(number, i)],
+            };
+            if weight != 0.0 {
+                observable.gradient(positions, &mut |node, slope| by_node[node] += slope * weight);
+            }
+        }
         by_node
     }
 }
@@ -171,8 +167,17 @@ impl AuxiliaryData {
         values: &ParameterValues,
         shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>],
     ) -> Vec<f64> {
+        self.values_of_views(values, |view| view.values(shape(view.posture)))
+    }
+
+    /// All numbers, from the tensions and a function that gives those of each view.
+    pub(super) fn values_of_views(
+        &self,
+        values: &ParameterValues,
+        mut of_view: impl FnMut(&PostureView) -> Vec<f64>,
+    ) -> Vec<f64> {
         let each = self.sources.iter().flat_map(|source| match source {
-            DataSource::Shape(view) => view.values(shape(view.posture)),
+            DataSource::Shape(view) => of_view(view),
             DataSource::Activity(active) => vec![active.value(values)],
         });
         each.collect()
@@ -188,29 +193,15 @@ impl AuxiliaryData {
     }
 
     /// Each source with the weights of its numbers.
-    fn with_weights<'a>(&'a self, weights: &'a [f64]) -> impl Iterator<Item = (&'a DataSource, &'a [f64])> {
+    pub(super) fn with_weights<'a>(
+        &'a self,
+        weights: &'a [f64],
+    ) -> impl Iterator<Item = (&'a DataSource, &'a [f64])> {
         self.sources.iter().scan(weights, |left, source| {
             let (own, rest) = left.split_at(source.len());
             *left = rest;
             Some((source, own))
         })
-    }
-
-    /// Adds to `by_node` the derivatives of the sum of `weights` times the numbers by the positions in one posture.
-    pub(super) fn add_gradient(
-        &self,
-        (posture, positions): (Option<usize>, &[SVector<f64, 2>]),
-        weights: &[f64],
-        by_node: &mut [SVector<f64, 2>],
-    ) {
-        for (source, own) in self.with_weights(weights) {
-            match source {
-                DataSource::Shape(view) if view.posture == posture => {
-                    view.add_gradient(positions, own, by_node)
-                }
-                _ => {}
-            }
-        }
     }
 
     /// Derivative of the sum of `weights` times the numbers by a tension at fixed shapes.

@@ -39,7 +39,7 @@ impl PerturbedBody {
 /// Change of all computed numbers for one standard deviation of the logarithm of kappa: half the difference between the equilibria to
 /// either side, because the change is far from linear. One column, or none if kappa is known; `None` where there is no equilibrium.
 pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> {
-    let &DifferentiatedPoint { density, solved, values, .. } = point;
+    let DifferentiatedPoint { density, solved, values, .. } = point;
     let (posterior_model, base) = (density.posterior_model, density.postures());
     let Some(sides) = &posterior_model.kappa else { return Some(point.matrix(&[])) };
     let with = |system: &System<2>| -> Option<DVector<f64>> {
@@ -86,7 +86,7 @@ fn slopes_of(
     step: f64,
     index: usize,
 ) -> Option<Vec<f64>> {
-    let &DifferentiatedPoint { density, solved, values, .. } = point;
+    let DifferentiatedPoint { density, solved, values, .. } = point;
     let posterior_model = density.posterior_model;
     let unknowns = posterior_model.system.pattern().nodes();
     let same = [low, high].iter().all(|side| {

@@ -1,9 +1,14 @@
-//! Hamiltonian Monte Carlo (Neal 2011) with chains side by side. A group has as many chains as there are lanes, with the same step and
-//! number of steps; each chain has its own momenta and acceptances. The number of a chain fixes its group, so results do not depend on
-//! threads.
+//! Hamiltonian Monte Carlo (Neal 2011) on an approximation of a density, with exact acceptance.
 //!
-//! Coordinates are whitened by a given matrix, which is improved from all chains in the first half of the warm-up. In both halves the step
-//! is found by dual averaging (Hoffman and Gelman 2014, section 3.2).
+//! Trajectories follow an approximation, which costs little. After every few of them the density itself decides: their end `x'` replaces
+//! their start `x` with probability `min(1, p(x') q(x) / (p(x) q(x')))`, with the density `p` and the approximation `q` (the surrogate
+//! transition of Liu 2001, section 9.4.3; Christen and Fox 2005). So the chains sample the density whatever the approximation is, and a
+//! poor one costs effective draws only.
+//!
+//! A group has as many chains as there are lanes, with the same step and number of steps; each chain has its own momenta and acceptances.
+//! The number of a chain fixes its group, so results do not depend on threads. Coordinates are whitened by a given matrix, which is
+//! improved from all chains in the first half of the warm-up. In both halves the step is found by dual averaging (Hoffman and Gelman 2014,
+//! section 3.2).
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
@@ -17,53 +22,33 @@ use tongue_core::statics::lanes::LANES;
 use super::warm_up::DualAveraging;
 pub use super::warm_up::Whitened;
 
-/// Number of trajectories that are checked together in the warm-up, and the least number between two kept draws.
-const CHECKED: usize = 2;
+/// Numbers of trajectories between two acceptances, in the warm-up and after it.
+const IN_WARM_UP: usize = 20;
+const TOGETHER: usize = 4;
 /// Draws that are tried as the start of a chain, each nearer to the centre than the last; then the centre is tried.
 const TOWARDS_CENTRE: i32 = 11;
 const MOST_STARTS: i32 = 32;
 const MOST_STEPS: usize = 100;
 
-/// A density to sample, evaluated at up to [`LANES`] points at once.
+/// A density to sample and its approximation.
 pub trait SampledDensity: Send + Sync {
-    /// State of a solved point, from which neighbours are solved.
-    type Solved: Clone + Send + Sync;
     type Kept: Clone + Send + Sync;
 
-    /// Logarithm of the density and its derivatives at each point, solved from its state; `None` where the density is zero.
-    fn evaluate(
-        &mut self,
-        points: &[(&DVector<f64>, &Self::Solved)],
-    ) -> Vec<Option<DensityPoint<Self::Solved>>>;
+    /// Logarithm of the approximation, up to a constant, and its derivatives.
+    fn approximate(&self, at: &DVector<f64>) -> (f64, DVector<f64>);
 
-    /// State from which the next point of a trajectory is solved.
-    fn ahead(here: &Self::Solved, _before: &Self::Solved) -> Self::Solved {
-        here.clone()
-    }
-
-    /// Whether each point of nonzero density is allowed as a draw; trajectories to others are rejected.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<Self::Solved>)]) -> Vec<bool> {
-        vec![true; points.len()]
-    }
-
-    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<Self::Solved>) -> Self::Kept;
-}
-
-#[derive(Debug, Clone)]
-pub struct DensityPoint<P> {
-    /// Logarithm of the density, up to a constant.
-    pub log: f64,
-    pub gradient: DVector<f64>,
-    pub solved: P,
+    /// Logarithm of the density, up to a constant, and what is kept of a draw, at each of up to [`LANES`] points; `None` where the density
+    /// is zero.
+    fn evaluate(&mut self, points: &[&DVector<f64>]) -> Vec<Option<(f64, Self::Kept)>>;
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     pub chains: usize,
-    /// Discarded draws of each chain in each half of the warm-up.
+    /// Discarded trajectories of each chain in each half of the warm-up.
     pub warm_up: usize,
     pub draws: usize,
-    /// One of this many draws is kept.
+    /// Number of ends that are tried for each draw.
     pub thin: usize,
     pub seed: u64,
 }
@@ -71,54 +56,69 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain<K> {
     pub draws: Vec<K>,
+    /// Scores of the draws.
+    pub scores: Vec<DVector<f64>>,
     /// Trajectories after the warm-up with an energy error above [`DIVERGED`].
     pub divergences: usize,
-    /// Trajectories after the warm-up that ended at zero density.
+    /// Ends after the warm-up at which the density is zero.
     pub zero: usize,
-    /// Number of returns from points that are not allowed, after the warm-up.
-    pub refused: usize,
+    /// Part of the ends after the warm-up that the density accepted.
+    pub accepted: f64,
+    /// Mean probability of acceptance by the approximation.
     pub acceptance: f64,
     pub evaluations: usize,
 }
 
 impl<K> Chain<K> {
-    const EMPTY: Self =
-        Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
+    const EMPTY: Self = Self {
+        draws: Vec::new(),
+        scores: Vec::new(),
+        divergences: 0,
+        zero: 0,
+        accepted: 0.0,
+        acceptance: 0.0,
+        evaluations: 0,
+    };
 }
 
 /// Energy error beyond which a trajectory counts as diverged (as in Stan).
 pub const DIVERGED: f64 = 1000.0;
 
-/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from the state `from`; where the density is
-/// zero, draws nearer to the centre, the centre, and then other draws are tried.
+/// Runs the chains. Every chain begins at a draw from the whitened normal distribution; where the density is zero, draws nearer to the
+/// centre, the centre, and then other draws are tried.
 pub fn sample<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
-    from: &T::Solved,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
-    let groups = in_groups(&make, whitened, from, settings, None, |g| g.warmed_up(settings.warm_up));
+    let groups = in_groups(&make, whitened, settings, None, |mut group| {
+        group.warm_up(settings.warm_up);
+        group
+    });
     let begun = groups.iter().all(ChainGroup::has_begun);
     let visited_points: Vec<_> = groups.iter().flat_map(|g| &g.visited_points).collect();
     let Some(learned) = begun.then(|| whitened.learned(&visited_points)).flatten() else {
         return vec![Chain::EMPTY; settings.chains];
     };
-    let sampled =
-        parallel::map(&groups, |group| group.in_coordinates(make(), &learned).run(settings, CHECKED));
+    let sampled = parallel::map(&groups, |group| {
+        let mut group = group.in_coordinates(make(), &learned);
+        group.warm_up(settings.warm_up);
+        group.draw(settings)
+    });
     sampled.into_iter().flatten().collect()
 }
 
-/// [`sample`] with fixed coordinates: without the second half of the warm-up, and with one check of points at the end of the first. `only`
-/// selects one group of chains.
+/// [`sample`] with fixed coordinates, without the second half of the warm-up. `only` selects one group of chains.
 pub(super) fn sample_briefly<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
-    from: &T::Solved,
     settings: &Settings,
     only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
-    let sampled =
-        in_groups(&make, whitened, from, settings, only, |group| group.run(settings, settings.warm_up));
+    let sampled = in_groups(&make, whitened, settings, only, |mut group| {
+        group.warm_up(settings.warm_up);
+        group.draw(settings)
+    });
     sampled.into_iter().flatten().collect()
 }
 
@@ -126,7 +126,6 @@ pub(super) fn sample_briefly<T: SampledDensity>(
 fn in_groups<'w, T: SampledDensity, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
-    from: &T::Solved,
     settings: &Settings,
     only: Option<usize>,
     work: impl Fn(ChainGroup<'w, T>) -> R + Sync,
@@ -135,46 +134,50 @@ fn in_groups<'w, T: SampledDensity, R: Send>(
     firsts.retain(|first| only.is_none_or(|group| *first == group * LANES));
     parallel::map(&firsts, |&first| {
         let chains = (settings.chains - first).min(LANES);
-        work(ChainGroup::new(make(), whitened, from, settings, first, chains))
+        work(ChainGroup::new(make(), whitened, settings, first, chains))
     })
 }
 
+/// A point of a trajectory.
 #[derive(Clone)]
-struct ChainState<P> {
+struct TrajectoryPoint {
     z: DVector<f64>,
     x: DVector<f64>,
-    point: DensityPoint<P>,
+    /// Logarithm of the approximation, and its derivatives by `z`.
+    log: f64,
     slope: DVector<f64>,
+    gradient: DVector<f64>,
+}
+
+#[derive(Clone)]
+struct ChainState<K> {
+    point: TrajectoryPoint,
+    /// Logarithm of the density at the last accepted point less that of the approximation, and what is kept of it.
+    correction: f64,
+    kept: K,
 }
 
 struct ChainGroup<'a, T: SampledDensity> {
     target: T,
     whitened: &'a Whitened,
     /// State of each chain; fewer than `random` where some could not begin.
-    states: Vec<ChainState<T::Solved>>,
+    states: Vec<ChainState<T::Kept>>,
     random: Vec<fastrand::Rng>,
     /// Generator of the lengths of trajectories, shared by all chains.
     common: fastrand::Rng,
     evaluations: usize,
     step: DualAveraging,
-    /// Points visited in [`Self::warmed_up`] after its first third, and the derivatives of the logarithm of the density there.
+    /// Points visited in the warm-up after its first third, and the derivatives of the logarithm of the approximation there.
     visited_points: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
 impl<'a, T: SampledDensity> ChainGroup<'a, T> {
-    fn new(
-        mut target: T,
-        whitened: &'a Whitened,
-        from: &T::Solved,
-        settings: &Settings,
-        first: usize,
-        chains: usize,
-    ) -> Self {
+    fn new(mut target: T, whitened: &'a Whitened, settings: &Settings, first: usize, chains: usize) -> Self {
         let n = whitened.centre.len();
         let generator = |number: usize| fastrand::Rng::with_seed(seed_of(settings.seed, number));
         let mut random: Vec<fastrand::Rng> = (first..first + chains).map(generator).collect();
         let common = generator((1 << 20) + first);
-        let mut states: Vec<Option<ChainState<T::Solved>>> = (0..chains).map(|_| None).collect();
+        let mut states: Vec<Option<ChainState<T::Kept>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
         // Draws are moved towards the centre until all chains have a start with nonzero density; after the centre, whole draws are tried.
         for attempt in 0..MOST_STARTS {
@@ -186,17 +189,14 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
                 TOWARDS_CENTRE => 0.0,
                 _ => 1.0,
             };
-            let z: Vec<DVector<f64>> = random.iter_mut().map(|r| normals(n, r) * part).collect();
-            let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.to_scores(z)).collect();
-            let points: Vec<_> = x.iter().map(|x| (x, from)).collect();
+            let draws = random.iter_mut().map(|r| normals(n, r) * part);
+            let points: Vec<TrajectoryPoint> =
+                draws.map(|z| TrajectoryPoint::new(&target, whitened, z)).collect();
             evaluations += points.len();
-            for ((state, point), (z, x)) in
-                states.iter_mut().zip(target.evaluate(&points)).zip(z.into_iter().zip(&x))
-            {
-                if let (None, Some(point)) = (state.as_ref(), point)
-                    && target.allowed(&[(x, &point)])[0]
-                {
-                    *state = Some(ChainState::new(whitened, z, x.clone(), point));
+            let found = target.evaluate(&points.iter().map(|p| &p.x).collect::<Vec<_>>());
+            for ((state, point), found) in states.iter_mut().zip(points).zip(found) {
+                if let (None, Some((log, kept))) = (state.as_ref(), found) {
+                    *state = Some(ChainState { correction: log - point.log, kept, point });
                 }
             }
         }
@@ -211,13 +211,14 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
 
     /// The chains in other coordinates.
     fn in_coordinates<'b>(&self, target: T, whitened: &'b Whitened) -> ChainGroup<'b, T> {
-        let moved = |s: &ChainState<T::Solved>| {
-            ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone())
-        };
+        let states = self.states.iter().map(|s| {
+            let point = TrajectoryPoint::new(&target, whitened, whitened.scores_of(&s.point.x));
+            ChainState { point, ..s.clone() }
+        });
         ChainGroup {
+            states: states.collect(),
             target,
             whitened,
-            states: self.states.iter().map(moved).collect(),
             random: self.random.clone(),
             common: self.common.clone(),
             evaluations: self.evaluations,
@@ -226,150 +227,140 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         }
     }
 
-    fn warmed_up(mut self, warm_up: usize) -> Self {
+    /// Runs trajectories and adapts the step to their acceptance.
+    fn warm_up(&mut self, count: usize) {
         if !self.has_begun() {
-            return self;
+            return;
         }
-        for block in blocks(warm_up, CHECKED) {
-            self.checked(|group| {
-                for draw in block {
-                    group.warm();
+        for block in blocks(count, IN_WARM_UP) {
+            self.corrected(|group| {
+                for number in block {
+                    let ends = group.trajectory(group.step.trial);
+                    group.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
                     // The first third may still be far from the bulk of the density.
-                    if draw >= warm_up / 3 {
-                        let visited = group.states.iter().map(|s| (s.x.clone(), s.point.gradient.clone()));
+                    if number >= count / 3 {
+                        let visited =
+                            group.states.iter().map(|s| (s.point.x.clone(), s.point.gradient.clone()));
                         group.visited_points.extend(visited);
                     }
                 }
             });
         }
-        self
     }
 
-    /// Runs one trajectory and adapts the step to its acceptance.
-    fn warm(&mut self) {
-        let ends = self.trajectory(self.step.trial);
-        self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
-    }
-
-    /// Runs trajectories and returns chains that end at points that are not allowed to where they were. Several trajectories in a row are
-    /// reversible as one is, so the chains sample the density restricted to allowed points. Tells which chains were returned.
-    fn checked(&mut self, run: impl FnOnce(&mut Self)) -> Vec<bool> {
+    /// Runs trajectories, whose ends are accepted by the density, else each chain returns to where it was. Several trajectories in a row
+    /// are reversible as one is. Tells what became of each end.
+    fn corrected(&mut self, run: impl FnOnce(&mut Self)) -> Vec<End> {
         let begun = self.states.clone();
         run(self);
-        let moved: Vec<usize> = (0..begun.len()).filter(|i| self.states[*i].x != begun[*i].x).collect();
-        let points: Vec<_> = moved.iter().map(|&i| (&self.states[i].x, &self.states[i].point)).collect();
-        let allowed = self.target.allowed(&points);
-        let mut refused = vec![false; begun.len()];
-        moved.iter().zip(allowed).for_each(|(&i, allowed)| refused[i] = !allowed);
-        for ((state, begun), _) in self.states.iter_mut().zip(begun).zip(&refused).filter(|(_, r)| **r) {
-            *state = begun;
-        }
-        refused
+        let moved: Vec<usize> =
+            (0..begun.len()).filter(|i| self.states[*i].point.x != begun[*i].point.x).collect();
+        let points: Vec<&DVector<f64>> = moved.iter().map(|&i| &self.states[i].point.x).collect();
+        self.evaluations += points.len();
+        let mut found = self.target.evaluate(&points).into_iter();
+        let states = self.states.iter_mut().zip(begun).zip(&mut self.random).enumerate();
+        let ends = states.map(|(i, ((state, begun), random))| {
+            // Drawn in any case, so that a chain does not depend on the others.
+            let uniform = random.f64();
+            if !moved.contains(&i) {
+                return End::Accepted;
+            }
+            let Some((log, kept)) = found.next().flatten() else {
+                *state = begun;
+                return End::Zero;
+            };
+            let correction = log - state.point.log;
+            if uniform.ln() < correction - begun.correction {
+                (state.correction, state.kept) = (correction, kept);
+                End::Accepted
+            } else {
+                *state = begun;
+                End::Rejected
+            }
+        });
+        ends.collect()
     }
 
-    /// Warms up, with a check of points after each `checked` trajectories, and draws.
-    fn run(mut self, settings: &Settings, checked: usize) -> Vec<Chain<T::Kept>> {
-        let count = self.states.len();
+    /// Draws after the warm-up.
+    fn draw(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
         let mut chains = vec![Chain::EMPTY; self.random.len()];
         if !self.has_begun() {
             return chains;
         }
-        for block in blocks(settings.warm_up, checked) {
-            self.checked(|group| block.for_each(|_| group.warm()));
-        }
-        // Two checks for each draw reject hardly more than one for each trajectory would.
-        let together = settings.thin.div_ceil(2).max(CHECKED);
+        let tried = (settings.draws * settings.thin) as f64;
         for _ in 0..settings.draws {
-            for block in blocks(settings.thin, together) {
-                let refused = self.checked(|group| {
-                    for (chain, end) in block.flat_map(|_| group.trajectory(group.step.found)).enumerate() {
-                        let chain = &mut chains[chain % count];
-                        chain.divergences += usize::from(end.diverged);
-                        chain.zero += usize::from(end.zero);
-                        chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
+            for _ in 0..settings.thin {
+                let ends = self.corrected(|group| {
+                    for _ in 0..TOGETHER {
+                        for (chain, end) in chains.iter_mut().zip(group.trajectory(group.step.found)) {
+                            chain.divergences += usize::from(end.diverged);
+                            chain.acceptance += end.probability / (tried * TOGETHER as f64);
+                        }
                     }
                 });
-                chains.iter_mut().zip(refused).for_each(|(c, refused)| c.refused += usize::from(refused));
+                for (chain, end) in chains.iter_mut().zip(ends) {
+                    chain.zero += usize::from(end == End::Zero);
+                    chain.accepted += f64::from(u8::from(end == End::Accepted)) / tried;
+                }
             }
             for (chain, state) in chains.iter_mut().zip(&self.states) {
-                chain.draws.push(self.target.keep(&state.x, &state.point));
+                chain.draws.push(state.kept.clone());
+                chain.scores.push(state.point.x.clone());
             }
         }
-        chains.iter_mut().for_each(|c| c.evaluations = self.evaluations / count);
+        chains.iter_mut().for_each(|c| c.evaluations = self.evaluations / self.states.len());
         chains
     }
 
+    /// Runs one trajectory of each chain.
     fn trajectory(&mut self, size: f64) -> Vec<TrajectoryEnd> {
-        let (n, count) = (self.whitened.centre.len(), self.states.len());
-        let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
+        let Self { target, whitened, states, random, common, .. } = self;
+        let length = FRAC_PI_2 * (0.7 + 0.6 * common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
-        let mut momenta: Vec<DVector<f64>> = self.random.iter_mut().map(|r| normals(n, r)).collect();
-        let energy =
-            |state: &ChainState<T::Solved>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
-        let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
-        let mut moved = self.states.clone();
-        let mut before_last: Vec<Option<T::Solved>> = vec![None; count];
-        let mut alive = vec![true; count];
-        for _ in 0..steps {
-            for (p, s) in momenta.iter_mut().zip(&moved) {
-                *p += &s.slope * (0.5 * size);
+        let chains = states.iter_mut().zip(random).map(|(state, random)| {
+            let energy = |point: &TrajectoryPoint, p: &DVector<f64>| 0.5 * p.norm_squared() - point.log;
+            let mut momentum = normals(whitened.centre.len(), random);
+            let before = energy(&state.point, &momentum);
+            let mut here = state.point.clone();
+            for _ in 0..steps {
+                momentum += &here.slope * (0.5 * size);
+                here = TrajectoryPoint::new(target, whitened, &here.z + &momentum * size);
+                momentum += &here.slope * (0.5 * size);
             }
-            // A chain that has reached zero density stays where it was.
-            let next =
-                |i: usize| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() };
-            let z: Vec<DVector<f64>> = (0..count).map(next).collect();
-            let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.to_scores(z)).collect();
-            let starts = moved.iter().zip(&before_last).map(|(s, before)| match before {
-                Some(before) => T::ahead(&s.point.solved, before),
-                None => s.point.solved.clone(),
-            });
-            let starts: Vec<T::Solved> = starts.collect();
-            let points: Vec<_> = x.iter().zip(&starts).collect();
-            let found = self.target.evaluate(&points);
-            self.evaluations += count;
-            for (i, (point, (z, x))) in found.into_iter().zip(z.into_iter().zip(&x)).enumerate() {
-                match point {
-                    Some(point) if alive[i] => {
-                        let here = ChainState::new(self.whitened, z, x.clone(), point);
-                        before_last[i] = Some(std::mem::replace(&mut moved[i], here).point.solved);
-                        momenta[i] += &moved[i].slope * (0.5 * size);
-                    }
-                    _ => alive[i] = false,
-                }
+            let gain = before - energy(&here, &momentum);
+            let probability = if gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
+            if random.f64() < probability {
+                state.point = here;
             }
-            if alive.iter().all(|a| !a) {
-                break;
-            }
-        }
-        Vec::from_iter(moved.iter().enumerate().map(|(i, after)| {
-            let gain = before[i] - energy(after, &momenta[i]);
-            let diverged = alive[i] && (gain.is_nan() || gain < -DIVERGED);
-            let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
-            // Drawn in any case, so that a chain does not depend on the others.
-            if self.random[i].f64() < probability {
-                self.states[i] = after.clone();
-            }
-            TrajectoryEnd { probability, diverged, zero: !alive[i] }
-        }))
+            TrajectoryEnd { probability, diverged: gain.is_nan() || gain < -DIVERGED }
+        });
+        chains.collect()
     }
 }
 
 struct TrajectoryEnd {
     probability: f64,
     diverged: bool,
-    zero: bool,
+}
+
+/// What became of the end of trajectories.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    Accepted,
+    Rejected,
+    /// The density is zero there.
+    Zero,
 }
 
 /// Ranges of up to `each` of `count` trajectories.
 fn blocks(count: usize, each: usize) -> impl Iterator<Item = Range<usize>> {
-    // A short run without warm-up has blocks of no trajectories.
-    let each = each.max(1);
     (0..count).step_by(each).map(move |first| first..count.min(first + each))
 }
 
-impl<P> ChainState<P> {
-    fn new(whitened: &Whitened, z: DVector<f64>, x: DVector<f64>, point: DensityPoint<P>) -> Self {
-        let slope = whitened.spread.tr_mul(&point.gradient);
-        Self { z, x, point, slope }
+impl TrajectoryPoint {
+    fn new(target: &impl SampledDensity, whitened: &Whitened, z: DVector<f64>) -> Self {
+        let x = whitened.to_scores(&z);
+        let (log, gradient) = target.approximate(&x);
+        Self { slope: whitened.spread.tr_mul(&gradient), z, x, log, gradient }
     }
 }

@@ -18,13 +18,13 @@ use tongue_core::random::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;
-use super::evaluator::ResidualLikelihood;
 use super::hmc::Whitened;
 use super::map::MapEstimate;
 use super::parameters::Draw;
 use super::quantiles::{Quantiles, effective, shares};
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
+use super::surrogate::{ResidualLikelihood, Surrogate};
 
 /// Draws of the mixture for each stretch of a posture, and draws of a posterior that is sampled separately. Postures that are sampled
 /// together have as many draws as one, because leaving one of many stretches out changes little.
@@ -93,8 +93,9 @@ pub fn predict_each_from_others(
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
     let postures = density.postures();
     let settings = Sampling { draws: DRAWS_EACH * positions.len() / postures, seed: SEED };
-    let draws =
-        numbered(chains(density, &mixture, &whitened, &map_estimate.solved, &settings, postures.min(2)));
+    let surrogate = Surrogate::refined(density, &mixture, &whitened)?;
+    let thin = postures.min(2);
+    let draws = numbered(chains(density, &mixture, &surrogate, &whitened, &settings, thin));
     let weights: Vec<Vec<f64>> = draws
         .iter()
         .map(|d| {

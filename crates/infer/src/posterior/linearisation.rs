@@ -35,23 +35,28 @@ impl FiniteDifferences {
 
 pub(super) struct DifferentiatedPoint<'a> {
     pub density: &'a Density<'a>,
-    pub solved: &'a SolvedPoint,
-    pub values: &'a ParameterValues,
+    pub solved: SolvedPoint,
+    pub values: ParameterValues,
+    /// Derivatives of the parameters by their scores.
+    pub slopes: Vec<f64>,
     /// For each shape the adjoints of all lengths, then of the auxiliary numbers that follow from it.
     pub adjoints: Vec<Vec<Adjoint<2>>>,
 }
 
 impl DifferentiatedPoint<'_> {
-    /// Derivatives of all computed numbers by the scores; `slopes` are the derivatives of the parameters by the scores.
-    pub fn jacobian(&self, slopes: &[f64]) -> DMatrix<f64> {
-        let columns = self.density.parameters.iter().zip(slopes).map(|(&parameter, &slope)| {
-            let of_shapes: Vec<Vec<f64>> =
-                Vec::from_iter(self.adjoints.iter().enumerate().map(|(index, own)| {
-                    own.iter()
-                        .map(|adjoint| by_parameter(self.density, self.values, index, adjoint, parameter))
-                        .collect()
-                }));
-            self.changes(slope, &of_shapes, |active| active.slope(self.values, parameter))
+    /// Derivatives of all computed numbers by the scores.
+    pub fn jacobian(&self) -> DMatrix<f64> {
+        let rates = |adjoint: &Adjoint<2>| self.density.posterior_model.hyoid_rates(adjoint);
+        let by_hyoid: Vec<Vec<[f64; 3]>> =
+            self.adjoints.iter().map(|own| own.iter().map(rates).collect()).collect();
+        let columns = self.density.parameters.iter().zip(&self.slopes).map(|(&parameter, &slope)| {
+            let shapes = self.adjoints.iter().zip(&by_hyoid).enumerate();
+            let of_shapes: Vec<Vec<f64>> = Vec::from_iter(shapes.map(|(index, (own, by_hyoid))| {
+                let each = own.iter().zip(by_hyoid);
+                each.map(|(a, hyoid)| by_parameter(&self.values, index, &a.by_tension, *hyoid, parameter))
+                    .collect()
+            }));
+            self.changes(slope, &of_shapes, |active| active.slope(&self.values, parameter))
         });
         self.matrix(&columns.collect::<Vec<_>>())
     }
@@ -86,23 +91,21 @@ impl DifferentiatedPoint<'_> {
     }
 }
 
-/// Derivative of a function of one shape by a parameter; shapes are numbered as in [`super::PosteriorModel::load`].
+/// Derivative of a function of one shape by a parameter, from those by its tensions and by the hyoid's displacement and angle
+/// ([`super::PosteriorModel::hyoid_rates`]); shapes are numbered as in [`super::PosteriorModel::load`].
 pub(super) fn by_parameter(
-    density: &Density<'_>,
     values: &ParameterValues,
     index: usize,
-    adjoint: &Adjoint<2>,
+    by_tension: &[f64],
+    [by_x, by_y, by_angle]: [f64; 3],
     parameter: Parameter,
 ) -> f64 {
-    let by_hyoid = |which: usize| match values.postures.get(index) {
-        Some(own) => density.posterior_model.hyoid_rates(adjoint, own.hyoid, values.tilt)[which],
-        None => 0.0,
-    };
-    match parameter {
-        Parameter::Tension(posture, m) if posture == index => adjoint.by_tension[m],
-        Parameter::Tone(m) if index == density.postures() => adjoint.by_tension[m],
-        Parameter::Hyoid(posture, axis) if posture == index => by_hyoid(axis),
-        Parameter::Tilt => by_hyoid(2),
+    match (parameter, values.postures.get(index)) {
+        (Parameter::Tension(posture, m), _) if posture == index => by_tension[m],
+        (Parameter::Tone(m), None) => by_tension[m],
+        (Parameter::Hyoid(posture, 0), _) if posture == index => by_x + values.tilt * by_angle,
+        (Parameter::Hyoid(posture, _), _) if posture == index => by_y,
+        (Parameter::Tilt, Some(own)) => own.hyoid.x * by_angle,
         _ => 0.0,
     }
 }

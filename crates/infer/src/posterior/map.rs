@@ -7,9 +7,11 @@
 //! becomes .05 instead of .12, nearer to the .02 of a posterior that samples geometry. But the intervals of changes then hold only 92.6 ±
 //! .6 % of the truths of 200 speakers of three vowels, instead of 94.3 %.
 //!
-//! If ends, outline and kappa are sampled too (65 parameters in place of 20, with exact derivatives), P(SGm rises) of S1 /i/ is
-//! .034 ± .007, but as many draws take five times as long and mix less well: steps must be short near a fold, and a quarter of
-//! the trajectories end where a cell of the body folds or the tensions do not lead from rest.
+//! If ends, outline and kappa are sampled too (65 parameters in place of 20, with exact derivatives), P(SGm rises) of S1 /i/ is .034 ± .007.
+//! That took 75 to 98 CPU seconds of Hamiltonian Monte Carlo on the density itself and mixed less well: steps must be short near a fold, and
+//! a quarter of the trajectories end where a cell of the body folds or the tensions do not lead from rest.
+
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -24,22 +26,27 @@ use super::evaluator::Evaluator;
 use super::hmc::Whitened;
 use super::linearisation::{FiniteDifferences, LinearisationPoint};
 use super::parameters::SolvedPoint;
+use super::quantiles::{effective, shares};
 
-/// Mean over linearisations of the covariance due to geometry and constants; `None` without any.
-fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
-    let count = all.first()?.jacobian.nrows();
-    let mean = |of: fn(&FiniteDifferences) -> &DMatrix<f64>| {
-        all.iter().fold(DMatrix::zeros(count, count), |sum, linear| {
-            sum + of(&linear.geometry) * of(&linear.geometry).transpose()
-        }) / all.len() as f64
-    };
-    Some(
-        mean(|a| &a.ends)
-            + mean(|a| &a.outline)
-            + mean(|a| &a.kappa)
-            + mean(|a| &a.width)
-            + mean(|a| &a.patch),
-    )
+/// Covariance due to geometry and constants at a point.
+fn covariance(point: &LinearisationPoint) -> DMatrix<f64> {
+    let FiniteDifferences { ends, outline, kappa, width, patch } = &point.geometry;
+    [outline, kappa, width, patch].into_iter().fold(ends * ends.transpose(), |sum, m| sum + m * m.transpose())
+}
+
+/// A draw about a mode.
+#[derive(Debug)]
+struct DrawAround {
+    scores: DVector<f64>,
+    /// Logarithm of the normal density from which it is drawn, up to a constant.
+    log: f64,
+    /// Covariance due to geometry and constants there.
+    geometry: DMatrix<f64>,
+}
+
+/// Weighted mean of the covariance due to geometry; the weights add up to one.
+fn mean<'a>(draws: impl Iterator<Item = (&'a DrawAround, f64)>) -> DMatrix<f64> {
+    draws.map(|(draw, weight)| &draw.geometry * weight).sum()
 }
 
 #[derive(Debug, Clone)]
@@ -54,6 +61,8 @@ pub struct MapEstimate {
     pub precision: DMatrix<f64>,
     /// Logarithm of the density, up to a constant.
     pub log: f64,
+    /// The draws over which the covariance due to geometry was averaged last.
+    around: Arc<Vec<DrawAround>>,
 }
 
 /// Longest change of a score for which the linear response holds.
@@ -66,6 +75,8 @@ const ROUNDS: usize = 2;
 const DRAWS: usize = 64;
 /// The number in bodies that are not made of springs, where a draw costs more.
 const DRAWS_WITHOUT_LANES: usize = 16;
+/// Smallest effective part of the draws about a mode that are used for the average about a neighbour.
+const LEAST_EFFECTIVE: f64 = 0.25;
 const SEED: u64 = 3;
 
 impl MapEstimate {
@@ -79,7 +90,7 @@ impl MapEstimate {
             Some((start, linear, solved))
         });
         let (start, linear, solved) = begin.ok_or(PosteriorError::NoMode)?;
-        density.set_geometry(geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?)?;
+        density.set_geometry(covariance(&linear))?;
         let mut map_estimate = Self::new(density, start, linear.jacobian, solved);
         for _ in 0..ROUNDS {
             map_estimate.climb(density);
@@ -89,39 +100,54 @@ impl MapEstimate {
         Ok(map_estimate)
     }
 
-    /// [`MapEstimate::find`] for nearly the same stretches, from the mode `near`. `density` must have the covariance due to geometry about
-    /// `near`.
+    /// [`MapEstimate::find`] for nearly the same stretches, from the mode `near`, whose draws are weighted for the average. `density` must
+    /// have the covariance due to geometry about `near`.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         let mut map_estimate = near.clone();
         map_estimate.climb(density);
-        map_estimate.average(density)?;
+        let logs = near.around.iter().map(|draw| {
+            let away = &draw.scores - &map_estimate.scores;
+            -0.5 * away.dot(&(&map_estimate.precision * &away)) - draw.log
+        });
+        let (weights, _) = shares(logs.collect::<Vec<_>>().into_iter());
+        if effective(&weights) > LEAST_EFFECTIVE * weights.len() as f64 {
+            density.set_geometry(mean(near.around.iter().zip(weights)))?;
+        } else {
+            map_estimate.average(density)?;
+        }
         map_estimate.climb(density);
         Ok(map_estimate)
     }
 
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        if let Some(geometry) = geometry(&self.around(density)?) {
-            density.set_geometry(geometry)?;
+        self.around = Arc::new(self.draws_around(density)?);
+        let weight = 1.0 / self.around.len() as f64;
+        if !self.around.is_empty() {
+            density.set_geometry(mean(self.around.iter().map(|draw| (draw, weight))))?;
         }
         Ok(())
     }
 
-    /// Linearisations at draws about the mode; those without an equilibrium are left out.
-    fn around(&self, density: &Density<'_>) -> Result<Vec<LinearisationPoint>, PosteriorError> {
+    /// Draws about the mode; those without an equilibrium are left out.
+    fn draws_around(&self, density: &Density<'_>) -> Result<Vec<DrawAround>, PosteriorError> {
         let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
         let count = if density.posterior_model.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
-        let draws: Vec<DVector<f64>> = (0..count / 2)
+        let draws: Vec<(DVector<f64>, f64)> = (0..count / 2)
             .flat_map(|i| {
                 let z = normals(self.scores.len(), &mut fastrand::Rng::with_seed(seed_of(SEED, i)));
-                [whitened.to_scores(&z), whitened.to_scores(&-z)]
+                [&z, &-&z].map(|z| (whitened.to_scores(z), -0.5 * z.norm_squared()))
             })
             .collect();
-        let groups: Vec<&[DVector<f64>]> = draws.chunks(LANES).collect();
+        let groups: Vec<_> = draws.chunks(LANES).collect();
         let found = parallel::map(&groups, |group| {
-            let points: Vec<_> = group.iter().map(|x| (x, &self.solved)).collect();
-            Evaluator::new(density).linearise_all(&points, true)
+            let points: Vec<_> = group.iter().map(|(x, _)| (x, &self.solved)).collect();
+            let linear = Evaluator::new(density).linearise_all(&points, true);
+            let each = group.iter().zip(linear).filter_map(|((scores, log), linear)| {
+                Some(DrawAround { scores: scores.clone(), log: *log, geometry: covariance(&linear?.0) })
+            });
+            each.collect::<Vec<_>>()
         });
-        Ok(found.into_iter().flatten().flatten().map(|(linear, _)| linear).collect())
+        Ok(found.into_iter().flatten().collect())
     }
 
     fn new(density: &Density<'_>, scores: DVector<f64>, jacobian: DMatrix<f64>, solved: SolvedPoint) -> Self {
@@ -132,12 +158,12 @@ impl MapEstimate {
         let pulls = density.factor.solve(&residuals);
         let log = -0.5 * (residuals.dot(&pulls) + scores.norm_squared());
         let gradient = &scores - of_measured.tr_mul(&pulls);
-        Self { scores, solved, jacobian, gradient, precision, log }
+        Self { scores, solved, jacobian, gradient, precision, log, around: Arc::default() }
     }
 
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
-        let Self { scores, jacobian, solved, .. } = self.clone();
+        let Self { scores, jacobian, solved, around, .. } = self.clone();
         let begin = Self::new(density, scores, jacobian, solved);
         let mut evaluator = Evaluator::new(density);
         let step = |here: &Self, damping: f64| {
@@ -151,7 +177,8 @@ impl MapEstimate {
                 evaluator.linearise_all(&[(&next, &here.solved)], false).pop().flatten()?;
             Some(Self::new(density, next, linear.jacobian, solved))
         };
-        *self = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
+        let mode = descend(begin, &CLIMB, |map_estimate| -map_estimate.log, step, moved).here;
+        *self = Self { around, ..mode };
     }
 
     /// Coordinates in which the posterior is nearly standard normal.

@@ -13,10 +13,10 @@
 //! rounding. Young's modulus scales all tensions and is reported separately. Each prior ([`Priors`]) can be fixed or left out.
 //!
 //! The sampler is Hamiltonian Monte Carlo ([`hmc`]) in the scores, whitened by the Gauss-Newton matrix at the most probable point, with
-//! eight chains, four side by side in SIMD lanes (one after the other in bodies that are not made of springs). Only equilibria count to
-//! which the tensions lead from rest as they grow, jumps included (`from_rest`). [`Status`] tells whether the chains have mixed,
-//! `leave_out` predicts every stretch without its own measurement, [`Contrast`] compares postures, and [`Verdict`] states the main result
-//! in three sentences.
+//! eight chains. Trajectories follow a quadratic model of the lengths ([`Surrogate`]); their ends are accepted by the density itself, four
+//! side by side in SIMD lanes (one after the other in bodies that are not made of springs). Only equilibria count to which the tensions
+//! lead from rest as they grow, jumps included (`from_rest`). [`Status`] tells whether the chains have mixed, `leave_out` predicts every
+//! stretch without its own measurement, [`Contrast`] compares postures, and [`Verdict`] states the main result in three sentences.
 
 mod auxiliary;
 mod contrast;
@@ -35,20 +35,22 @@ mod over_speakers;
 pub mod parameters;
 pub mod point_data;
 mod priors;
+mod quadratic_shape;
 pub mod quantiles;
 mod rest_shape;
 mod run;
 mod score;
 pub mod sensitivity;
 mod summary;
+mod surrogate;
 mod verdict;
 mod warm_up;
 
 pub use auxiliary::{Active, AuxiliaryData, DataSource, Electrode, PostureView};
 pub use contrast::Contrast;
 pub use density::Density;
-pub use evaluator::{Evaluator, ResidualLikelihood};
-pub use from_rest::lengths_reached_from_rest;
+pub use evaluator::Evaluator;
+pub use from_rest::shapes_reached_from_rest;
 pub use leave_out::{fitted_stretches, predict_each_from_others};
 pub use linearisation::{FiniteDifferences, LinearisationPoint};
 pub use map::MapEstimate;
@@ -62,6 +64,7 @@ pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample
 pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use summary::{Change, Report, StretchSummary, Summary, Tension, contradiction};
+pub use surrogate::{ResidualLikelihood, Surrogate, SurrogateDensity};
 pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom, short_run_interval};
 
 use tongue_core::system::SystemError;

@@ -73,12 +73,11 @@ impl PosteriorModel {
         !self.hyoid.is_empty() && !self.priors.hyoid.off
     }
 
-    /// Derivatives of a function of a shape by the displacement of the hyoid along both axes, and by its tilt.
-    pub(crate) fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
+    /// Derivatives of a function of a shape by the displacement of the hyoid along both axes, and by the angle by which it tilts.
+    pub(crate) fn hyoid_rates(&self, adjoint: &Adjoint<2>) -> [f64; 3] {
         let shift = adjoint.by_bone(&self.hyoid);
         let each = self.hyoid.iter().zip(&self.turn);
-        let by_angle: f64 = each.map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum();
-        [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
+        [shift.x, shift.y, each.map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum()]
     }
 
     pub fn is_of_springs(&self) -> bool {

@@ -5,23 +5,24 @@ use serde::Serialize;
 use super::PosteriorError;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
-use super::evaluator::{Evaluator, ResidualLikelihood};
 use super::hmc::{self, Whitened};
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
-use super::parameters::{Draw, SolvedPoint};
+use super::parameters::Draw;
+use super::surrogate::{ResidualLikelihood, Surrogate, SurrogateDensity};
 
 const CHAINS: usize = 8;
 /// Draws of each chain in each half of the warm-up: the least number, and a number for each parameter.
 const WARM_UP: usize = 80;
 const WARM_UP_EACH: usize = 2;
-/// Number of trajectories for each kept draw, and the addition for each further posture. With seven for four postures the smallest
-/// effective sample size of 1000 draws is 640 to 810 (S1 to S3), with ten 670 to 770.
-const THIN: usize = 4;
+/// Number of tried ends for each kept draw, and the addition for each further posture. The smallest effective sample size of 1000 draws is
+/// then 450 to 840 for one posture and 720 for four. Chains that have not mixed run again, this many times longer.
+const THIN: usize = 3;
 const THIN_EACH: usize = 1;
+const LONGER: usize = 3;
 /// Draws of each chain in the warm-up of a short run and after it, and its seed.
-const SHORT_WARM_UP: usize = 15;
+const SHORT_WARM_UP: usize = 40;
 const SHORT_DRAWS: usize = 30;
 const SHORT_SEED: u64 = 7;
 /// Required effective draws (Vehtari and others 2021).
@@ -65,12 +66,10 @@ pub struct SamplerDiagnostics {
     pub r_hat: f64,
     pub ess: Effective,
     pub divergences: usize,
-    /// Trajectories that ended where there is no stable equilibrium, so that the density is zero.
+    /// Tried draws whose tensions do not lead from rest to a stable equilibrium, so that the density is zero.
     pub folds: usize,
-    /// Returns of a chain from shapes to which their tensions do not lead from rest; the density is zero there too.
-    /// JSON keeps the older key `off_branch`, although a jump off the branch does not count as one.
-    #[serde(rename = "off_branch")]
-    pub refused: usize,
+    /// Part of the tried draws of the quadratic model that the density accepted.
+    pub accepted: f64,
     pub equilibria: usize,
 }
 
@@ -106,10 +105,23 @@ pub(crate) fn sample_at<'a>(
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
     let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
+    let surrogate = Surrogate::refined(&density, &density, &whitened)?;
     let thin = THIN + THIN_EACH * density.postures().saturating_sub(1);
-    let chains = chains(&density, &density, &whitened, &map_estimate.solved, settings, thin);
+    let run = |thin| {
+        let chains = chains(&density, &density, &surrogate, &whitened, settings, thin);
+        (diagnosed(&density, &chains, thin), chains)
+    };
+    let (mut diagnostics, mut chains) = run(thin);
+    if diagnostics.status == Status::NotMixed && diagnostics.draws as f64 > FEWEST_EFFECTIVE {
+        (diagnostics, chains) = run(LONGER * thin);
+    }
+    Ok(Posterior { density, map_estimate, draws: numbered(chains), diagnostics })
+}
+
+/// Whether chains have mixed, with `thin` tried ends for each draw.
+fn diagnosed(density: &Density<'_>, chains: &[hmc::Chain<Draw>], thin: usize) -> SamplerDiagnostics {
     let count: usize = chains.iter().map(|c| c.draws.len()).sum();
-    let by_quantity = if count == 0 { Vec::new() } else { judged(&density, &chains) };
+    let by_quantity = if count == 0 { Vec::new() } else { judged(density, chains) };
     let r_hat = by_quantity.iter().map(|m| m.r_hat).fold(1.0, f64::max);
     let [bulk, tail] = [|m: &Mixing| m.bulk, |m: &Mixing| m.tail]
         .map(|size| by_quantity.iter().map(size).fold(f64::INFINITY, f64::min));
@@ -127,7 +139,7 @@ pub(crate) fn sample_at<'a>(
     } else {
         String::new()
     };
-    let diagnostics = SamplerDiagnostics {
+    SamplerDiagnostics {
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
         why,
         draws: count,
@@ -135,17 +147,16 @@ pub(crate) fn sample_at<'a>(
         ess: Effective { bulk, tail },
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
-        refused: chains.iter().map(|c| c.refused).sum(),
+        accepted: chains.iter().map(|c| c.accepted).sum::<f64>() / chains.len() as f64,
         equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
-    };
-    Ok(Posterior { density, map_estimate, draws: numbered(chains), diagnostics })
+    }
 }
 
 pub(super) fn chains(
     density: &Density<'_>,
     errors: &dyn ResidualLikelihood,
+    surrogate: &Surrogate,
     whitened: &Whitened,
-    solved: &SolvedPoint,
     settings: &Sampling,
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
@@ -156,7 +167,7 @@ pub(super) fn chains(
         thin,
         seed: settings.seed,
     };
-    hmc::sample(|| Evaluator::with_errors(density, errors), whitened, solved, &settings)
+    hmc::sample(|| SurrogateDensity::new(density, errors, surrogate), whitened, &settings)
 }
 
 /// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. `only` selects
@@ -174,13 +185,9 @@ pub fn short_run(
         thin: 1,
         seed: SHORT_SEED,
     };
-    Ok(numbered(hmc::sample_briefly(
-        || Evaluator::new(density),
-        &whitened,
-        &map_estimate.solved,
-        &settings,
-        only,
-    )))
+    let surrogate = Surrogate::about(density, &whitened)?;
+    let target = || SurrogateDensity::new(density, density, &surrogate);
+    Ok(numbered(hmc::sample_briefly(target, &whitened, &settings, only)))
 }
 
 pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {

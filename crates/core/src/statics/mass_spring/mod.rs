@@ -69,6 +69,8 @@ pub(crate) struct SimdNewton<const L: usize> {
     /// `h` of every triangle at the last evaluation ([`local`](crate::system::elements::local)), then a zero for edges without a second
     /// triangle.
     h: Vec<Simd<L>>,
+    /// `h` of every triangle as the linear response to the last step has it; the stiffness uses this one.
+    linear_h: Vec<Simd<L>>,
     blocks: Vec<MatrixBlock<L>>,
     diagonal: Vec<Lower<L>>,
     factor: FlatFactor<L>,
@@ -89,6 +91,7 @@ impl<const L: usize> SimdNewton<L> {
             force: vec![[Simd::ZERO; 2]; nodes],
             step: vec![[Simd::ZERO; 2]; elements.unknowns],
             h: vec![Simd::ZERO; elements.cells.len() + 1],
+            linear_h: vec![Simd::ZERO; elements.cells.len() + 1],
             blocks: vec![[Simd::ZERO; 4]; elements.edges.len()],
             diagonal: vec![[Simd::ZERO; 3]; nodes],
             factor: elements.factor.factor(),

@@ -1,4 +1,9 @@
-//! Newton's method in lanes; it is the method of [`crate::statics`] for any body.
+//! Newton's method in lanes. It is the method of [`crate::statics`] for any body, but for the pressure of triangles in the stiffness.
+//!
+//! The pressure of a nearly incompressible triangle depends so strongly on its area that a step with the right motion leaves a large error
+//! of second order in it, and a stiffness with this pressure makes the next step wrong. So the stiffness uses the pressure that the linear
+//! response to the step predicts, as if pressures were unknowns of their own (Magisano, Leonetti and Garcea 2017, mixed integration
+//! points). Forces use the true pressure, so the equilibria are the same. A draw of a posterior takes a quarter fewer factors.
 
 use pulp::NullaryFnOnce;
 
@@ -9,7 +14,7 @@ use crate::statics::newton::{
     ENERGY_NOISE, MOST_INDEFINITE, NEGLIGIBLE_RESIDUAL, REUSE_REDUCTION, ROUNDING, SUFFICIENT_DECREASE,
 };
 use crate::system::elements::Elements;
-use crate::system::elements::local::{AssembleStiffness, Evaluate, Local};
+use crate::system::elements::local::{AssembleStiffness, Evaluate, Local, PredictPressure};
 
 use super::{Phase, SimdNewton, of_lane, step_limit};
 
@@ -36,6 +41,7 @@ impl<const L: usize> SimdNewton<L> {
                 lane.phase = Phase::GivenUp;
             }
         }
+        self.linear_h.copy_from_slice(&self.h);
         let mut reuse = self.factor_ready;
         while self.begin_iteration(max_iterations) {
             if !reuse {
@@ -123,6 +129,7 @@ impl<const L: usize> SimdNewton<L> {
     /// Factorises the exact stiffness at the present positions. Returns the lanes in which it is positive definite.
     pub fn factorise_exactly(&mut self, elements: &Elements) -> [bool; L] {
         self.evaluate(elements);
+        self.linear_h.copy_from_slice(&self.h);
         self.assemble(elements, [false; L]);
         let safe = self.try_factor(elements);
         self.lanes.iter_mut().zip(safe).for_each(|(lane, safe)| lane.exact = safe);
@@ -141,7 +148,7 @@ impl<const L: usize> SimdNewton<L> {
 
     /// Assembles the stiffness. Returns the largest entry on its diagonal.
     fn assemble(&mut self, elements: &Elements, convex: [bool; L]) -> Simd<L> {
-        let Self { numbers, tension, positions: x, h, blocks, diagonal, .. } = self;
+        let Self { numbers, tension, positions: x, linear_h: h, blocks, diagonal, .. } = self;
         self.arch.dispatch(AssembleStiffness { elements, numbers, tension, x, h, convex, blocks, diagonal })
     }
 
@@ -208,6 +215,8 @@ impl<const L: usize> SimdNewton<L> {
                 break;
             }
         }
+        let Self { arch, numbers, positions: x, trial: from, h, linear_h, .. } = &mut *self;
+        arch.dispatch(PredictPressure { elements, numbers, from, x, h, linear_h });
         let mut reuse = true;
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
             let noise = ENERGY_NOISE * before[i].done.energy.abs();

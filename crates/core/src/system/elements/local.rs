@@ -87,6 +87,34 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
     }
 }
 
+/// Computes `h` of every triangle at `x` by its linear response to the step from `from`, from `h` at `x`: without the area of the triangle
+/// that the steps of the corners form.
+pub(crate) struct PredictPressure<'a, const L: usize> {
+    pub elements: &'a Elements,
+    pub numbers: &'a ElementNumbers<L>,
+    pub from: &'a [SimdPair<L>],
+    pub x: &'a [SimdPair<L>],
+    pub h: &'a [Simd<L>],
+    pub linear_h: &'a mut [Simd<L>],
+}
+
+impl<const L: usize> NullaryFnOnce for PredictPressure<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { elements, numbers, from, x, h, linear_h } = self;
+        let quarter = Simd::splat(0.25);
+        for (i, corners) in elements.cells.iter().enumerate() {
+            let [a, b, c] = corners.map(|n| difference(from[n as usize], x[n as usize]));
+            let (p, q) = (difference(a, b), difference(a, c));
+            let inverse = numbers.inverse_area[i];
+            let scale = quarter * numbers.kappa[i] * (inverse * inverse);
+            linear_h[i] = h[i] - scale * (p[0] * q[1] - p[1] * q[0]);
+        }
+    }
+}
+
 /// Computes the stiffness at the positions of the last [`Evaluate`], the exact one or, in the lanes of `convex`, the convex one. Returns
 /// its largest diagonal entry.
 pub(crate) struct AssembleStiffness<'a, const L: usize> {

@@ -1,0 +1,195 @@
+//! The approximation of a density that the sampler's trajectories follow: a quadratic model of what is computed from each shape
+//! (`quadratic_shape`), fitted to draws about the mode, and again to draws of the density.
+
+use nalgebra::DVector;
+
+use tongue_core::parallel;
+use tongue_core::random::{normals, seed_of};
+use tongue_core::statics::lanes::LANES;
+
+use super::PosteriorError;
+use super::auxiliary::DataSource;
+use super::density::Density;
+use super::evaluator::Evaluator;
+use super::hmc::{self, SampledDensity, Settings, Whitened};
+use super::linearisation::{DifferentiatedPoint, by_parameter};
+use super::parameters::{Draw, ParameterValues, SolvedPoint};
+use super::quadratic_shape::{QuadraticShape, inputs};
+
+/// Number of draws to which the model is fitted first, half of which mirror the others about the mode, and their spread over that of the
+/// given coordinates, so that tails are reached.
+const DRAWS: usize = 64;
+const SPREAD: f64 = 1.3;
+const SEED: u64 = 11;
+/// The run that gives further draws.
+const BRIEF: Settings = Settings { chains: 8, warm_up: 40, draws: 16, thin: 2, seed: SEED };
+/// Power of the likelihood in the approximation, whose tails must not be lighter than those of the density, because chains would stay there
+/// for long.
+const TEMPERED: f64 = 0.9;
+pub trait ResidualLikelihood: Sync {
+    /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
+    fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
+}
+
+impl ResidualLikelihood for Density<'_> {
+    fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
+        let pulls = self.factor.solve(residuals);
+        (-0.5 * residuals.dot(&pulls), pulls)
+    }
+}
+
+/// Models of all shapes of a density: of each posture, then of the baseline.
+#[derive(Debug)]
+pub struct Surrogate(Vec<QuadraticShape>);
+
+impl Surrogate {
+    /// Models that are fitted to draws from the normal distribution of these coordinates.
+    pub fn about(density: &Density<'_>, whitened: &Whitened) -> Result<Self, PosteriorError> {
+        Self::fit(density, &drawn(density, whitened)?)
+    }
+
+    /// Models that are fitted to the draws of [`Self::about`] and to draws of the density that those models gave.
+    pub fn refined(
+        density: &Density<'_>,
+        errors: &dyn ResidualLikelihood,
+        whitened: &Whitened,
+    ) -> Result<Self, PosteriorError> {
+        let mut points = drawn(density, whitened)?;
+        let first = Self::fit(density, &points)?;
+        let target = || SurrogateDensity::new(density, errors, &first);
+        let chains = hmc::sample_briefly(target, whitened, &BRIEF, None);
+        let mut draws: Vec<DVector<f64>> = chains.into_iter().flat_map(|chain| chain.scores).collect();
+        draws.dedup();
+        points.extend(differentiated(density, &draws));
+        Self::fit(density, &points)
+    }
+
+    fn fit(density: &Density<'_>, points: &[DifferentiatedPoint<'_>]) -> Result<Self, PosteriorError> {
+        let shapes = (0..=density.postures()).map(|index| QuadraticShape::fit(density, points, index));
+        shapes.collect::<Option<_>>().map(Self).ok_or(PosteriorError::NoMode)
+    }
+
+    /// Logarithm of the approximate density at these scores, and its derivatives.
+    fn log(
+        &self,
+        density: &Density<'_>,
+        errors: &dyn ResidualLikelihood,
+        scores: &DVector<f64>,
+    ) -> (f64, DVector<f64>) {
+        let (values, slopes) = density.parameter_values(scores);
+        let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
+        let measurements = &density.measurements;
+        let all: Vec<_> = (0..=postures).map(|index| inputs(density, &values, index)).collect();
+        let numbers: Vec<_> = self.0.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
+        let lengths: Vec<f64> =
+            numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
+        // The auxiliary numbers of a shape follow its lengths.
+        let mut next = vec![muscles; postures + 1];
+        let auxiliary = measurements.auxiliary.values_of_views(&values, |view| {
+            let index = view.posture.unwrap_or(postures);
+            next[index] += view.len();
+            numbers[index].as_slice()[next[index] - view.len()..next[index]].to_vec()
+        });
+        let (log, weights) = errors.log(&density.residuals(&lengths, &auxiliary));
+        let (log, weights) = (TEMPERED * log, weights * TEMPERED);
+        // Derivatives of the logarithm by the numbers of each shape.
+        let mut by_number: Vec<DVector<f64>> = numbers.iter().map(|own| DVector::zeros(own.len())).collect();
+        for (i, &m) in measurements.muscles.iter().enumerate() {
+            let stretch = lengths[density.rows[i]] / lengths[postures * muscles + m];
+            by_number[measurements.postures[i]][m] += weights[i] * stretch;
+            by_number[postures][m] -= weights[i] * stretch;
+        }
+        let of_auxiliary = &weights.as_slice()[measurements.len()..];
+        let mut next = vec![muscles; postures + 1];
+        for (source, own) in measurements.auxiliary.with_weights(of_auxiliary) {
+            let DataSource::Shape(view) = source else { continue };
+            let index = view.posture.unwrap_or(postures);
+            for weight in own {
+                by_number[index][next[index]] += weight;
+                next[index] += 1;
+            }
+        }
+        let shapes = self.0.iter().zip(&all).zip(&by_number);
+        let by_load: Vec<_> = shapes.map(|((shape, all), weights)| shape.gradient(all, weights)).collect();
+        let gradient = DVector::from_fn(scores.len(), |i, _| {
+            let parameter = density.parameters[i];
+            let of_activity = measurements.auxiliary.slope(&values, of_auxiliary, parameter);
+            let of_shapes = by_load.iter().enumerate().map(|(index, by)| {
+                let hyoid = [by[muscles], by[muscles + 1], by[muscles + 2]];
+                by_parameter(&values, index, by, hyoid, parameter)
+            });
+            slopes[i] * (of_activity + of_shapes.sum::<f64>()) - scores[i]
+        });
+        (log - 0.5 * scores.norm_squared(), gradient)
+    }
+}
+
+/// Draws from the normal distribution of these coordinates, differentiated; an error where fewer than half of them have an equilibrium.
+fn drawn<'a>(
+    density: &'a Density<'_>,
+    whitened: &Whitened,
+) -> Result<Vec<DifferentiatedPoint<'a>>, PosteriorError> {
+    let draws: Vec<DVector<f64>> = (0..DRAWS / 2)
+        .flat_map(|i| {
+            let mut random = fastrand::Rng::with_seed(seed_of(SEED, i));
+            let z = normals(density.parameters.len(), &mut random) * SPREAD;
+            [whitened.to_scores(&z), whitened.to_scores(&-z)]
+        })
+        .collect();
+    let points = differentiated(density, &draws);
+    if 2 * points.len() < DRAWS { Err(PosteriorError::NoMode) } else { Ok(points) }
+}
+
+/// The points at these scores, solved from rest and differentiated; those of zero density are left out.
+fn differentiated<'a>(density: &'a Density<'_>, scores: &[DVector<f64>]) -> Vec<DifferentiatedPoint<'a>> {
+    let groups: Vec<&[DVector<f64>]> = scores.chunks(LANES).collect();
+    let points = parallel::map(&groups, |group| {
+        let mut evaluator = Evaluator::new(density);
+        let values: Vec<ParameterValues> = group.iter().map(|x| density.parameter_values(x).0).collect();
+        let begun = evaluator.solve_from_rest(&values.iter().collect::<Vec<_>>());
+        let begun: Vec<(&DVector<f64>, &SolvedPoint)> =
+            group.iter().zip(&begun).filter_map(|(x, begun)| Some((x, begun.as_ref()?))).collect();
+        evaluator.differentiate(&begun)
+    });
+    points.into_iter().flatten().flatten().collect()
+}
+
+/// A density with its model, for one thread.
+pub struct SurrogateDensity<'a> {
+    pub density: &'a Density<'a>,
+    pub errors: &'a dyn ResidualLikelihood,
+    pub surrogate: &'a Surrogate,
+    evaluator: Evaluator<'a>,
+}
+
+impl<'a> SurrogateDensity<'a> {
+    /// The density with another likelihood of the residuals.
+    pub fn new(
+        density: &'a Density<'_>,
+        errors: &'a dyn ResidualLikelihood,
+        surrogate: &'a Surrogate,
+    ) -> Self {
+        Self { density, errors, surrogate, evaluator: Evaluator::new(density) }
+    }
+}
+
+impl SampledDensity for SurrogateDensity<'_> {
+    type Kept = Draw;
+
+    fn approximate(&self, at: &DVector<f64>) -> (f64, DVector<f64>) {
+        self.surrogate.log(self.density, self.errors, at)
+    }
+
+    fn evaluate(&mut self, points: &[&DVector<f64>]) -> Vec<Option<(f64, Draw)>> {
+        let values: Vec<ParameterValues> =
+            points.iter().map(|x| self.density.parameter_values(x).0).collect();
+        let solved = self.evaluator.solve_from_rest(&values.iter().collect::<Vec<_>>());
+        let each = solved.into_iter().zip(values).zip(points).map(|((solved, values), at)| {
+            let SolvedPoint { lengths, auxiliary, .. } = solved?;
+            let log_likelihood = self.errors.log(&self.density.residuals(&lengths, &auxiliary)).0;
+            let log = log_likelihood - 0.5 * at.norm_squared();
+            Some((log, Draw { chain: 0, number: 0, values, lengths, auxiliary, log, log_likelihood }))
+        });
+        each.collect()
+    }
+}
