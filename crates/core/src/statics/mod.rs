@@ -19,7 +19,7 @@
 //!   its solution has [`Connection::Traced`]. `simulate` (unless `--direct`), scenes without a wall, and fits raise an alarm where it does
 //!   not. A scene with a wall is not checked unless its direct solve descended from an unstable state.
 //! - Does the body reach it as all loads grow together, perhaps with jumps? [`FromRest::leads_here`] tells, and for a given shape
-//!   [`leads_from_rest`]. Draws of a posterior (`lengths_reached_from_rest`) and candidates of a search on the load path (`on_load_path`)
+//!   [`leads_from_rest`]. Draws of a posterior (`shapes_reached_from_rest`) and candidates of a search on the load path (`on_load_path`)
 //!   require this; frames of a recording are tested for it first (`shape_reached_from_rest`).
 //! - Does Newton's method find it from rest at the whole loads? [`Trace::same_by_newton`] tells; a search compares costs
 //!   (`same_cost_by_newton`) and misfits along a curve. Fits use this; a scene with a wall keeps the shape of Newton's method.

@@ -73,7 +73,7 @@ pub(super) fn reachabilities(
 
 impl FrameSolver<'_> {
     /// Whether the load path of the tensions, with the bones of this frame, leads to the equilibrium, jumps included. Three steps are tried
-    /// first, which take less time than a trace. [`crate::posterior::lengths_reached_from_rest`] compares lengths after 5 or 25 steps.
+    /// first, which take less time than a trace. [`crate::posterior::shapes_reached_from_rest`] takes the shape after 5 or 25 steps.
     pub fn shape_reached_from_rest(
         &mut self,
         frame: &Frame,
