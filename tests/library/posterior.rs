@@ -102,7 +102,7 @@ pub fn derivatives(
     each.collect()
 }
 
-/// Where the quadratic model is wrong, chains stay; it may not be needed for what they sample, which another test shows.
+/// The model decides how often the density accepts. The distribution of the draws does not depend on it, as the test of the sampler shows.
 #[test]
 fn the_quadratic_model_is_near_the_density_and_its_gradient_is_exact() {
     let posterior = sampled("S2");
@@ -265,7 +265,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     let rough = &precision + DMatrix::identity(n, n) * 0.5;
     let whitened = Whitened::new(DVector::zeros(n), rough).unwrap();
     let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 2, seed: 2 };
-    // Followed exactly, and by an approximation whose variances are 1.3 times too large along some directions.
+    // Trajectories follow the density, and then an approximation whose precision is too small on the diagonal.
     let wrong = &precision - DMatrix::from_diagonal(&(precision.diagonal() * 0.2));
     for rough in [&precision, &wrong] {
         let chains =
