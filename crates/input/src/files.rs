@@ -9,10 +9,7 @@ const LARGEST: u64 = 256 << 20;
 #[cfg(feature = "files")]
 const LARGEST_TEXT: u64 = 16 << 20;
 
-/// Reads all bytes of a file.
-///
-/// # Errors
-/// Those of the operating system; a file of more than 256 MiB; always without the feature `files`.
+/// Reads all bytes of a file of at most 256 MiB.
 pub fn read(path: impl AsRef<Path>) -> io::Result<Vec<u8>> {
     read_up_to(LARGEST, path.as_ref())
 }

@@ -68,11 +68,8 @@ fn meaning(name: &str) -> Option<ActivityMeaning> {
 impl Activity {
     /// Reads a table with a column `muscle` and a column for each vowel, of activities from 0 to 1, or to 100 where the name of the column
     /// ends in `%`. A column `full_n_per_m` may have the tension of a muscle at activity 1, N per metre of thickness. Encodings,
-    /// separators, decimal marks, a title and missing values are as in tables of lengths.
-    ///
-    /// # Errors
-    /// A table without muscles or vowels, and a muscle or vowel that is given twice. A cell that is no activity is an error only where it
-    /// is used.
+    /// separators, decimal marks, a title and missing values are as in tables of lengths. A cell that is no activity is an error only where
+    /// it is used.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
         let mut cells = TableLines::read(bytes, origin, wanted, |name: &str| {
@@ -131,10 +128,6 @@ impl Activity {
     /// Tensions of a vowel, N per metre of thickness: activity times the tension at activity 1, which is that of the row or else `full`. A
     /// row is of the muscle of its name or, if `names` has none, of every portion of the muscle group of its name, such as `HG`. Returns
     /// positions in `names` with their tensions, without muscles that have no row or an empty cell.
-    ///
-    /// # Errors
-    /// A vowel without a column, a cell of it that is no activity, a muscle that `names` lacks or that two rows give, and one without a
-    /// tension at activity 1.
     pub fn tensions(
         &self,
         vowel: &Vowel,

@@ -150,10 +150,8 @@ impl Target {
         })
     }
 
-    /// The target without the muscles that a body lacks.
-    ///
-    /// # Errors
-    /// The name of a muscle that the body lacks but the target needs, because it contracts or is the reference of ratios.
+    /// The target without the muscles that a body lacks. The error is the name of one that the target needs, because it contracts or is the
+    /// reference of ratios.
     pub fn of_body(&self, has: impl Fn(&str) -> bool) -> Result<Self, String> {
         fn pick<T: Clone>(from: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&m| from[m].clone()).collect()

@@ -41,10 +41,7 @@ pub(super) fn runs(lines: &[[u64; 2]], is_of_mesh: impl Fn(&u64) -> bool) -> Vec
 }
 
 /// The nodes of a muscle from one end to the other. The chain begins at the end where a line starts; if that is none or both of them, at
-/// the end with the lower tag.
-///
-/// # Errors
-/// The rest of a sentence that begins with the name of the muscle: why its lines are not one chain.
+/// the end with the lower tag. The error is the rest of a sentence that begins with the name of the muscle.
 pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
     let help = "a muscle is one chain with two ends: leave out one curve";
     let in_circle = |node: u64| Err(format!("runs in a circle through node {node}; {help}"));

@@ -27,10 +27,8 @@ pub(super) struct MeshFibres {
 
 impl MeshFibres {
     /// Makes fibres of lines, which are pairs of tags. Runs whose inner nodes are not of the mesh give directions where they are inside the
-    /// tissue; outside of it a run becomes one straight segment.
-    ///
-    /// # Errors
-    /// The first node outside the tissue of a run that leaves it elsewhere than at a node of the mesh, or that does not end on bone.
+    /// tissue; outside of it a run becomes one straight segment. The error is the first node outside the tissue of a run that leaves it
+    /// elsewhere than at a node of the mesh, or that does not end on bone.
     pub fn lay(
         mesh: &Mesh<3>,
         numbers: &BTreeMap<u64, usize>,

@@ -25,10 +25,7 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// The same lengths with the half width `mm` for all of them in place of those of the table.
-    ///
-    /// # Errors
-    /// If `mm` is not from 0 to 100.
+    /// The same lengths with the half width `mm`, 0 to 100, for all of them in place of those of the table.
     pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, ReadError> {
         if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
             let message = format!(

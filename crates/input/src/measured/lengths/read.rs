@@ -34,9 +34,6 @@ impl Dataset {
     }
 
     /// Reads the table in the file at `path`, or on stdin if `path` is `-`; [`Dataset::from_reader`] has the format.
-    ///
-    /// # Errors
-    /// Those of [`Dataset::from_reader`], and one for folders, pipes and devices.
     pub fn from_path(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         if path.as_os_str() == "-" {

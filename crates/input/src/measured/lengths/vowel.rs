@@ -22,9 +22,6 @@ pub struct Vowel(String);
 
 impl Vowel {
     /// Reads `a`, `/a/` or `[a]`; `u` stands for `ɯ`, which few keyboards have.
-    ///
-    /// # Errors
-    /// For an empty label, one with control characters, or one of more than 40 characters.
     pub fn new(label: &str) -> Result<Self, ReadError> {
         let vowel = Self::as_written(label)?;
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })

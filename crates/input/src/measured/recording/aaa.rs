@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::super::table::records;
-use super::{Budget, Format, Label, Recording, Sample, limits, numbers, rows};
+use super::{Budget, Format, Label, Recording, Sample, limits, rows};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -93,7 +93,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         }
     }
-    if numbers::LastNumber::of(&text).is_some_and(|last| last.is_short()) {
+    if rows::LastNumber::of(&text).is_some_and(|last| last.is_short()) {
         let column = text.lines().next_back().map_or(1, |line| line.split(char::from(separator)).count());
         let at = SourcePlace { line: last_line, column, ..start };
         return Err(at.error("the last number is cut off", CUT));

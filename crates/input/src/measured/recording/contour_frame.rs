@@ -78,10 +78,6 @@ struct Smoothness {
 
 impl SampleFrame {
     /// The frame of the contours in recordings of one speaker with the same channels; `None` if it is that of the bones.
-    ///
-    /// # Errors
-    /// A message if the map says that the contour is in the frame of each sample, but the bones for it are missing or the map states the
-    /// axes.
     pub fn of(group: &[&Flat<'_>], map: &Map) -> Result<Option<Self>, String> {
         let stated = map.contour_frame();
         let Some(first) = group.first().filter(|_| stated != Some(ContourFrame::Bones)) else {

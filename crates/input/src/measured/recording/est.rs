@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::LARGEST_HEADER;
-use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha, numbers};
+use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, numbers, seen};
 
 const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";
@@ -25,7 +25,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = SourcePlace::start(origin);
     let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
     if first.is_some_and(|b| b.is_ascii_digit() || b"-+.N".contains(b)) {
-        return mocha::read(bytes, origin);
+        return numbers::read_mocha(bytes, origin);
     }
     let header = header(bytes, start)?;
     let before = 1 + usize::from(header.breaks);
@@ -72,10 +72,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let what = format!("the time of frame {n} is {time_s} s");
             return Err(start.error(what, "times must be finite and ascending; copy the file again"));
         }
-        let seen = !header.breaks || row[1] != 0.0;
+        let is_seen = !header.breaks || row[1] != 0.0;
         let places = axes.iter().map(|(_, channels)| {
-            let place = channels.each_ref().map(|c| c.map_or(0.0, |c| row[before + c]));
-            (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
+            seen(channels.map(|c| c.map_or(0.0, |c| row[before + c]))).filter(|_| is_seen)
         });
         samples.push(Sample::new(time_s, places.collect()));
     }

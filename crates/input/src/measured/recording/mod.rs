@@ -21,7 +21,6 @@ mod limits;
 mod map;
 mod matlab;
 mod measures;
-mod mocha;
 mod mview;
 mod names;
 mod numbers;
@@ -31,7 +30,6 @@ mod plausibility;
 mod rows;
 mod sensor_table;
 mod tidy;
-mod txy;
 mod waveform;
 
 use std::path::Path;
@@ -183,9 +181,6 @@ impl Recording {
     }
 
     /// The coils of several recordings of one frame each as one recording, with a sample of each. Other channels are left out.
-    ///
-    /// # Errors
-    /// A message if the recordings have different formats or units, or one does not have exactly one frame.
     pub fn of_coils(frames: &[Self]) -> Result<Self, String> {
         let Some(first) = frames.first() else { return Err("there is no recording".to_owned()) };
         if frames.iter().any(|f| (f.format, f.metres) != (first.format, first.metres)) {
@@ -219,10 +214,7 @@ impl Recording {
         Ok(found)
     }
 
-    /// Reads all recordings in the bytes of a file; `origin` is its name in messages.
-    ///
-    /// # Errors
-    /// With line and column; in binary data the column is the byte.
+    /// Reads all recordings in the bytes of a file; `origin` is its name in messages. In binary data the column of a fault is the byte.
     pub fn from_bytes(bytes: &[u8], origin: &str, format: Option<Format>) -> Result<Vec<Self>, Malformed> {
         let format = format.unwrap_or_else(|| Format::of(bytes, origin));
         let mut found = match format {
@@ -232,7 +224,7 @@ impl Recording {
             Format::Est => est::read(bytes, origin).map(|r| vec![r]),
             Format::Edgetrak => edgetrak::read(bytes, origin).map(|r| vec![r]),
             Format::AaaFan => fan::read(bytes, origin),
-            Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
+            Format::Microbeam => numbers::read_txy(bytes, origin).map(|r| vec![r]),
             Format::Mview => mview::read(bytes, origin),
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
             Format::NdiWave | Format::Sensors => sensor_table::read(bytes, origin).map(|r| vec![r]),
@@ -240,7 +232,7 @@ impl Recording {
         found.iter_mut().for_each(Self::remove_zeros);
         // The other formats do not state their sizes.
         if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {
-            found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::truncation_note(bytes)));
+            found.last_mut().iter_mut().for_each(|last| last.notes.extend(rows::truncation_note(bytes)));
         }
         if found.iter().all(|r| r.samples.is_empty()) {
             let start = SourcePlace::start(origin);

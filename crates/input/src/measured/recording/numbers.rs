@@ -1,58 +1,54 @@
-//! Tables of numbers without a header, separated by spaces, tabs or commas, and last numbers that are cut off.
+//! Tables of numbers without a header, separated by spaces, tabs or commas: the X-ray microbeam's pellets and MOCHA's sensors as text.
 
 use super::super::error::{Malformed, SourcePlace};
 use super::limits::{self, Budget};
-use super::{Sample, is_coordinate, rows};
+use super::{Format, Recording, Sample, Times, is_coordinate, rows, seen};
 
-/// The last number of a text that has no line end behind it, and the last numbers of the lines above; each with its number of decimals.
-pub(super) struct LastNumber<'a> {
-    cell: &'a str,
-    value: (f64, usize),
-    above: Vec<(f64, usize)>,
+/// The pellets of the X-ray microbeam in the order of the columns: lips, tongue from the tip backwards, lower incisor and molar.
+const PELLETS: [&str; 8] = ["UL", "LL", "T1", "T2", "T3", "T4", "MANi", "MANm"];
+const MISTRACKED: f64 = 1e6;
+const HELP_TXY: &str = "a .txy has 17 numbers in a line: the time in microseconds, then x and y of UL, LL, T1, T2, T3, T4, MANi, MANm";
+
+/// Reads the X-ray microbeam's pellets (`.txy`): a line of 17 numbers for each frame: the time in microseconds, then x and y of eight
+/// pellets in thousandths of a millimetre; 1000000 marks a pellet that was mistracked. x grows to the front along the occlusal plane, y
+/// upwards, and the origin is the tip of the upper incisors (Westbury 1994, *X-ray microbeam speech production database user's handbook*,
+/// chapters 6 and 8).
+pub(super) fn read_txy(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let start = SourcePlace::start(origin);
+    let rows = number_rows(bytes, start, &[1 + 2 * PELLETS.len()], HELP_TXY)?;
+    let samples = samples(&rows, start, HELP_TXY, |_, row| {
+        let pairs = row[1..].chunks_exact(2);
+        let places = pairs.map(|xy| seen([xy[0], xy[1], 0.0]).filter(|_| !xy.contains(&MISTRACKED)));
+        Sample::new(row[0] * 1e-6, places.collect())
+    })?;
+    let names = PELLETS.iter().map(|name| (*name).to_owned());
+    Ok(Recording::of_file(origin, Format::Microbeam, Some(1e-6), names, samples))
 }
 
-impl<'a> LastNumber<'a> {
-    pub fn of(text: &'a str) -> Option<Self> {
-        let (above, last) = text.rsplit_once('\n')?;
-        let between = ['\t', ';', ','].into_iter().find(|c| last.contains(*c)).unwrap_or(' ');
-        let cell = |line: &'a str| line.rsplit(between).next().unwrap_or_default().trim();
-        let number = |line: &'a str| -> Option<(f64, usize)> {
-            let cell = cell(line).replace(',', ".");
-            Some((cell.parse().ok()?, cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())))
-        };
-        Some(Self {
-            cell: cell(last),
-            value: number(last)?,
-            above: above.lines().filter_map(number).collect(),
-        })
-    }
+/// The sensors of MOCHA, with the channel of their x; y is five channels behind it.
+const SENSORS: [(&str, usize); 9] =
+    [("ui", 0), ("li", 1), ("ul", 2), ("ll", 3), ("tt", 4), ("tb", 10), ("td", 11), ("v", 12), ("bn", 14)];
+const CHANNELS: usize = 20;
+const MOCHA_HZ: f64 = 500.0;
+const HELP_MOCHA: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a flag and 20 channels (or the 20 channels); other \
+                          sensors go into a table recording,time_s,point,x_mm,y_mm";
 
-    /// Whether it has fewer decimals than every number above it.
-    pub fn is_short(&self) -> bool {
-        self.above.iter().map(|(_, decimals)| *decimals).min() > Some(self.value.1)
-    }
-}
-
-/// A note if a text file seems to be cut off: it ends without a line end in a number that has fewer digits than those above it in the same
-/// column.
-pub(super) fn truncation_note(bytes: &[u8]) -> Option<String> {
-    const TAIL: usize = 1 << 16;
-    const FEWEST_LINES: usize = 5;
-    // Text in UTF-16 has NUL bytes.
-    let tail: Vec<u8> =
-        bytes[bytes.len().saturating_sub(TAIL)..].iter().copied().filter(|b| *b != 0).collect();
-    let text = String::from_utf8_lossy(&tail);
-    let last = LastNumber::of(&text).filter(|last| last.above.len() >= FEWEST_LINES)?;
-    let LastNumber { cell, value: (value, decimals), above } = &last;
-    let most = above.iter().map(|o| o.1).max()?;
-    let usual = (0..=most).max_by_key(|n| above.iter().filter(|o| o.1 == *n).count())?;
-    let is_cut = match usual {
-        0 => *value != 0.0 && above.iter().all(|o| o.0.abs() > 5.0 * value.abs()),
-        _ => last.is_short() || decimals + 2 <= usual,
-    };
-    is_cut.then(|| {
-        format!("the file ends without a line end in a number, {cell}, that is shorter than those above it: it may be cut off; export it again")
-    })
+/// Reads MOCHA's sensors as text (`.ema`): a line for each frame, with the time (s), a flag (0: nothing seen) and twenty channels in
+/// hundredths of a millimetre, at 500 Hz; or the twenty channels alone. The order is that of MOCHA's EST files (Wrench 1999; Qin and
+/// Carreira-Perpinan 2009, `MOCHAread.m`).
+pub(super) fn read_mocha(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let start = SourcePlace::start(origin);
+    let rows = number_rows(bytes, start, &[CHANNELS + 2, CHANNELS], HELP_MOCHA)?;
+    let timed = rows.first().is_some_and(|(_, first)| first.len() == CHANNELS + 2);
+    let samples = samples(&rows, start, HELP_MOCHA, |n, row| {
+        let (time_s, is_seen, values) =
+            if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / MOCHA_HZ, true, row) };
+        let places = SENSORS.map(|(_, x)| seen([values[x], values[x + 5], 0.0]).filter(|_| is_seen));
+        Sample::new(time_s, places.to_vec())
+    })?;
+    let names = SENSORS.map(|(name, _)| name.to_owned()).into_iter();
+    let found = Recording::of_file(origin, Format::Est, Some(1e-5), names, samples);
+    Ok(Recording { times: if timed { Times::InFile } else { Times::Usual(MOCHA_HZ) }, ..found })
 }
 
 /// The line and the numbers of a row; NaN where the file has NaN.

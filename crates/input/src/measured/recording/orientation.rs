@@ -37,9 +37,6 @@ const INCISORS_TO_SPINE_M: Point = Point::new(14e-3, -20e-3);
 
 impl AlignedRecording {
     /// Interprets a recording with its map, as [`AlignedRecording::all`] does.
-    ///
-    /// # Errors
-    /// [`ReadError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no channel is usable.
     pub fn new(recording: &Recording, map: &Map) -> Result<Self, ReadError> {
         Self::all(&[recording], map).swap_remove(0)
     }
@@ -257,9 +254,6 @@ impl Flat<'_> {
 
     /// A doubt about a recording of coils without a contour. `sensors` are the coils on the tongue from the tip backwards, `jaw` those on
     /// the jaw. Channels that the map names are not judged.
-    ///
-    /// # Errors
-    /// A message if the lips are upside down, or if lips, incisors or jaw are nearer to the rear coil than to the one at the tip.
     fn check_front(&self, map: &Map, sensors: &[usize], jaw: &[usize]) -> Result<Option<String>, String> {
         let channels = &self.recording.channels;
         let judged = || (0..channels.len()).filter(|&c| !map.names(&channels[c]));

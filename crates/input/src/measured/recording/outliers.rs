@@ -4,8 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use tongue_core::geometry::Point;
-use tongue_core::statistics::median;
 
+use super::flat::median_point;
 use super::measures::length;
 use super::{AlignedFrame, AlignedRecording, Mark};
 
@@ -112,10 +112,10 @@ fn departure(
     if near.len() < 2 {
         return None;
     }
-    let [x, y] = [0, 1].map(|axis| median(near.iter().map(|(_, p)| p[axis])));
+    let usual = median_point(near.iter().map(|(_, p)| *p))?;
     let apart =
         near.iter().map(|(f, _)| (recording.frames[*f].time_s - recording.frames[frame].time_s).abs());
-    Some(((here - Point::new(x?, y?)).norm(), apart.fold(f64::INFINITY, f64::min)))
+    Some(((here - usual).norm(), apart.fold(f64::INFINITY, f64::min)))
 }
 
 /// How far a point is from the middle of its neighbours on the contour, compared with the frames around, m.

@@ -1,4 +1,4 @@
-//! Rows of tables of recordings, and the numbers in their cells.
+//! Rows of tables of recordings, the numbers in their cells, and last numbers that are cut off.
 
 use std::cmp::Reverse;
 use std::fmt::Display;
@@ -80,4 +80,55 @@ pub(super) fn is_missing(text: &str) -> bool {
 pub(super) fn number(text: &str) -> Option<f64> {
     let comma = text.matches(',').count() == 1 && !text.contains('.');
     coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
+}
+
+/// The last number of a text that has no line end behind it, and the last numbers of the lines above; each with its number of decimals.
+pub(super) struct LastNumber<'a> {
+    cell: &'a str,
+    value: (f64, usize),
+    above: Vec<(f64, usize)>,
+}
+
+impl<'a> LastNumber<'a> {
+    pub fn of(text: &'a str) -> Option<Self> {
+        let (above, last) = text.rsplit_once('\n')?;
+        let between = ['\t', ';', ','].into_iter().find(|c| last.contains(*c)).unwrap_or(' ');
+        let cell = |line: &'a str| line.rsplit(between).next().unwrap_or_default().trim();
+        let number = |line: &'a str| -> Option<(f64, usize)> {
+            let cell = cell(line).replace(',', ".");
+            Some((cell.parse().ok()?, cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())))
+        };
+        Some(Self {
+            cell: cell(last),
+            value: number(last)?,
+            above: above.lines().filter_map(number).collect(),
+        })
+    }
+
+    /// Whether it has fewer decimals than every number above it.
+    pub fn is_short(&self) -> bool {
+        self.above.iter().map(|(_, decimals)| *decimals).min() > Some(self.value.1)
+    }
+}
+
+/// A note if a text file seems to be cut off: it ends without a line end in a number that has fewer digits than those above it in the same
+/// column.
+pub(super) fn truncation_note(bytes: &[u8]) -> Option<String> {
+    const TAIL: usize = 1 << 16;
+    const FEWEST_LINES: usize = 5;
+    // Text in UTF-16 has NUL bytes.
+    let tail: Vec<u8> =
+        bytes[bytes.len().saturating_sub(TAIL)..].iter().copied().filter(|b| *b != 0).collect();
+    let text = String::from_utf8_lossy(&tail);
+    let last = LastNumber::of(&text).filter(|last| last.above.len() >= FEWEST_LINES)?;
+    let LastNumber { cell, value: (value, decimals), above } = &last;
+    let most = above.iter().map(|o| o.1).max()?;
+    let usual = (0..=most).max_by_key(|n| above.iter().filter(|o| o.1 == *n).count())?;
+    let is_cut = match usual {
+        0 => *value != 0.0 && above.iter().all(|o| o.0.abs() > 5.0 * value.abs()),
+        _ => last.is_short() || decimals + 2 <= usual,
+    };
+    is_cut.then(|| {
+        format!("the file ends without a line end in a number, {cell}, that is shorter than those above it: it may be cut off; export it again")
+    })
 }
