@@ -1,7 +1,7 @@
 //! Recordings in the formats of laboratories, in files that were written from the descriptions of the formats.
 
 use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
-use tongue_input::measured::recording::Times;
+use tongue_input::measured::recording::{Times, Waveform};
 
 use crate::recordings::{
     AAA, AG501, CON, DLC, est, fan_row, files, headerless_pos, matlab, mocha, mview, pos, txy, wave,
@@ -456,4 +456,43 @@ fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() 
         let message = refused(&whole.as_bytes()[..whole.len() - cut], "a.tsv");
         assert!(message.starts_with("a.tsv:3:") && message.contains("cut off"), "{cut}: {message}");
     }
+}
+
+/// A WAV file of two channels at 10 kHz; the second one is louder.
+fn wav(bits: u16, samples: &[f32]) -> Vec<u8> {
+    let (bytes, is_float) = (usize::from(bits / 8), bits == 32);
+    let mut data = Vec::new();
+    for sample in samples.iter().flat_map(|first| [*first, 0.9]) {
+        let whole = (sample * 2f32.powi(i32::from(bits) - 1)) as i32;
+        let little = if is_float { sample.to_le_bytes() } else { whole.to_le_bytes() };
+        data.extend(&little[..bytes]);
+    }
+    let mut out = b"RIFF".to_vec();
+    out.extend((36 + data.len() as u32).to_le_bytes());
+    out.extend(b"WAVEfmt \x10\0\0\0");
+    out.extend([if is_float { 3_u16 } else { 1 }, 2].map(u16::to_le_bytes).concat());
+    out.extend([10_000, 20_000 * bytes as u32].map(u32::to_le_bytes).concat());
+    out.extend([2 * bytes as u16, bits].map(u16::to_le_bytes).concat());
+    out.extend(b"data");
+    out.extend((data.len() as u32).to_le_bytes());
+    out.extend(data);
+    out
+}
+
+#[test]
+fn bins_of_a_sound_have_the_ends_of_its_first_channel() {
+    // A bin has 20 samples.
+    let samples: Vec<f32> =
+        (0..110).map(|i| 0.01 * (i / 20) as f32 * if i % 2 == 0 { 1.0 } else { -0.5 }).collect();
+    for bits in [16, 24, 32] {
+        let file = wav(bits, &samples);
+        let found = Waveform::of_wav(&file).unwrap();
+        assert_eq!(found.ends.len(), 5);
+        for (k, [low, high]) in found.ends.iter().enumerate() {
+            let expected = 0.01 * k as f32;
+            assert!((high - expected).abs() < 1e-3 && (low + 0.5 * expected).abs() < 1e-3, "{found:?}");
+        }
+        assert!(Waveform::of_wav(&file[..file.len() / 2]).map_or(true, |half| half.ends.len() < 5));
+    }
+    assert!(Waveform::of_wav(b"RIFF").is_err());
 }

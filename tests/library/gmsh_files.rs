@@ -190,6 +190,27 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
 }
 
 #[test]
+fn a_muscle_begins_at_the_end_where_a_line_starts_or_else_at_the_lower_tag() {
+    let square = String::from_utf8(bytes("broken/square.msh")).unwrap();
+    let chain = |lines: &str| {
+        let text = square.replacen("1 5 1 1\n3 5 6 \n1 6 1 1\n4 6 7 \n", lines, 1);
+        let Content { body, tags, .. } = gmsh::read(text.as_bytes(), "m.msh", Unit::M)?;
+        let nodes = body.flat()?.mesh.muscles[0].nodes.clone();
+        Ok::<_, BodyError>(nodes.into_iter().map(|n| tags[n]).collect::<Vec<u64>>())
+    };
+    for (lines, expected) in [
+        ("1 5 1 1\n3 6 5 \n1 6 1 1\n4 6 7 \n", [5, 6, 7]),
+        ("1 5 1 1\n3 5 6 \n1 6 1 1\n4 7 6 \n", [5, 6, 7]),
+        ("1 5 1 1\n3 6 5 \n1 6 1 1\n4 7 6 \n", [7, 6, 5]),
+        ("1 6 1 1\n4 6 7 \n1 5 1 1\n3 6 5 \n", [5, 6, 7]),
+    ] {
+        assert_eq!(chain(lines).unwrap(), expected, "{lines}");
+    }
+    let circle = chain("1 5 1 1\n3 5 5 \n1 6 1 1\n4 6 7 \n").unwrap_err().to_string();
+    assert!(circle.contains("runs in a circle through node 5"), "{circle}");
+}
+
+#[test]
 fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() {
     let [first, second] = &["broken/square.msh", "second_order.msh"].map(|name| flat(name).mesh);
     let counts = |mesh: &Mesh<2>| [mesh.cells.len(), mesh.nodes.len(), mesh.muscles.len()];

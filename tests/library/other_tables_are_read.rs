@@ -110,3 +110,19 @@ fn long_and_short_text_grids_say_the_same_and_cut_ones_are_refused_with_a_line()
     }
     assert!(read(&TEXT_GRID.replace("\n2\n", "\n1e300\n")).unwrap_err().contains("missing"));
 }
+
+#[cfg(unix)]
+#[test]
+fn devices_pipes_and_large_files_are_refused() {
+    use std::path::Path;
+    let refused = |path: &Path| tongue_input::files::read_text(path).unwrap_err().to_string();
+    assert_eq!(refused(Path::new("/dev/zero")), "it is a pipe or a device, which may never end");
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(refused(folder.path()), "it is a folder");
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    assert_eq!(refused(&pipe), "it is a pipe or a device, which may never end");
+    let long = folder.path().join("long");
+    std::fs::File::create(&long).unwrap().set_len((16 << 20) + 1).unwrap();
+    assert_eq!(refused(&long), "it is larger than 16 MiB");
+}

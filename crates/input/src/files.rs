@@ -58,22 +58,3 @@ pub fn advice(error: &io::Error) -> &'static str {
         _ => "check that the path is right and that the file may be read",
     }
 }
-
-#[cfg(all(test, unix, feature = "files"))]
-mod tests {
-    use std::path::Path;
-
-    #[test]
-    fn devices_and_large_files_are_refused() {
-        let refused = |path: &Path| super::read_text(path).unwrap_err().to_string();
-        assert_eq!(refused(Path::new("/dev/zero")), "it is a pipe or a device, which may never end");
-        let folder = tempfile::tempdir().unwrap();
-        assert_eq!(refused(folder.path()), "it is a folder");
-        let pipe = folder.path().join("pipe");
-        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-        assert_eq!(refused(&pipe), "it is a pipe or a device, which may never end");
-        let long = folder.path().join("long");
-        std::fs::File::create(&long).unwrap().set_len(super::LARGEST_TEXT + 1).unwrap();
-        assert_eq!(refused(&long), "it is larger than 16 MiB");
-    }
-}

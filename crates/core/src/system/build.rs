@@ -119,7 +119,8 @@ impl<const D: usize> System<D> {
                 stencils.extend(nodes);
             });
         }
-        if let Some(node) = loose_node(&stencils, &is_unknown, &mesh.fixed) {
+        let are_held = are_held(rest.len(), cliques(&stencils), &mesh.fixed);
+        if let Some(node) = (0..rest.len()).find(|&i| is_unknown[i] && !are_held[i]) {
             return Err(SystemError::Loose { node });
         }
         if D == 2 {
@@ -192,10 +193,13 @@ fn cliques(stencils: &[usize]) -> impl Iterator<Item = &[usize]> {
     })
 }
 
-/// A node of a part of the body that is not joined to a held node, if there is one.
-fn loose_node(stencils: &[usize], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
-    let nodes = is_unknown.len();
-    let mut leader: Vec<usize> = (0..nodes).collect();
+/// Whether each of `count` nodes is joined to a held one by cliques of nodes.
+pub fn are_held(
+    count: usize,
+    cliques: impl Iterator<Item = impl AsRef<[usize]>>,
+    held: &[usize],
+) -> Vec<bool> {
+    let mut leader: Vec<usize> = (0..count).collect();
     fn find(leader: &mut [usize], mut i: usize) -> usize {
         while leader[i] != i {
             leader[i] = leader[leader[i]];
@@ -203,18 +207,18 @@ fn loose_node(stencils: &[usize], is_unknown: &[bool], held: &[usize]) -> Option
         }
         i
     }
-    for clique in cliques(stencils) {
-        for pair in clique.windows(2) {
+    for clique in cliques {
+        for pair in clique.as_ref().windows(2) {
             let (a, b) = (find(&mut leader, pair[0]), find(&mut leader, pair[1]));
             leader[a.max(b)] = a.min(b);
         }
     }
-    let mut safe = vec![false; nodes];
+    let mut is_safe = vec![false; count];
     for &i in held {
         let l = find(&mut leader, i);
-        safe[l] = true;
+        is_safe[l] = true;
     }
-    (0..nodes).find(|&i| is_unknown[i] && !safe[find(&mut leader, i)])
+    (0..count).map(|i| is_safe[find(&mut leader, i)]).collect()
 }
 
 /// The effects of the tissue and of the contracting muscles, in this order. `stiffness` has the spring constant of every connection, N/m.

@@ -20,6 +20,7 @@ use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
 
 pub use additions::{Additions, PrescribedDisplacement};
+pub use build::are_held;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::StraightPath;
 pub use space::{MusclesAs, SpaceModel};

@@ -57,15 +57,6 @@ impl SpaceMark {
     pub fn node(node: usize, place: Vector3<f64>, sd_m: f64) -> Self {
         Self { what: Marked::Node { node, place }, sd_m }
     }
-
-    /// The name of what a frame may have only once: a node or a muscle.
-    fn name(&self) -> Option<String> {
-        match &self.what {
-            Marked::Node { node, .. } => Some(format!("node {}", node + 1)),
-            Marked::Muscle { muscle, .. } => Some(format!("muscle {muscle}")),
-            _ => None,
-        }
-    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -74,30 +65,21 @@ pub struct SpaceFrame {
     pub marks: Vec<SpaceMark>,
 }
 
-/// A frame to which marks are added, with the names of its nodes and muscles.
-struct OpenFrame {
-    frame: SpaceFrame,
-    names: BTreeSet<String>,
-}
-
-impl OpenFrame {
-    fn new(time_s: Option<f64>) -> Self {
-        Self { frame: SpaceFrame { time_s, marks: Vec::new() }, names: BTreeSet::new() }
-    }
-
-    fn add(&mut self, mark: SpaceMark) -> Result<(), String> {
-        if let Some(name) = mark.name().filter(|name| !self.names.insert(name.clone())) {
-            return Err(format!("{name} comes twice in a frame; give it once"));
-        }
-        self.frame.marks.push(mark);
-        Ok(())
-    }
+/// Adds the name of a mark to those of its frame; a node or a muscle may have one mark in a frame.
+fn add_name(names: &mut BTreeSet<(usize, String)>, frame: usize, mark: &SpaceMark) -> Result<(), String> {
+    let name = match &mark.what {
+        Marked::Node { node, .. } => format!("node {}", node + 1),
+        Marked::Muscle { muscle, .. } => format!("muscle {muscle}"),
+        _ => return Ok(()),
+    };
+    let twice = format!("{name} comes twice in a frame; give it once");
+    if names.insert((frame, name)) { Ok(()) } else { Err(twice) }
 }
 
 /// Reads tables as one recording, in which frames of the same time are joined. `usual_sd_m` is the standard deviation where a table gives
 /// none.
 pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
-    let mut all: Vec<OpenFrame> = Vec::new();
+    let (mut all, mut names) = (Vec::<SpaceFrame>::new(), BTreeSet::new());
     let mut by_time: BTreeMap<Option<u64>, usize> = BTreeMap::new();
     for path in paths {
         let origin = path.as_ref().display().to_string();
@@ -107,8 +89,7 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
             wrong(format!("cannot be read: {e}; name a CSV table, such as one with the columns {columns}"))
         })?;
         let frames = space_marks_from(&bytes, &origin, usual_sd_m)?;
-        let earlier = all.iter().map(|open| &open.frame);
-        if earlier.chain(&frames).map(|f| f.time_s.is_some()).collect::<BTreeSet<_>>().len() > 1 {
+        if all.iter().chain(&frames).map(|f| f.time_s.is_some()).collect::<BTreeSet<_>>().len() > 1 {
             let problem = "give time_s in all tables of a recording or in none of them";
             return Err(wrong(problem.to_owned()));
         }
@@ -116,14 +97,14 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
             // Adding 0 turns -0 into 0.
             let same = *by_time.entry(time_s.map(|time_s| (time_s + 0.0).to_bits())).or_insert(all.len());
             if same == all.len() {
-                all.push(OpenFrame::new(time_s));
+                all.push(SpaceFrame { time_s, marks: Vec::new() });
             }
-            marks.into_iter().try_for_each(|mark| all[same].add(mark)).map_err(wrong)?;
+            marks.iter().try_for_each(|mark| add_name(&mut names, same, mark)).map_err(wrong)?;
+            all[same].marks.extend(marks);
         }
     }
-    let mut frames: Vec<SpaceFrame> = all.into_iter().map(|open| open.frame).collect();
-    frames.sort_by(|a, b| a.time_s.partial_cmp(&b.time_s).unwrap_or(std::cmp::Ordering::Equal));
-    Ok(frames)
+    all.sort_by(|a, b| a.time_s.partial_cmp(&b.time_s).unwrap_or(std::cmp::Ordering::Equal));
+    Ok(all)
 }
 
 /// Whether a file is such a table and not a recording in the plane, by its columns.
@@ -251,26 +232,29 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
         |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
     let header = reader.headers().map_err(broken)?.clone();
     let kind = kind(&header).map_err(|problem| wrong(1, problem))?;
-    let mut frames: Vec<OpenFrame> = Vec::new();
+    let (mut frames, mut names) = (Vec::<SpaceFrame>::new(), BTreeSet::new());
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let wrong = |problem: String| wrong(record.position().map_or(1, csv::Position::line), problem);
         let row = MarkRow { header: &header, record: &record };
         let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
         let time_s = row.number("time_s").map_err(wrong)?;
-        if frames.last().is_some_and(|open| open.frame.time_s > time_s) {
+        if frames.last().is_some_and(|last| last.time_s > time_s) {
             return Err(wrong(
                 "its time comes before that of the rows above; sort them by time_s".to_owned(),
             ));
         }
-        if frames.last().is_none_or(|open| open.frame.time_s != time_s) {
-            frames.push(OpenFrame::new(time_s));
+        if frames.last().is_none_or(|last| last.time_s != time_s) {
+            frames.push(SpaceFrame { time_s, marks: Vec::new() });
         }
-        frames.last_mut().map_or(Ok(()), |open| open.add(mark)).map_err(wrong)?;
+        add_name(&mut names, frames.len(), &mark).map_err(wrong)?;
+        if let Some(last) = frames.last_mut() {
+            last.marks.push(mark);
+        }
     }
     if frames.is_empty() {
         let problem = format!("{origin}: has no row below its header; give at least one");
         return Err(ReadError::Refused(problem));
     }
-    Ok(frames.into_iter().map(|open| open.frame).collect())
+    Ok(frames)
 }

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::SVector;
 
-use super::chain::chain;
 use super::cursor::{Located, Parsed, wrong};
+use super::fibres::chain;
 use super::groups::{GroupParts, GroupRole, PhysicalGroup, positions};
 use super::parse::{Form, Raw};
 use super::review::review;

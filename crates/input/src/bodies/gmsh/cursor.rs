@@ -128,6 +128,10 @@ impl<'a> Cursor<'a> {
         self.read(what, f64::from_le_bytes)
     }
 
+    pub fn reals(&mut self, what: &'static str) -> Parsed<[f64; 3]> {
+        Ok([self.real(what)?, self.real(what)?, self.real(what)?])
+    }
+
     /// A number as text, or as bytes that `of` converts from little-endian order.
     fn read<T: std::str::FromStr, const N: usize>(
         &mut self,
@@ -208,11 +212,8 @@ pub(super) type Parsed<T> = Result<T, Located>;
 
 /// A [`Located`] from a byte, or `None`, and the arguments of `format!`.
 macro_rules! wrong {
-    (None, $($words:tt)*) => {
-        $crate::bodies::gmsh::cursor::Located { at: None, problem: format!($($words)*) }
-    };
     ($at:expr, $($words:tt)*) => {
-        $crate::bodies::gmsh::cursor::Located { at: Some($at), problem: format!($($words)*) }
+        $crate::bodies::gmsh::cursor::Located { at: Option::from($at), problem: format!($($words)*) }
     };
 }
 pub(super) use wrong;

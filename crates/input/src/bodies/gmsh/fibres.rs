@@ -1,11 +1,10 @@
-//! Fibres of a muscle among hexahedra, from curves whose nodes need not be nodes of the mesh, or from views of vectors (`$ElementData`,
-//! `$NodeData`).
+//! Curves, which Gmsh stores as lines of two nodes in any order and direction, joined to chains; and fibres of a muscle among hexahedra, from
+//! curves whose nodes need not be nodes of the mesh, or from views of vectors (`$ElementData`, `$NodeData`).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
-use super::chain::runs;
 use super::cursor::{Cursor, Parsed, wrong};
 use tongue_core::body::Mesh;
 use tongue_core::body::space::{Directions, Segment, direction_at};
@@ -129,14 +128,100 @@ pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) ->
     for _ in 0..entries {
         let at = cursor.position();
         let tag = cursor.int("a node or element of a view")?;
-        let mut vector = [0.0; 3];
-        for c in &mut vector {
-            *c = cursor.real("a component of a vector")?;
-        }
+        let vector = cursor.reals("a component of a vector")?;
         let tag =
             u64::try_from(tag).map_err(|_| wrong!(at, "entry {tag} is out of range; save the file again"))?;
         vectors.insert(tag, vector);
     }
     cursor.end(section)?;
     Ok(Some(FibreView { name, of_nodes: section == "NodeData", vectors, at }))
+}
+
+/// The neighbours of each node; a line from a node to itself is left out.
+fn neighbours(lines: &[[u64; 2]]) -> BTreeMap<u64, BTreeSet<u64>> {
+    let mut meeting: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
+    for &[a, b] in lines.iter().filter(|[a, b]| a != b) {
+        meeting.entry(a).or_default().insert(b);
+        meeting.entry(b).or_default().insert(a);
+    }
+    meeting
+}
+
+/// Joins lines to runs, which end at nodes of the mesh and where one line or more than two meet.
+fn runs(lines: &[[u64; 2]], is_of_mesh: impl Fn(&u64) -> bool) -> Vec<Vec<u64>> {
+    let meeting = neighbours(lines);
+    let is_stop = |tag: &u64| is_of_mesh(tag) || meeting[tag].len() != 2;
+    let mut seen: BTreeSet<[u64; 2]> = BTreeSet::new();
+    let mut runs = Vec::new();
+    let (stops, others): (Vec<u64>, Vec<u64>) = meeting.keys().copied().partition(&is_stop);
+    // The lines that are on no run from a stop form circles, which may begin at any node.
+    for start in stops.into_iter().chain(others) {
+        for &next in &meeting[&start] {
+            let mut run = vec![start];
+            let (mut from, mut to) = (start, next);
+            while seen.insert([from.min(to), from.max(to)]) {
+                run.push(to);
+                let on = meeting[&to].iter().copied().find(|n| *n != from);
+                match on.filter(|_| !is_stop(&to)) {
+                    Some(on) => (from, to) = (to, on),
+                    None => break,
+                }
+            }
+            if run.len() > 1 {
+                runs.push(run);
+            }
+        }
+    }
+    runs
+}
+
+/// The nodes of a muscle from one end to the other. The chain begins at the end where a line starts; if that is none or both of them, at
+/// the end with the lower tag. The error is the rest of a sentence that begins with the name of the muscle.
+pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
+    let help = "a muscle is one chain with two ends: leave out one curve";
+    let in_circle = |node: u64| Err(format!("runs in a circle through node {node}; {help}"));
+    if let Some([node, _]) = lines.iter().find(|[a, b]| a == b) {
+        return in_circle(*node);
+    }
+    let meeting = neighbours(lines);
+    if let Some((node, of)) = meeting.iter().find(|(_, of)| of.len() > 2) {
+        let count = of.len();
+        return Err(format!(
+            "branches at node {node}, where {count} of its lines meet; a muscle is one chain: leave out the curves that branch off"
+        ));
+    }
+    let ends: Vec<u64> = meeting.iter().filter(|(_, of)| of.len() == 1).map(|(n, _)| *n).collect();
+    let mut runs = runs(lines, |_| false).into_iter();
+    let (mut chain, second) = match (runs.next(), &ends[..]) {
+        (Some(chain), [_, second]) => (chain, *second),
+        (_, []) => return in_circle(meeting.keys().next().copied().unwrap_or_default()),
+        _ => {
+            return Err(format!(
+                "has gaps: it ends at the nodes {ends:?}; a muscle is one chain with two ends: add the curves between, or make two groups"
+            ));
+        }
+    };
+    if lines.iter().any(|[a, _]| *a == second) && !lines.iter().any(|[a, _]| *a == chain[0]) {
+        chain.reverse();
+    }
+    match runs.flatten().min() {
+        Some(node) => in_circle(node),
+        None => Ok(chain),
+    }
+}
+
+pub(super) fn connected_components<T: Copy + Ord>(lines: &[[T; 2]]) -> Vec<Vec<[T; 2]>> {
+    let mut components: Vec<(BTreeSet<T>, Vec<[T; 2]>)> = Vec::new();
+    for &line in lines {
+        let (joined, apart): (Vec<_>, Vec<_>) =
+            components.into_iter().partition(|(nodes, _)| line.iter().any(|n| nodes.contains(n)));
+        let mut component = (BTreeSet::from(line), vec![line]);
+        for (nodes, lines) in joined {
+            component.0.extend(nodes);
+            component.1.extend(lines);
+        }
+        components = apart;
+        components.push(component);
+    }
+    components.into_iter().map(|(_, lines)| lines).collect()
 }

@@ -10,6 +10,7 @@ use super::parse::{Form, GmshElement, Raw, check_cell};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
 use tongue_core::choice;
+use tongue_core::system::are_held;
 
 /// Meaning of a physical group, with the NAME in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -202,18 +203,7 @@ impl<'a> GroupParts<'a> {
                 "no bone holds the body; add Physical Point(\"bone\") = {{...}}, or Curve or Surface, of what does not move"
             ));
         }
-        let mut neighbours = vec![Vec::new(); numbers.len()];
-        for [a, b] in joined {
-            neighbours[a].push(b);
-            neighbours[b].push(a);
-        }
-        let mut held = vec![false; numbers.len()];
-        let mut next = fixed.to_vec();
-        while let Some(node) = next.pop() {
-            if !std::mem::replace(&mut held[node], true) {
-                next.extend(&neighbours[node]);
-            }
-        }
+        let held = are_held(numbers.len(), joined, fixed);
         self.cells.iter().find(|c| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]))).map_or(Ok(()), |cell| {
             Err(wrong!(
                 cell.at,

@@ -20,7 +20,6 @@
 //! The crate `mshio` (0.4.2) reads only format 4.1 and no physical names, which is why this reader exists.
 
 mod assemble;
-mod chain;
 mod cursor;
 mod fibres;
 mod groups;

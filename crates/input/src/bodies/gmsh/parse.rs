@@ -208,10 +208,7 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Parsed<u64> {
 /// Reads the position of a node whose tag begins at the byte `tag_at`.
 fn position(cursor: &mut Cursor<'_>, nodes: &mut GmshNodes, node: u64, tag_at: usize) -> Parsed<()> {
     let at = cursor.position();
-    let mut x = [0.0; 3];
-    for c in &mut x {
-        *c = cursor.real("a coordinate")?;
-    }
+    let x = cursor.reals("a coordinate")?;
     if !x.iter().all(|c| c.is_finite()) {
         return Err(wrong!(
             at,

@@ -11,9 +11,8 @@ use nalgebra::Vector3;
 
 use super::Unit;
 use super::assemble::given_twice;
-use super::chain::connected_components;
 use super::cursor::{Parsed, wrong};
-use super::fibres::{FibreView, MeshFibres};
+use super::fibres::{FibreView, MeshFibres, connected_components};
 use super::groups::{GroupParts, GroupRole, positions, sorted};
 use super::parse::{Form, Raw};
 use crate::bodies::group_and_side;

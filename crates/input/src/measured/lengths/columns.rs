@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::dataset::SetAside;
 use super::number::TableUnit;
-use super::reading::SetAside;
 use super::text::clip;
 use crate::measured::error::Malformed;
 use crate::measured::table::{TableLine, TableLines};

@@ -11,15 +11,13 @@ mod dataset;
 pub(in crate::measured) mod number;
 pub mod plausibility;
 mod read;
-mod reading;
 pub mod rest_distance;
 pub(in crate::measured) mod text;
 mod vowel;
 
 pub use super::error::Malformed;
-pub use dataset::Dataset;
+pub use dataset::{BrokenRow, Dataset, HalfWidth, ReadColumn, Reading, Separator, SetAside};
 pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
-pub use reading::{BrokenRow, HalfWidth, ReadColumn, Reading, Separator, SetAside};
 pub use text::{Encoding, LineEnds};
 pub use vowel::Vowel;
 

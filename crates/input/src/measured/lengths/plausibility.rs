@@ -15,11 +15,7 @@ type MuscleColumn<'a> = (&'a str, f64, f64);
 
 /// A doubt about the lengths (mm) of the muscles of a body: exchanged names, or a muscle or tongue of another size.
 pub(crate) fn doubt_of_lengths<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<String> {
-    let thesis = Thesis::reference().ok()?;
-    let columns = Vec::from_iter(
-        lengths_mm.filter_map(|(name, mm)| Some((name, mm.ln(), thesis.row(name)?.rest_length_mm.ln()))),
-    );
-    (columns.len() >= FEWEST).then(|| doubt_of_proportions(&columns)).flatten()
+    doubt_of_proportions(&columns(lengths_mm)?)
 }
 
 fn doubt_of_proportions(columns: &[MuscleColumn<'_>]) -> Option<String> {
@@ -34,17 +30,18 @@ pub fn doubts(data: &Dataset) -> Vec<String> {
     if let Some(message) = percentages(data) {
         return vec![message];
     }
+    let medians = data.muscles().iter().enumerate().filter_map(|(n, name)| {
+        Some((name.as_str(), median(data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?))?))
+    });
     let proportions =
-        columns(data).and_then(|columns| alike(&columns).or_else(|| doubt_of_proportions(&columns)));
+        columns(medians).and_then(|columns| alike(&columns).or_else(|| doubt_of_proportions(&columns)));
     proportions.into_iter().chain(repeated_rows(data)).chain(rows_of_another_size(data)).collect()
 }
 
-fn columns(data: &Dataset) -> Option<Vec<MuscleColumn<'_>>> {
+fn columns<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<Vec<MuscleColumn<'a>>> {
     let thesis = Thesis::reference().ok()?;
-    let columns = Vec::from_iter(data.muscles().iter().enumerate().filter_map(|(n, name)| {
-        let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
-        Some((name.as_str(), median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
-    }));
+    let column = |(name, mm): (&'a str, f64)| Some((name, mm.ln(), thesis.row(name)?.rest_length_mm.ln()));
+    let columns: Vec<MuscleColumn<'a>> = lengths_mm.filter_map(column).collect();
     (columns.len() >= FEWEST).then_some(columns)
 }
 

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use super::cell::LengthCell;
 use super::columns::{LengthColumns, LengthField, is_known};
+use super::dataset::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::number::TableUnit;
-use super::reading::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::text::clip;
 use super::vowel::Vowel;
 use super::{Dataset, Lengths, Row};

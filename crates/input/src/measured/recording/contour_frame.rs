@@ -79,7 +79,7 @@ struct Smoothness {
 impl SampleFrame {
     /// The frame of the contours in recordings of one speaker with the same channels; `None` if it is that of the bones.
     pub fn of(group: &[&Flat<'_>], map: &Map) -> Result<Option<Self>, String> {
-        let stated = map.contour_frame();
+        let stated = map.contour_frame;
         let Some(first) = group.first().filter(|_| stated != Some(ContourFrame::Bones)) else {
             return Ok(None);
         };

@@ -12,19 +12,8 @@ const LEAST_LIKELIHOOD: f64 = 0.05;
 /// A computed likelihood of 1 may be larger by rounding.
 const MOST_LIKELIHOOD: f64 = 1.001;
 /// Keypoints of the tongue in AAA's models, from the vallecula to the tip (Wrench and Balch-Tomes 2022).
-const TONGUE: [&str; 11] = [
-    "vallecula",
-    "tongueroot1",
-    "tongueroot2",
-    "tonguebody1",
-    "tonguebody2",
-    "tonguedorsum1",
-    "tonguedorsum2",
-    "tongueblade1",
-    "tongueblade2",
-    "tonguetip1",
-    "tonguetip2",
-];
+const TONGUE: &str = "vallecula tongueroot1 tongueroot2 tonguebody1 tonguebody2 tonguedorsum1 tonguedorsum2 \
+                      tongueblade1 tongueblade2 tonguetip1 tonguetip2";
 const HELP: &str = "give the .csv that DeepLabCut's analyze_videos(.., save_as_csv=True) writes";
 
 /// A body part: its name, the column of its x (y is in the next one), and the column of its likelihood.
@@ -112,7 +101,7 @@ fn parts_of(titles: &[csv::StringRecord], at: SourcePlace<'_>) -> Result<Vec<Bod
 /// Anatomical names for the keypoints of AAA's models; other parts keep their names.
 fn name_of(title: &str) -> String {
     let plain = names::normalised(title);
-    if let Some(n) = TONGUE.iter().position(|t| *t == plain) {
+    if let Some(n) = TONGUE.split(' ').position(|t| t == plain) {
         return format!("tongue_{n}");
     }
     names::bone(title).unwrap_or(title).to_owned()

@@ -61,10 +61,6 @@ impl<'a> PointTrack<'a> {
         self.apart_s > 0.0 && self.variance > 2.0 * (sds * self.sd()).powi(2)
     }
 
-    fn moves(&self) -> bool {
-        self.moves_by(MOVES_SD)
-    }
-
     /// Part of the frames with exactly the position of the frame before.
     fn part_still(&self) -> f64 {
         let moved = self.moved(1);
@@ -169,8 +165,8 @@ impl<'a> PointTracks<'a> {
         moving > 0 && 2 * moving >= self.tracks.len()
     }
 
-    pub fn has_slipping_bone(&self) -> bool {
-        self.bones.iter().any(|bone| bone.slip(ACCELERATION_OF_BONES_M_S2).is_some())
+    fn is_any_moving(&self) -> bool {
+        self.tracks.iter().any(|track| track.moves_by(MOVES_SD))
     }
 
     pub fn disorder(&self) -> Option<NamedValue> {
@@ -202,7 +198,7 @@ impl<'a> PointTracks<'a> {
     pub fn repeated(&self) -> Option<NamedValue> {
         let repeats = (1..self.recording.frames.len()).filter(|f| self.repeats(*f)).count();
         let part = repeats as f64 / self.recording.frames.len().saturating_sub(1).max(1) as f64;
-        self.tracks.iter().any(PointTrack::moves).then(|| unnamed(part))
+        self.is_any_moving().then(|| unnamed(part))
     }
 
     /// Whether a frame that shows a point has exactly the positions of the frame before.
@@ -227,18 +223,17 @@ impl<'a> PointTracks<'a> {
 
     /// The largest part of the frames in which a point stays, and the points that mostly stay, if others move.
     pub fn stuck(&self) -> Option<NamedValue> {
-        let tracks = &self.tracks;
-        let stuck =
-            tracks.iter().map(|track| (track.name, track.part_still())).filter(|(_, part)| *part > 0.5);
+        let parts = self.tracks.iter().map(|track| (track.name, track.part_still()));
+        let stuck = parts.filter(|(_, part)| *part > 0.5);
         let (names, parts): (Vec<&str>, Vec<f64>) = stuck.unzip();
         let most = parts.into_iter().fold(0.0, f64::max);
-        tracks.iter().any(PointTrack::moves).then(|| (most, names.join(" and ")))
+        self.is_any_moving().then(|| (most, names.join(" and ")))
     }
 
     /// The part of the points that stay in most frames, if most points move by more than their noise.
     pub fn part_rounded(&self) -> Option<NamedValue> {
         let tracks = &self.tracks;
-        let moving = tracks.iter().filter(|track| track.moves()).count();
+        let moving = tracks.iter().filter(|track| track.moves_by(MOVES_SD)).count();
         let staying = tracks.iter().filter(|track| track.part_still() > 0.5).count();
         (2 * moving > tracks.len()).then(|| unnamed(staying as f64 / tracks.len() as f64))
     }
@@ -248,14 +243,18 @@ impl<'a> PointTracks<'a> {
         Some((self.middle(false, |track| Some(track.quickest()?.0))?, format!("{whole_s:.2} s")))
     }
 
+    pub fn slips_of_bones(&self) -> impl Iterator<Item = (&'a str, f64, f64)> {
+        self.bones.iter().filter_map(|bone| bone.slip(ACCELERATION_OF_BONES_M_S2))
+    }
+
     /// The first point or bone that jumps and stays, unless most points do.
     pub fn slipped_points_mm(&self) -> Option<NamedValue> {
-        let Self { tracks, bones, .. } = self;
-        let mut slips: Vec<_> = tracks.iter().filter_map(|track| track.slip(ACCELERATION_M_S2)).collect();
-        if 2 * slips.len() > tracks.len() {
+        let mut slips: Vec<_> =
+            self.tracks.iter().filter_map(|track| track.slip(ACCELERATION_M_S2)).collect();
+        if 2 * slips.len() > self.tracks.len() {
             return None;
         }
-        slips.extend(bones.iter().filter_map(|b| b.slip(ACCELERATION_OF_BONES_M_S2)));
+        slips.extend(self.slips_of_bones());
         let ((first, time_s, by_mm), others) = slips.split_first()?;
         let others: Vec<&str> = others.iter().map(|(name, ..)| *name).collect();
         let more =

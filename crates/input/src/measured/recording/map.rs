@@ -41,7 +41,7 @@ pub struct Map {
     rate_hz: Option<f64>,
     back: Option<MappedAxis>,
     up: Option<MappedAxis>,
-    contour_frame: Option<ContourFrame>,
+    pub(super) contour_frame: Option<ContourFrame>,
     noise_mm: Option<f64>,
     scale: Option<f64>,
     turn_deg: Option<f64>,
@@ -75,7 +75,6 @@ struct MapEntry {
     noise_mm: Option<f64>,
 }
 
-const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
 /// Usual distance of neighbouring coils, mm. The unit that brings them nearest to it is taken: metres, centimetres, millimetres, or
 /// hundredths or thousandths of these.
@@ -164,10 +163,6 @@ impl Map {
 
     pub(super) fn names(&self, channel: &str) -> bool {
         self.points.contains_key(channel)
-    }
-
-    pub(super) fn contour_frame(&self) -> Option<ContourFrame> {
-        self.contour_frame
     }
 
     /// The roles of channels, by the map or by their names. A coil whose name says that it is on the jaw moves with the mandible; beside a
@@ -262,13 +257,11 @@ impl TryFrom<toml::Value> for MapEntry {
 
     fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
         if let toml::Value::String(word) = &value {
-            let role = match word.as_str() {
-                "contour" => Role::Contour,
-                "coil" => Role::Coil(None),
-                "reference" => Role::Reference,
-                "ignore" => Role::Ignored,
-                _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", choice::hint(word, WORDS))),
-            };
+            let roles = [Role::Contour, Role::Coil(None), Role::Reference, Role::Ignored];
+            let words = ["contour", "coil", "reference", "ignore"];
+            let named = words.into_iter().zip(roles).find(|(w, _)| w == word);
+            let (_, role) = named
+                .ok_or_else(|| format!("{word:?} is not a role; {}; {ROLES}", choice::hint(word, words)))?;
             return Ok(Self { role, noise_mm: None });
         }
         let given: Result<TablePoint, toml::de::Error> = value.try_into();

@@ -107,7 +107,7 @@ impl<'a> Measures<'a> {
     }
 
     pub fn bones_apart_mm(&self) -> Option<NamedValue> {
-        let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
+        let steady = self.spine_and_hyoid().filter(|_| self.motion.slips_of_bones().next().is_none());
         steady.map(|(a, b)| unnamed((a - b).norm() * MM))
     }
 

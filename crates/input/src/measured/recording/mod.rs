@@ -34,7 +34,6 @@ mod waveform;
 
 use std::path::Path;
 
-use serde::Serialize;
 use tongue_core::statistics::distinct;
 
 use super::error::{Malformed, ReadError, SourcePlace};
@@ -55,8 +54,7 @@ pub use waveform::Waveform;
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Articulate Assistant Advanced's export of splines.
     Aaa,
