@@ -461,7 +461,7 @@ fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() 
 /// A WAV file of two channels at 10 kHz; the second one is louder.
 fn wav(bits: u16, samples: &[f32]) -> Vec<u8> {
     let (bytes, is_float) = (usize::from(bits / 8), bits == 32);
-    let mut data = Vec::new();
+    let mut data: Vec<u8> = Vec::new();
     for sample in samples.iter().flat_map(|first| [*first, 0.9]) {
         let whole = (sample * 2f32.powi(i32::from(bits) - 1)) as i32;
         let little = if is_float { sample.to_le_bytes() } else { whole.to_le_bytes() };
