@@ -13,7 +13,7 @@ use tongue_core::sparse::cholesky::Factor;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
 
-use super::runs::ending;
+use super::methods::ending;
 
 /// The posture /a/ as published, and one muscle of the back and one of the tip alone; tensions in N per metre of thickness.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =

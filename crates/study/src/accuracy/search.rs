@@ -8,7 +8,7 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
-use super::runs::DONE;
+use super::methods::DONE;
 use crate::measure::{Effort, measure};
 use crate::test_tensions::target;
 
