@@ -203,7 +203,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let fit_summary = ShownFit {
             record: &record,
             conclusion: &conclusion,
-            is_verbose: output::is_verbose(),
             from_stretches: from_stretches.as_ref().map(|second| &second.fit),
             published: published.as_ref(),
             posterior: sampled.as_ref().map(|s| (s, posture)),
@@ -211,5 +210,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
         output::summary(&fit_summary.text(), &written)?;
     }
-    Ok(Outcome::good_if(conclusion.trusted, || conclusion.text))
+    Ok(Outcome::of_reasons((!conclusion.trusted).then_some(conclusion.text)))
 }

@@ -97,9 +97,10 @@ fn answer(
     })?;
     let doubtful = all.iter().filter(|a| a.status != SolveStatus::Converged || !a.alarms.is_empty());
     let doubtful: Vec<&str> = doubtful.map(|a| a.name.as_str()).collect();
-    Ok(Outcome::good_if(doubtful.is_empty(), || {
+    let is_doubtful = !doubtful.is_empty();
+    Ok(Outcome::of_reasons(is_doubtful.then(|| {
         format!("no equilibrium that can be trusted where these pull alone: {}", doubtful.join(", "))
-    }))
+    })))
 }
 
 fn text<'a>(

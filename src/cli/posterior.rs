@@ -86,7 +86,7 @@ impl Arguments {
 }
 
 /// A table of every tension of a posture with its intervals; with `-v` also one of every stretch.
-pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) -> String {
+pub fn text(sampled: &SampledPosterior<'_>, posture: usize) -> String {
     let report = &sampled.reports[posture];
     let seen = &sampled.posterior.density.measurements;
     let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
@@ -109,7 +109,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
     match &report.summary {
         Some(summary) => {
             text += &changes(summary);
-            if is_verbose {
+            if output::is_verbose() {
                 text += &details(summary);
             }
         }

@@ -136,7 +136,7 @@ impl Arguments {
         files.extend((!is_one).then_some(("tongue.pvd", &pvd as &dyn Export)));
         files.extend(pvd.0.iter().zip(&vtus).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
         output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&track))?;
-        Ok(Outcome::of_reason(track.untrusted))
+        Ok(Outcome::of_reasons(track.untrusted))
     }
 }
 

@@ -173,7 +173,10 @@ fn track_speaker(
         );
     }
     let journal = track_run::journal(&run, out, &seen, &format!("{sound:?}"))?;
-    let sound = sound.map(|read| read.into_tract_around(&speaker.body, wall.as_deref())).transpose()?;
+    let sound = sound.map(|(given, lips)| -> miette::Result<_> {
+        Ok((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
+    });
+    let sound = sound.transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
@@ -198,7 +201,7 @@ fn track_speaker(
     let untrusted = why_untrusted(results, &mut notes);
     let untrusted = implausible.into_iter().chain(untrusted);
     let untrusted = untrusted.reduce(|all, next| format!("{all}; {next}"));
-    let outcome = Outcome::of_reason(untrusted.clone());
+    let outcome = Outcome::of_reasons(untrusted.clone());
     (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
     record.formants =
         sound.as_ref().map(|(airway, lips)| FormantsRecord::new(&airway.tract, lips, &record.results));

@@ -87,7 +87,7 @@ pub fn run(
     Ok(match (doubtful.is_empty(), is_whole) {
         (true, true) => Outcome::Good,
         (true, false) => Outcome::SomeRowsRefused,
-        (false, _) => Outcome::of_reason(Some(doubtful.join("; "))),
+        (false, _) => Outcome::of_reasons(doubtful),
     })
 }
 

@@ -221,10 +221,10 @@ pub fn run(
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record))?;
     Ok(match outcome.status {
         MotionStatus::Completed => {
-            let alarms = alarms::barrier(record.guarded).into_iter().chain(strain).map(|a| a.to_string());
-            Outcome::of_reason(alarms.reduce(|all, next| format!("{all}; {next}")))
+            let alarms = alarms::barrier(record.guarded).into_iter().chain(strain);
+            Outcome::of_reasons(alarms.map(|alarm| alarm.to_string()))
         }
-        other => Outcome::good_if(false, || format!("the motion stopped early ({})", word(&other))),
+        other => Outcome::of_reasons([format!("the motion stopped early ({})", word(&other))]),
     })
 }
 

@@ -124,8 +124,7 @@ impl PreparedBatch {
         let mut bad = summary.statuses.clone();
         bad.remove("converged");
         let fits = outcome::untrusted_sentence(&bad, summary.fits, "fits");
-        let why: Vec<String> = fits.into_iter().chain(untold).chain(contradicted).collect();
-        Ok(Outcome::good_if(why.is_empty(), || why.join("; ")))
+        Ok(Outcome::of_reasons(fits.into_iter().chain(untold).chain(contradicted)))
     }
 
     pub fn tell_what_is_left_out(&self) {
