@@ -105,7 +105,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
-    let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
+    let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, kind)?;
     arguments.tell_left_out(&data, &target)?;
     if let Some(source) = arguments.body.space() {

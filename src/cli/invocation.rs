@@ -61,13 +61,8 @@ pub fn stop_if_asked() {
 
 impl Invocation {
     pub fn begin(words: Vec<OsString>, volume: Volume) {
-        let _ = PROCESS.set(Arc::new(Self {
-            words,
-            volume,
-            start: Instant::now(),
-            kept: None,
-            stop: Arc::default(),
-        }));
+        let process = Self { words, volume, start: Instant::now(), kept: None, stop: Arc::default() };
+        let _ = PROCESS.set(Arc::new(process));
     }
 
     /// A call within a process, which ends soon after `stop` becomes true.

@@ -58,7 +58,7 @@ struct SubjectRows<'a> {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let LengthsAction::Check(check) = &arguments.action;
-    let (data, doubts) = inputs::doubted_lengths(Some(&check.file), check.error_mm)?;
+    let (data, doubts) = inputs::lengths(Some(&check.file), check.error_mm)?;
     let usual = check.baseline.clone().unwrap_or_else(Vowel::unrounded_u);
     // The plan of a batch of all rows says which rows can be fitted.
     let kinds = TargetKind::ALL.to_vec();

@@ -138,13 +138,14 @@ fn run_body<const D: usize>(
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
     });
     let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
-    let tell =
-        if is_one_equilibrium(scene) { output::tell_duration_of_equilibrium } else { output::tell_duration };
-    tell(
-        &format!("{} nodes", plan.nodes),
-        an_iteration_us * 1e-6 * iterations(scene),
-        "a larger h_mm is faster",
-    );
+    let is_moved = scene.points.is_some() || scene.want == Want::Trajectory;
+    let (iterations, tell): (f64, fn(&str, f64, &str)) = match () {
+        () if scene.fit.is_some() => (20_000.0, output::tell_duration),
+        () if is_moved => (1000.0, output::tell_duration),
+        () => (250.0, output::tell_duration_of_equilibrium),
+    };
+    let seconds = an_iteration_us * 1e-6 * iterations;
+    tell(&format!("{} nodes", plan.nodes), seconds, "a larger h_mm is faster");
     let settings = prepared.body.mesh.continuum.as_ref().map(|c| &c.settings);
     let by = super::provenance().with_tissue(prepared.system.tissue()).with_chosen(settings);
     let to = to.map(|(out, name)| {
@@ -167,18 +168,6 @@ fn run_body<const D: usize>(
     files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
     let written = out.export(&files, &by).into_diagnostic()?;
     Ok((result, by, written))
-}
-
-fn is_one_equilibrium(scene: &Scene) -> bool {
-    scene.fit.is_none() && scene.points.is_none() && scene.want != Want::Trajectory
-}
-
-fn iterations(scene: &Scene) -> f64 {
-    match () {
-        () if scene.fit.is_some() => 20_000.0,
-        () if is_one_equilibrium(scene) => 250.0,
-        () => 1000.0,
-    }
 }
 
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {

@@ -18,7 +18,7 @@ use tongue_fit::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
     TrajectoryRecord, Vtu,
 };
-use tongue_fit::run::{MotionRun, STEP_ERROR_MM, SampledMotion};
+use tongue_fit::run::{STEP_ERROR_MM, SampledMotion};
 use tongue_fit::system::System;
 
 use super::inputs::choice;
@@ -179,11 +179,9 @@ pub fn run(
 
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let (clock, t_end_s) = (Instant::now(), arguments.t_end);
-    let samples = (arguments.frames - 1) * LENGTHS_PER_FRAME + 1;
-    let motion_run =
-        MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: LENGTHS_PER_FRAME };
+    let kept = [(arguments.frames - 1) * LENGTHS_PER_FRAME + 1, LENGTHS_PER_FRAME];
     let mut bar: Option<ProgressBar> = None;
-    let sampled = motion_run.run(integrator.as_mut(), &mut |time| {
+    let sampled = SampledMotion::follow(&motion, None, t_end_s, kept, integrator.as_mut(), &mut |time| {
         stop_if_asked();
         if bar.is_none() && clock.elapsed() > BAR_AFTER {
             let begun = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");

@@ -38,7 +38,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    let data = inputs::lengths(arguments.lengths.as_ref(), None)?;
+    let (data, _) = inputs::lengths(arguments.lengths.as_ref(), None)?;
     let baseline = arguments.baseline.as_deref().map_or(Ok(Vowel::unrounded_u()), str::parse);
     let baseline = baseline.into_diagnostic()?;
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);

@@ -172,7 +172,9 @@ fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal
     let journal = Mutex::new(journal);
     todo.par_iter()
         .map(|&number| -> Result<(), ReportError> {
-            let entry = prepared.fit(number)?;
+            let clock = Instant::now();
+            let result = prepared.run.fit(number, true, &prepared.provenance, &output::tell_step)?;
+            let entry = JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result };
             output::step(|| description(&jobs[number], &entry));
             journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
             bar.inc(1);
