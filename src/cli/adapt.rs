@@ -2,12 +2,12 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail};
 use serde_json::{Value, json};
-use tongue_fit::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
-use tongue_fit::run::{self, ScreenedRecording};
+use tongue_fit::inner::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{self, Export, Json, OutputDir, SectionPicture};
+use tongue_fit::inner::run::{self, ScreenedRecording};
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, PriorArguments};

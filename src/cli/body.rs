@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail, miette};
 use tongue_fit::body::{Anatomy, Body, Unit};
-use tongue_fit::choice;
-use tongue_fit::choice::named;
+use tongue_fit::inner::choice;
+use tongue_fit::inner::choice::named;
+use tongue_fit::inner::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
-use tongue_fit::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::system::Model;
 
 use super::inputs::choice;

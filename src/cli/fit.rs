@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::choice::name_of;
+use tongue_fit::inner::choice::name_of;
+use tongue_fit::inner::posterior::AuxiliaryData;
+use tongue_fit::inner::report::{self, Export, Series, SolutionCurveRecord};
+use tongue_fit::inner::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::posterior::AuxiliaryData;
-use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
-use tongue_fit::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::system::TissueModel;
 
 use super::fit_table::ShownFit;

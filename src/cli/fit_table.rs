@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use tongue_fit::inner::report::{self, Conclusion, FitRecord, with_decimals};
+use tongue_fit::inner::run::{Published, SampledPosterior};
 use tongue_fit::inverse::Fit;
 use tongue_fit::measured::TargetKind;
-use tongue_fit::report::{self, Conclusion, FitRecord, with_decimals};
-use tongue_fit::run::{Published, SampledPosterior};
 
 use super::output::is_verbose;
 use super::posterior::{self, ACTIVE_BASELINE};

@@ -6,10 +6,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use miette::{IntoDiagnostic, miette};
 use serde::de::DeserializeOwned;
 use tongue_fit::acoustics::{Tract, VocalTract};
-use tongue_fit::choice::{named, names};
-use tongue_fit::files::{self, advice};
+use tongue_fit::inner::choice::{named, names};
+use tongue_fit::inner::files::{self, advice};
+use tongue_fit::inner::measured::lengths::plausibility;
 use tongue_fit::measured::Dataset;
-use tongue_fit::measured::lengths::plausibility;
 
 use super::{invocation, output};
 

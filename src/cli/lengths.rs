@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use serde_json::{Value, json};
-use tongue_fit::choice;
-use tongue_fit::inverse::batch::{self, Refusal, Selection};
-use tongue_fit::measured::lengths::{Encoding, HalfWidth, ReadColumn, Reading, Row};
+use tongue_fit::inner::choice;
+use tongue_fit::inner::inverse::batch::{self, Refusal, Selection};
+use tongue_fit::inner::measured::lengths::{Encoding, HalfWidth, ReadColumn, Reading, Row};
 use tongue_fit::measured::{Dataset, Lengths, Muscles, TargetKind, Vowel};
 
 use super::table::{align_left, join_first, rows};

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use clap::Parser;
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::report::batch::Shard;
-use tongue_fit::report::batch::journal::{self, Journal};
+use tongue_fit::inner::report::batch::Shard;
+use tongue_fit::inner::report::batch::journal::{self, Journal};
 
 use super::batch::{self, PreparedBatch};
 use super::table::join_first;

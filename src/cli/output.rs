@@ -8,10 +8,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::body::Body;
-use tongue_fit::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
-use tongue_fit::run::Solved;
+use tongue_fit::inner::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
+use tongue_fit::inner::run::Solved;
+use tongue_fit::inner::surgery::OperationRecord;
 use tongue_fit::statics::SolveStatus;
-use tongue_fit::surgery::OperationRecord;
 
 use super::invocation::{Stream, Volume, current, stop_if_asked};
 use super::{Global, Outcome, table, word};

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
-use tongue_fit::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
-use tongue_fit::report::{probability, with_decimals};
-use tongue_fit::run::SampledPosterior;
+use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
+use tongue_fit::inner::report::{probability, with_decimals};
+use tongue_fit::inner::run::SampledPosterior;
 use tongue_fit::system::Model;
 
 use super::table::{difference, rows};

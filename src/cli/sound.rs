@@ -6,11 +6,11 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
+use tongue_fit::inner::report::{self, Export, Json, Rows, VowelPicture, Wav};
+use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
+use tongue_fit::inner::scene::effects::Effects;
+use tongue_fit::inner::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::measured::{Dataset, Vowel};
-use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
-use tongue_fit::run::{Kind, SpaceSource, TongueSound};
-use tongue_fit::scene::effects::Effects;
-use tongue_fit::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::scene::{Scene, SceneBody, Want};
 use tongue_sound::voice::{self, Voice};
 

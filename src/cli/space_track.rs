@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, tally};
+use tongue_fit::inner::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, Vtu, tally};
-use tongue_fit::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
 use tongue_fit::system::TissueModel;
 
 use super::space::ModelArguments;

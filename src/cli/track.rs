@@ -1,14 +1,14 @@
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
-use tongue_fit::run::{ScreenedRecording, TrackRun};
-use tongue_fit::statistics::distinct;
+use tongue_fit::inner::adapt::{AdaptationInput, RestShapeMethod};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
+use tongue_fit::inner::run::{ScreenedRecording, TrackRun};
+use tongue_fit::inner::statistics::distinct;
+use tongue_fit::inner::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments};
@@ -275,7 +275,7 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> mi
             let known = known.iter().map(String::as_str);
             miette!(
                 "--hold-out {word}: there is no such contour point or coil; {}",
-                tongue_fit::choice::hint(word, known)
+                tongue_fit::inner::choice::hint(word, known)
             )
         })?;
         ensure!(!out.contains(point), "--hold-out: {point} is given twice; give each point once");

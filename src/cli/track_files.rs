@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use serde::Serialize;
-use tongue_fit::adapt::Adaptation;
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::report::column;
-use tongue_fit::report::{
+use tongue_fit::inner::adapt::Adaptation;
+use tongue_fit::inner::report::column;
+use tongue_fit::inner::report::{
     Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackPage, TrackRecord, contrasts,
     draws_csv, formants_csv, repeats_columns, segments_csv, timelines, track_csv,
 };

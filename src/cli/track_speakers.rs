@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
-use tongue_fit::posterior::OverSpeakers;
-use tongue_fit::report::{Export, Json, OutputDir, over_speakers};
-use tongue_fit::track::Comparison;
+use tongue_fit::inner::posterior::OverSpeakers;
+use tongue_fit::inner::report::{Export, Json, OutputDir, over_speakers};
+use tongue_fit::inner::track::Comparison;
 
 use super::recordings::Loaded;
 use super::track_files::Done;

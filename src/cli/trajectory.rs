@@ -6,19 +6,20 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, ensure, miette};
 use tongue_fit::body::Mesh;
-use tongue_fit::dynamics::{
-    self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
-};
+use tongue_fit::dynamics::Curves;
 use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::alarms;
-use tongue_fit::limits::TOLERANCE_MM;
-use tongue_fit::measured::ByMuscle;
-use tongue_fit::report::{
+use tongue_fit::inner::dynamics::{
+    self, Control, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
+};
+use tongue_fit::inner::inverse::alarms;
+use tongue_fit::inner::limits::TOLERANCE_MM;
+use tongue_fit::inner::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
     TrajectoryRecord, Vtu,
 };
-use tongue_fit::run::{STEP_ERROR_MM, SampledMotion};
+use tongue_fit::inner::run::{STEP_ERROR_MM, SampledMotion};
+use tongue_fit::measured::ByMuscle;
 use tongue_fit::system::System;
 
 use super::inputs::choice;

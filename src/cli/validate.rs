@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::IntoDiagnostic;
+use tongue_fit::inner::report::{Export, Json, Markdown};
+use tongue_fit::inner::validate::{self, ValidationPlan};
 use tongue_fit::measured::Vowel;
-use tongue_fit::report::{Export, Json, Markdown};
 use tongue_fit::system::TissueModel;
-use tongue_fit::validate::{self, ValidationPlan};
 
 use super::{Global, Outcome, body, inputs, output, table};
 
