@@ -12,7 +12,7 @@ use tongue_fit::system::TissueModel;
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments};
-use super::track_files::{BodyFile, Done};
+use super::track_files::{Done, body_record};
 use super::track_sound::FORMANTS;
 use super::{
     Global, Outcome, body, output, space_track, track_files, track_run, track_sound, track_speakers,
@@ -209,7 +209,8 @@ fn track_speaker(
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.tracked.rest));
-    let body = BodyFile::new(&body, &run.basis.model, speaker.adaptation_after_tracking(&body), recordings)?;
+    let adaptation = speaker.adaptation_after_tracking(&body);
+    let body = body_record(&body, &run.basis.model, &adaptation, recordings)?;
     let by = super::provenance().with_tissue(TissueModel::of(&speaker.body.mesh));
     let written = track_files::write(out, &record, &body, &by, &arguments.files)?;
     journal.remove().into_diagnostic()?;

@@ -1,6 +1,7 @@
 //! Runs a scene: the shape or trajectory, its cost, and the forces on walls and bones.
 
 use std::any::Any;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::body::{self, in_space};
@@ -62,8 +63,8 @@ pub fn run<const D: usize>(
         }
         workspace.positions().to_vec()
     } else {
-        let (motion, positions, tensions) = follow(scene, prepared)?;
-        (trajectory, prepared.tensions) = (Some(motion), tensions);
+        let (motion, positions) = follow(scene, prepared)?;
+        trajectory = Some(motion);
         positions
     };
     let system = &prepared.system;
@@ -135,11 +136,11 @@ fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace
 }
 
 /// Follows the motion from rest. Displaced bones are moved before it begins, and the body follows them to an equilibrium without weight.
-/// Returns the motion with the positions and the tensions at its end.
+/// The tensions become those with which the motion ends, since the ramp may not be complete then.
 fn follow<const D: usize>(
     scene: &Scene,
-    prepared: &Prepared<D>,
-) -> Result<(SceneMotion, Vec<SVector<f64, D>>, Vec<f64>), SimulationError> {
+    prepared: &mut Prepared<D>,
+) -> Result<(SceneMotion, Vec<SVector<f64, D>>), SimulationError> {
     let wanted = scene.trajectory.as_ref();
     let wanted = wanted.map_or((0.0, STEP_ERROR_MM, 0.0), |t| (t.duration_s, t.tolerance_mm, t.ramp_s));
     let (t_end_s, error_mm, ramp_s) = wanted;
@@ -159,7 +160,8 @@ fn follow<const D: usize>(
             Some(workspace.positions().to_vec())
         }
     };
-    let motion = Motion::new(&prepared.system, Tensions::ramp(prepared.tensions.clone(), ramp_s))?;
+    let system = Arc::clone(&prepared.system);
+    let motion = Motion::new(&system, Tensions::ramp(prepared.tensions.clone(), ramp_s))?;
     let mut integrator =
         IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * error_mm))?;
     let (start, integrator) = (start.as_deref(), integrator.as_mut());
@@ -175,10 +177,8 @@ fn follow<const D: usize>(
         part_of_way_to_equilibrium: sampled.part_of_way,
         moments: moments.collect(),
     };
-    // The ramp may not be complete when the motion ends.
-    let mut tensions = prepared.tensions.clone();
-    motion.tensions().write_at(sampled.outcome.time_s, &mut tensions);
-    Ok((record, sampled.end.positions, tensions))
+    motion.tensions().write_at(sampled.outcome.time_s, &mut prepared.tensions);
+    Ok((record, sampled.end.positions))
 }
 
 fn muscles<const D: usize>(

@@ -82,7 +82,9 @@ impl PosteriorKind {
     }
 
     fn groups(self, all: &[Case]) -> Vec<Vec<usize>> {
-        let of = |subject: &str| (0..all.len()).filter(|&i| all[i].subject == subject).collect::<Vec<_>>();
+        let of = |subject: &str| {
+            (0..all.len()).filter(|&i| all[i].target().subject == subject).collect::<Vec<_>>()
+        };
         let speakers: Vec<Vec<usize>> = subjects(all).into_iter().map(of).collect();
         match self {
             Self::Row => (0..all.len()).map(|i| vec![i]).collect(),
@@ -137,7 +139,8 @@ impl Predictors {
     /// No change, the normal distribution, and these posteriors.
     fn opponents(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Opponent>, PosteriorError> {
         let statistical = all.iter().map(|case| {
-            let others: Vec<&Case> = all.iter().filter(|c| c.subject != case.subject).collect();
+            let others: Vec<&Case> =
+                all.iter().filter(|c| c.target().subject != case.target().subject).collect();
             statistical(&others, case, self.seed).into_iter().unzip()
         });
         let (no_change, gaussian) = statistical.unzip();
@@ -212,7 +215,7 @@ pub fn study(
         predictions.extend(scored_predictions(&vowel, &opponents, &all));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
-            let scores = all_scored(&opponents, &all, |c| names.contains(&c.subject.as_str()));
+            let scores = all_scored(&opponents, &all, |c| names.contains(&c.target().subject.as_str()));
             let warning = warning(&scores);
             let subjects = names.iter().map(|s| (*s).to_owned()).collect();
             other_baselines.push(ScoredBaseline { baseline: vowel.clone(), subjects, warning, scores });
@@ -262,8 +265,8 @@ mod tests {
             taken.sort_unstable();
             assert_eq!(taken, (0..all.len()).collect::<Vec<_>>());
             for group in &groups {
-                let of_speakers = distinct(group.iter().map(|&i| all[i].subject.as_str())).len();
-                let of_vowels = distinct(group.iter().map(|&i| all[i].vowel.clone())).len();
+                let of_speakers = distinct(group.iter().map(|&i| all[i].target().subject.as_str())).len();
+                let of_vowels = distinct(group.iter().map(|&i| all[i].target().vowel.clone())).len();
                 assert_eq!(of_speakers, group.len());
                 assert!((groups_of - 1..=groups_of).contains(&of_speakers) && of_vowels > 1, "{group:?}");
             }

@@ -86,13 +86,14 @@ pub fn conditional_normal(training: &[&Case], case: &Case, how: Shrunk) -> Optio
 
 /// The estimator that predicts each muscle of each training subject best, from its other muscles and the other subjects.
 pub fn best_shrunk(training: &[&Case]) -> Shrunk {
-    let names = distinct(training.iter().map(|c| c.subject.as_str()));
+    let names = distinct(training.iter().map(|c| c.target().subject.as_str()));
     if names.len() < 2 {
         return MIDDLE;
     }
     let errors = Shrunk::all().into_iter().map(|how| {
         let errors = names.iter().map(|name: &&str| -> f64 {
-            let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
+            let (inner, left): (Vec<&Case>, Vec<&Case>) =
+                training.iter().partition(|c| c.target().subject != *name);
             left.into_iter()
                 .flat_map(Case::each_left_out)
                 .map(|case| match conditional_normal(&inner, &case, how) {

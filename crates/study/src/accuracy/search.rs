@@ -66,20 +66,20 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
 fn settings_of_rows() -> Vec<FitSettings> {
     let simplex = FitSettings::default();
     let derivative = FitSettings { method: Method::GaussNewton, ..simplex };
-    let mut settings_of_rows = Vec::new();
-    settings_of_rows
-        .extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..simplex }));
-    settings_of_rows.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings {
-        tension_tolerance,
-        warm_start: false,
-        ..simplex
-    }));
-    settings_of_rows.extend(STARTS.map(|starts| FitSettings { starts, ..simplex }));
-    settings_of_rows
-        .extend(STEP_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..derivative }));
-    settings_of_rows.push(FitSettings { warm_start: false, ..derivative });
-    settings_of_rows.extend(STARTS.map(|starts| FitSettings { starts, ..derivative }));
-    settings_of_rows
+    let cold = |usual| FitSettings { warm_start: false, ..usual };
+    let to_tolerances = |usual: FitSettings, tolerances: &[f64]| {
+        Vec::from_iter(tolerances.iter().map(|&tension_tolerance| FitSettings { tension_tolerance, ..usual }))
+    };
+    let from_starts = |usual: FitSettings| STARTS.map(|starts| FitSettings { starts, ..usual }).to_vec();
+    [
+        to_tolerances(simplex, &SIMPLEX_TOLERANCES),
+        to_tolerances(cold(simplex), &SIMPLEX_TOLERANCES),
+        from_starts(simplex),
+        to_tolerances(derivative, &STEP_TOLERANCES),
+        vec![cold(derivative)],
+        from_starts(derivative),
+    ]
+    .concat()
 }
 
 fn row(fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
