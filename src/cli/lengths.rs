@@ -16,16 +16,9 @@ use super::{Global, Outcome, inputs, output, table, word};
 
 const MOST_LISTED: usize = 50;
 
-#[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
-#[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
-pub struct Arguments {
-    #[command(subcommand)]
-    action: LengthsAction,
-}
-
 #[derive(Debug, Clone, clap::Subcommand)]
-enum LengthsAction {
+#[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
+pub enum LengthsAction {
     /// Read a table of lengths and report how it is understood
     Check(Check),
 }
@@ -38,7 +31,7 @@ enum LengthsAction {
     A row for each subject and vowel; the header names the columns: subject, vowel, and GGa_mm or \"GGa (mm)\" for the lengths of a \
     muscle GGa (cm and m too). Whatever a spreadsheet exports will do.\n\
     Exit status: 0 all understood and every row can be fitted, 1 some cells, some rows or the whole table cannot be used.")]
-struct Check {
+pub struct Check {
     /// The table, or - for stdin
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -56,8 +49,7 @@ struct SubjectRows<'a> {
     rows: Vec<&'a Row>,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let LengthsAction::Check(check) = &arguments.action;
+pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> miette::Result<Outcome> {
     let (data, doubts) = inputs::lengths(Some(&check.file), check.error_mm)?;
     let usual = check.baseline.clone().unwrap_or_else(Vowel::unrounded_u);
     // The plan of a batch of all rows says which rows can be fitted.

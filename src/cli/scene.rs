@@ -12,18 +12,11 @@ use tongue_fit::scene::{self, Prepared, Scene, SceneBody, SceneOutcome as Answer
 
 use super::{Global, Outcome, inputs, output, scene_table};
 
-#[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
+#[derive(Debug, Clone, clap::Subcommand)]
 #[command(
     after_help = "Examples:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene run vowel-i-palate --out results/scenes"
 )]
-pub struct Arguments {
-    #[command(subcommand)]
-    action: SceneAction,
-}
-
-#[derive(Debug, Clone, clap::Subcommand)]
-enum SceneAction {
+pub enum SceneAction {
     /// List the scenes that are built in
     #[command(after_help = "Example:\n  tongue-fit scene list")]
     List,
@@ -43,14 +36,14 @@ enum SceneAction {
 }
 
 #[derive(Debug, Clone, clap::Args)]
-struct Which {
+pub struct Which {
     /// A built-in scene, or the path of a scene file (TOML)
     #[arg(value_name = "NAME")]
     name: PathBuf,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    match &arguments.action {
+pub fn run(action: &SceneAction, global: &Global) -> miette::Result<Outcome> {
+    match action {
         SceneAction::List => list(global),
         SceneAction::Schema => {
             output::print(&output::json(&Scene::schema())?)?;
