@@ -179,7 +179,7 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
 }
 
 pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
-    let mut p = format!(
+    let p = format!(
         "# What accuracy costs in time\n\n\
          {made} Every figure on this page is filled in from the measurements of that run; the tables behind it \
          are the CSV files beside it. Times are medians of repeats and hold for that machine as busy as it was; \
@@ -187,8 +187,8 @@ pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
          The scene, unless said otherwise: the mesh of 5.5 mm, the tensions published for /a/ (GGa 12.0, SGm 11.5, HGa 4.5 N per \
          metre of thickness), consistent constants. A ratio is a muscle's length over that of GGa.\n\n"
     );
-    conclusions(&mut p, study);
-    Ok(p + &sections(study)?)
+    let said: String = conclusions(study).iter().map(|sentence| format!("- {sentence}\n")).collect();
+    Ok(p + "## In short\n\n" + &said + "\n" + &sections(study)?)
 }
 
 /// Method, setting and cost of a run, in words.
@@ -204,59 +204,49 @@ fn description(run: &Run) -> String {
     )
 }
 
-fn conclusions(p: &mut String, study: &AccuracyStudy) {
-    let _ = writeln!(p, "## In short\n");
+fn conclusions(study: &AccuracyStudy) -> Vec<String> {
     let of_ratio = |r: &Run| r.ratio_error;
-    if let Some(r) = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT) {
-        let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", description(r));
-    }
+    let mut said = Vec::new();
+    let best = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT);
+    said.extend(best.map(|r| format!("**For 1 % of a ratio at equilibrium take {}.**", description(r))));
     let (newton, integrators): (Vec<&Run>, Vec<&Run>) =
         study.equilibrium.iter().partition(|r| r.method == NEWTON);
     let seconds = [1e-2, 1e-9]
         .map(|error_mm| fastest(newton.iter().copied(), |r| r.error_mm, error_mm).and_then(|r| r.seconds));
-    if let [Some(rough), Some(tight)] = seconds {
-        let (rough, tight) = (duration(rough), duration(tight));
-        let _ = writeln!(
-            p,
-            "- More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
-        );
+    if let [Some(rough), Some(tight)] = seconds.map(|s| s.map(duration)) {
+        said.push(format!(
+            "More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
+        ));
     }
-    let _ = match fastest(integrators, of_ratio, ONE_PER_CENT) {
+    said.push(match fastest(integrators, of_ratio, ONE_PER_CENT) {
         Some(r) => {
-            writeln!(
-                p,
-                "- For 1 % of a ratio at equilibrium by following the motion take {}.",
-                description(r)
-            )
+            format!("For 1 % of a ratio at equilibrium by following the motion take {}.", description(r))
         }
         None => {
-            writeln!(p, "- No integrator came within 1 % of a ratio at equilibrium in the time it was given.")
+            "No integrator came within 1 % of a ratio at equilibrium in the time it was given.".to_owned()
         }
-    };
-    if let Some(r) = fastest(&study.trajectory, of_ratio, ONE_PER_CENT) {
-        let _ = writeln!(p, "- For 1 % of a ratio all along the motion to t = 3 s take {}.", description(r));
-    }
-    if let Some(s) = study.early.iter().find(|s| s.t_end_s == 3.0) {
-        let _ = writeln!(
-            p,
-            "- Stopping at t = 3 s, as the thesis does, leaves {} mm ({:.1} % of the largest displacement) and {} of a ratio; \
+    });
+    let best = fastest(&study.trajectory, of_ratio, ONE_PER_CENT);
+    said.extend(
+        best.map(|r| format!("For 1 % of a ratio all along the motion to t = 3 s take {}.", description(r))),
+    );
+    said.extend(study.early.iter().find(|s| s.t_end_s == 3.0).map(|s| {
+        format!(
+            "Stopping at t = 3 s, as the thesis does, leaves {} mm ({:.1} % of the largest displacement) and {} of a ratio; \
              no integrator, however accurate, can mend that.",
             number(s.left_mm),
             100.0 * s.left_part,
             number(s.ratio_error)
-        );
-    }
-    if let Some(verdict) = mesh_verdict(&study.meshes) {
-        let _ = writeln!(p, "- {verdict}");
-    }
+        )
+    }));
+    said.extend(mesh_verdict(&study.meshes));
     let good = [Method::GaussNewton, Method::NelderMead].map(|method| {
         let runs = study.fits.iter().filter(|r| r.method == method && r.target == TargetKind::Stretch);
         least_by(runs.filter(|r| r.error_n <= 1e-2), |r| r.seconds)
     });
     if let [Some(gn), Some(nm)] = good {
-        let _ = writeln!(
-            p,
-            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (starts: {}), \
+        said.push(format!(
+            "For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (starts: {}), \
              Nelder-Mead {} and {} (starts: {}): {:.0} times as long.",
             duration(gn.seconds),
             gn.equilibria,
@@ -265,7 +255,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             nm.equilibria,
             nm.starts,
             nm.seconds / gn.seconds
-        );
+        ));
     }
-    p.push('\n');
+    said
 }
