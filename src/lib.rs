@@ -61,9 +61,16 @@
 
 #![warn(missing_docs)]
 
-// The program's modules use the library by the names that its users know; what only they need is visible in this crate alone.
+// The program's modules use the library by the names that its users know, and what only they need by `inner`.
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;
+#[cfg(feature = "cli")]
+mod inner {
+    pub(crate) use tongue_core::{choice, dynamics, limits, statistics};
+    pub(crate) use tongue_files::{report, run, scene, surgery, validate};
+    pub(crate) use tongue_infer::{adapt, inverse, posterior, track};
+    pub(crate) use tongue_input::{files, measured};
+}
 
 #[cfg(feature = "cli")]
 #[doc(hidden)]
@@ -73,8 +80,6 @@ pub use tongue_files::VERSION;
 
 pub mod adapt {
     //! Bodies of speakers, made from recordings or landmarks.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::adapt::Speaker;
     pub use tongue_infer::adapt::{
         Adaptation, AdaptationInput, Landmarks, RestShapeMethod, followed_bones, mark_of,
     };
@@ -112,8 +117,6 @@ pub mod body {
 
 pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::dynamics::*;
     pub use tongue_core::dynamics::{
         Control, IntegrationMethod, Motion, MotionOutcome, MotionStatus, Observer, State, Tensions, run,
         sample_times,
@@ -129,8 +132,6 @@ pub mod effect {
 pub mod files {
     //! Reading files with a limit on their size, and advice where the operating system refuses.
     pub use tongue_input::files::read;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_input::files::*;
 }
 
 pub mod geometry {
@@ -158,15 +159,11 @@ pub mod inverse {
 
     pub mod alarms {
         //! What to doubt in an answer.
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::alarms::*;
         pub use tongue_infer::inverse::alarms::{Alarm, alarms};
     }
 
     pub mod batch {
         //! Every subject and vowel of a table.
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::batch::*;
         pub use tongue_infer::inverse::batch::{Selection, plan, settings};
     }
 }
@@ -187,15 +184,11 @@ pub mod measured {
 
     pub mod lengths {
         //! Tables of lengths, and how they were read.
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::lengths::*;
         pub use tongue_input::measured::lengths::{Malformed, Row};
     }
 
     pub mod recording {
         //! Recordings of moving tongues.
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::recording::*;
         pub use tongue_input::measured::recording::{
             AlignedRecording, FaultKind, Format, Map, Recording, Severity, check_plausibility, other_size,
             remove_outliers,
@@ -232,8 +225,6 @@ pub mod posterior {
     //! # assert_eq!(found.posterior.draws.len(), 200);
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::posterior::*;
     pub use tongue_infer::posterior::{
         Draw, Posterior, PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun,
         Status, Summary, Verdict,
@@ -242,8 +233,6 @@ pub mod posterior {
 
 pub mod report {
     //! Outputs: records, tables, pictures and pages.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::report::*;
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
         animation, solution_curve, tongue,
@@ -255,8 +244,6 @@ pub mod report {
     pub mod batch {
         //! The files of a batch.
         pub use tongue_files::report::batch::Shard;
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_files::report::batch::*;
     }
 }
 
@@ -264,8 +251,6 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::run::*;
     pub use tongue_files::run::{
         BodySource, Equilibrium, FitRun, Kind, PlaneBody, PosteriorRun, SampledMotion, SampledPosterior,
         ScreenedRecording, Solved, TrackRun, VerdictSource,
@@ -279,8 +264,6 @@ pub mod scene {
     pub use tongue_files::scene::file::{SceneBody, Want};
     pub use tongue_files::scene::prepare::{Prepared, prepare};
     pub use tongue_files::scene::run::{SceneOutcome, fit, run};
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::*;
     pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
 }
 
@@ -302,21 +285,12 @@ pub mod statics {
 pub mod statistics {
     //! Statistics.
     pub use tongue_core::statistics::median;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::statistics::*;
 }
 
 pub mod choice {
     //! Choices by their names.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::choice::*;
     pub use tongue_core::choice::{named, names};
 }
-
-#[cfg(feature = "cli")]
-pub(crate) use tongue_core::limits;
-#[cfg(feature = "cli")]
-pub(crate) use tongue_files::surgery;
 
 pub mod system {
     //! Systems: the effects of a body that are called for, with its unknowns.
@@ -328,16 +302,12 @@ pub mod system {
 
 pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::validate::*;
     pub use tongue_files::validate::{ValidationPlan, run};
 }
 
 pub mod track {
     //! Tensions over time from recordings of a tongue.
     pub use tongue_core::observe::TongueSurface;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::track::*;
     pub use tongue_infer::track::{TrackSettings, Tracked, TrackedRecording};
 }
 

@@ -2,16 +2,16 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail};
 use serde_json::{Value, json};
-use tongue_fit::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
-use tongue_fit::run::{self, ScreenedRecording};
+use tongue_fit::inner::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{self, Export, Json, OutputDir, SectionPicture};
+use tongue_fit::inner::run::{self, ScreenedRecording};
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, PriorArguments};
-use super::track_files::BodyFile;
+use super::track_files::body_record;
 use super::{Global, Outcome, body, inputs, output, table};
 
 const DRAWN_FRAMES: usize = 20;
@@ -139,8 +139,7 @@ fn write(
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
     let mesh = &speaker.body.mesh;
-    let adaptation = speaker.adaptation();
-    let file = BodyFile::new(&speaker.body, &arguments.body.model(), adaptation, &[])?;
+    let file = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
     let at_rest = vec![0.0; mesh.muscles.len()];
     let palate = speaker.body.palate.as_deref().unwrap_or_default();
     let mut similar = before.mesh.clone();

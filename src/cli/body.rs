@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail, miette};
 use tongue_fit::body::{Anatomy, Body, Unit};
-use tongue_fit::choice;
-use tongue_fit::choice::named;
+use tongue_fit::inner::choice;
+use tongue_fit::inner::choice::named;
+use tongue_fit::inner::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
-use tongue_fit::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::system::Model;
 
 use super::inputs::choice;
@@ -66,10 +66,7 @@ pub struct Arguments {
     #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
-    #[arg(
-        long,
-        value_name = "NU",
-        default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
+    #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
     poisson_ratio: f64,
     /// Body: springs on connections (as in the thesis); a continuum of quadratic elements with muscles of finite width, whose answers
     /// hardly depend on the mesh; or, for a vowel, `simulate`, `muscles` and `track`, a tongue in space: the built-in one, a folder with

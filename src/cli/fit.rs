@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::choice::name_of;
+use tongue_fit::inner::choice::name_of;
+use tongue_fit::inner::posterior::AuxiliaryData;
+use tongue_fit::inner::report::{self, Export, Series, SolutionCurveRecord};
+use tongue_fit::inner::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::posterior::AuxiliaryData;
-use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
-use tongue_fit::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::system::TissueModel;
 
 use super::fit_table::ShownFit;
@@ -105,7 +105,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
-    let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
+    let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, kind)?;
     arguments.tell_left_out(&data, &target)?;
     if let Some(source) = arguments.body.space() {
@@ -203,7 +203,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let fit_summary = ShownFit {
             record: &record,
             conclusion: &conclusion,
-            is_verbose: output::is_verbose(),
             from_stretches: from_stretches.as_ref().map(|second| &second.fit),
             published: published.as_ref(),
             posterior: sampled.as_ref().map(|s| (s, posture)),
@@ -211,5 +210,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
         output::summary(&fit_summary.text(), &written)?;
     }
-    Ok(Outcome::good_if(conclusion.trusted, || conclusion.text))
+    Ok(Outcome::of_reasons((!conclusion.trusted).then_some(conclusion.text)))
 }

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use tongue_fit::inner::report::{self, Conclusion, FitRecord, with_decimals};
+use tongue_fit::inner::run::{Published, SampledPosterior};
 use tongue_fit::inverse::Fit;
 use tongue_fit::measured::TargetKind;
-use tongue_fit::report::{self, Conclusion, FitRecord, with_decimals};
-use tongue_fit::run::{Published, SampledPosterior};
 
+use super::output::is_verbose;
 use super::posterior::{self, ACTIVE_BASELINE};
 use super::table::{count_of, newtons, rows, wrap_sentence};
 use super::word;
@@ -15,7 +16,6 @@ use super::word;
 pub struct ShownFit<'a> {
     pub record: &'a FitRecord,
     pub conclusion: &'a Conclusion,
-    pub is_verbose: bool,
     /// The fit of the same row by stretches, beside a fit of ratios.
     pub from_stretches: Option<&'a Fit>,
     pub published: Option<&'a Published>,
@@ -31,12 +31,12 @@ impl ShownFit<'_> {
     pub fn text(&self) -> String {
         let mut text = self.verdict();
         if let Some((sampled, posture)) = self.posterior {
-            text += &posterior::text(sampled, posture, self.is_verbose);
+            text += &posterior::text(sampled, posture);
         }
         text += &self.heading();
         text += &self.tensions();
         text += &self.not_measured();
-        if self.is_verbose {
+        if is_verbose() {
             text += &self.search_outcome();
             text += &muscles(&self.record.fit, self.published);
         }
@@ -47,7 +47,7 @@ impl ShownFit<'_> {
     }
 
     fn more(&self) -> &'static str {
-        match (self.is_verbose, self.posterior) {
+        match (is_verbose(), self.posterior) {
             (true, _) => "",
             // The reason why there is no verdict says how many draws the body needs.
             (false, None) if self.conclusion.tensions_trusted && self.record.verdict.is_some() => {
@@ -66,7 +66,7 @@ impl ShownFit<'_> {
                 for sentence in verdict.sentences(target.baseline.label()) {
                     text += &wrap_sentence(&sentence);
                 }
-                if let Some(hyoid_mm) = verdict.hyoid_mm.filter(|_| self.is_verbose) {
+                if let Some(hyoid_mm) = verdict.hyoid_mm.filter(|_| is_verbose()) {
                     let [back, up] = hyoid_mm.map(|[low, high]| {
                         format!("{} to {} mm", with_decimals(low, 1), with_decimals(high, 1))
                     });

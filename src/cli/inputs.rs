@@ -6,10 +6,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use miette::{IntoDiagnostic, miette};
 use serde::de::DeserializeOwned;
 use tongue_fit::acoustics::{Tract, VocalTract};
-use tongue_fit::choice::{named, names};
-use tongue_fit::files::{self, advice};
+use tongue_fit::inner::choice::{named, names};
+use tongue_fit::inner::files::{self, advice};
+use tongue_fit::inner::measured::lengths::plausibility;
 use tongue_fit::measured::Dataset;
-use tongue_fit::measured::lengths::plausibility;
 
 use super::{invocation, output};
 
@@ -30,17 +30,9 @@ pub fn tract(path: &Path) -> miette::Result<Tract> {
     VocalTract::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
 }
 
-/// Reads a table of lengths, by default the built-in one, and prints the doubts about it; `half_width_mm` replaces the half widths of the
-/// table, mm.
-pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
-    Ok(doubted_lengths(file, half_width_mm)?.0)
-}
-
-/// Like [`lengths`], with the doubts that were printed.
-pub fn doubted_lengths(
-    file: Option<&PathBuf>,
-    half_width_mm: Option<f64>,
-) -> miette::Result<(Dataset, Vec<String>)> {
+/// Reads a table of lengths, by default the built-in one, and prints the doubts about it, which are returned too; `half_width_mm` replaces
+/// the half widths of the table, mm.
+pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<(Dataset, Vec<String>)> {
     if file.is_some_and(|file| file.as_os_str() == "-")
         && invocation::current().is_some_and(|run| run.is_call())
     {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-use tongue_fit::report::Provenance;
+use tongue_fit::inner::report::Provenance;
 
 /// What a call printed, and how it ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,13 +61,8 @@ pub fn stop_if_asked() {
 
 impl Invocation {
     pub fn begin(words: Vec<OsString>, volume: Volume) {
-        let _ = PROCESS.set(Arc::new(Self {
-            words,
-            volume,
-            start: Instant::now(),
-            kept: None,
-            stop: Arc::default(),
-        }));
+        let process = Self { words, volume, start: Instant::now(), kept: None, stop: Arc::default() };
+        let _ = PROCESS.set(Arc::new(process));
     }
 
     /// A call within a process, which ends soon after `stop` becomes true.

@@ -5,27 +5,20 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
-use serde::Serialize;
-use tongue_fit::choice;
-use tongue_fit::inverse::batch::{self, Refusal, Selection};
-use tongue_fit::measured::lengths::{BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row};
-use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
+use serde_json::{Value, json};
+use tongue_fit::inner::choice;
+use tongue_fit::inner::inverse::batch::{self, Refusal, Selection};
+use tongue_fit::inner::measured::lengths::{Encoding, HalfWidth, ReadColumn, Reading, Row};
+use tongue_fit::measured::{Dataset, Lengths, Muscles, TargetKind, Vowel};
 
 use super::table::{align_left, join_first, rows};
 use super::{Global, Outcome, inputs, output, table, word};
 
 const MOST_LISTED: usize = 50;
 
-#[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
-#[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
-pub struct Arguments {
-    #[command(subcommand)]
-    action: LengthsAction,
-}
-
 #[derive(Debug, Clone, clap::Subcommand)]
-enum LengthsAction {
+#[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
+pub enum LengthsAction {
     /// Read a table of lengths and report how it is understood
     Check(Check),
 }
@@ -38,7 +31,7 @@ enum LengthsAction {
     A row for each subject and vowel; the header names the columns: subject, vowel, and GGa_mm or \"GGa (mm)\" for the lengths of a \
     muscle GGa (cm and m too). Whatever a spreadsheet exports will do.\n\
     Exit status: 0 all understood and every row can be fitted, 1 some cells, some rows or the whole table cannot be used.")]
-struct Check {
+pub struct Check {
     /// The table, or - for stdin
     #[arg(value_name = "FILE")]
     file: PathBuf,
@@ -50,105 +43,72 @@ struct Check {
     error_mm: Option<f64>,
 }
 
-#[derive(Serialize)]
-struct LengthRecord<'a> {
-    version: &'static str,
-    file: &'a str,
-    reading: &'a Reading,
-    muscles: &'a [String],
-    baseline: Vowel,
-    subjects: Vec<SubjectRecord<'a>>,
-    broken: &'a [BrokenRow],
-    bad_cells: &'a [Malformed],
-    /// Rows that no fit uses, and fits that refuse a row.
-    not_fitted: Vec<Refusal>,
-    /// Sentences about muscles that the built-in tongue does not have.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    unknown_muscles: Vec<String>,
-    /// Why the lengths may not be those of tongues.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    doubts: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct SubjectRecord<'a> {
+struct SubjectRows<'a> {
     subject: &'a str,
     baseline: Option<&'a Vowel>,
-    rows: Vec<RowRecord<'a>>,
+    rows: Vec<&'a Row>,
 }
 
-#[derive(Serialize)]
-struct RowRecord<'a> {
-    vowel: &'a Vowel,
-    line: u64,
-    lengths_mm: BTreeMap<&'a str, f64>,
-    half_widths_mm: BTreeMap<&'a str, f64>,
-    not_measured: Vec<&'a str>,
-}
-
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let LengthsAction::Check(check) = &arguments.action;
-    let (data, doubts) = inputs::doubted_lengths(Some(&check.file), check.error_mm)?;
-    let record = record(&data, doubts, check.baseline.as_ref())?;
-    output::tell(global, &record, || text(&record, &data))?;
-    let is_misspelt = record.unknown_muscles.iter().any(|sentence| sentence.contains(DID_YOU_MEAN));
+pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> miette::Result<Outcome> {
+    let (data, doubts) = inputs::lengths(Some(&check.file), check.error_mm)?;
+    let usual = check.baseline.clone().unwrap_or_else(Vowel::unrounded_u);
+    // The plan of a batch of all rows says which rows can be fitted.
+    let kinds = TargetKind::ALL.to_vec();
+    let selection = Selection { kinds, baseline: check.baseline.clone(), ..Selection::default() };
+    let plan = batch::plan(&data, &selection).into_diagnostic()?;
+    let mut rows: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
+    data.rows().iter().for_each(|row| rows.entry(&row.lengths.subject).or_default().push(row));
+    let subjects = Vec::from_iter(data.subjects().into_iter().map(|subject| {
+        let own = plan.baselines.iter().find(|row| row.subject == subject);
+        let own = own.and_then(|own| data.row(subject, &own.vowel).ok()).map(|lengths| &lengths.vowel);
+        SubjectRows { subject, baseline: own, rows: rows.remove(subject).unwrap_or_default() }
+    }));
+    let unknown = unknown(data.muscles());
+    let mut record = json!({
+        "version": tongue_fit::VERSION,
+        "file": data.origin(),
+        "reading": data.reading(),
+        "muscles": data.muscles(),
+        "baseline": usual,
+        "subjects": subjects.iter().map(record).collect::<Vec<_>>(),
+        "broken": data.broken(),
+        "bad_cells": data.bad_cells(),
+        "not_fitted": plan.refusals,
+    });
+    for (key, sentences) in [("unknown_muscles", &unknown), ("doubts", &doubts)] {
+        if !sentences.is_empty() {
+            record[key] = json!(sentences);
+        }
+    }
+    output::tell(global, &record, || text(&data, &usual, &subjects, &plan.refusals, &unknown))?;
+    let is_misspelt = unknown.iter().any(|sentence| sentence.contains(DID_YOU_MEAN));
     let is_good = !is_misspelt
-        && record.doubts.is_empty()
-        && record.broken.is_empty()
-        && record.bad_cells.is_empty()
-        && record.not_fitted.is_empty();
+        && doubts.is_empty()
+        && data.broken().is_empty()
+        && data.bad_cells().is_empty()
+        && plan.refusals.is_empty();
     Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }
 
-fn record<'a>(
-    data: &'a Dataset,
-    doubts: Vec<String>,
-    baseline: Option<&Vowel>,
-) -> miette::Result<LengthRecord<'a>> {
-    // The plan of a batch of all rows says which rows can be fitted.
-    let kinds = TargetKind::ALL.to_vec();
-    let selection = Selection { kinds, baseline: baseline.cloned(), ..Selection::default() };
-    let plan = batch::plan(data, &selection).into_diagnostic()?;
-    let of_subject = |name: &str| {
-        let own = plan.baselines.iter().find(|row| row.subject == name).map(|row| &row.vowel);
-        own.and_then(|vowel| data.row(name, vowel).ok()).map(|lengths| &lengths.vowel)
-    };
-    let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
-    for row in data.rows() {
-        rows.entry(&row.lengths.subject).or_default().push(row_record(row));
-    }
-    let subjects = data.subjects().into_iter().map(|name| SubjectRecord {
-        subject: name,
-        baseline: of_subject(name),
-        rows: rows.remove(name).unwrap_or_default(),
+fn record(of: &SubjectRows<'_>) -> Value {
+    let rows = of.rows.iter().map(|Row { line, lengths, .. }| {
+        let measured: BTreeMap<&str, f64> = lengths.measured().collect();
+        let names = lengths.muscles.iter().map(String::as_str);
+        let half_widths = names.zip(&lengths.half_width_mm).filter(|(name, _)| measured.contains_key(name));
+        json!({
+            "vowel": lengths.vowel,
+            "line": line,
+            "lengths_mm": measured,
+            "half_widths_mm": half_widths.collect::<BTreeMap<_, _>>(),
+            "not_measured": not_measured(lengths),
+        })
     });
-    Ok(LengthRecord {
-        version: tongue_fit::VERSION,
-        file: data.origin(),
-        reading: data.reading(),
-        muscles: data.muscles(),
-        baseline: baseline.cloned().unwrap_or_else(Vowel::unrounded_u),
-        subjects: subjects.collect(),
-        broken: data.broken(),
-        bad_cells: data.bad_cells(),
-        not_fitted: plan.refusals,
-        unknown_muscles: unknown(data.muscles()),
-        doubts,
-    })
+    json!({ "subject": of.subject, "baseline": of.baseline, "rows": rows.collect::<Vec<_>>() })
 }
 
-fn row_record(row: &Row) -> RowRecord<'_> {
-    let lengths = &row.lengths;
-    let names = lengths.muscles.iter().map(String::as_str);
-    let measured: BTreeMap<&str, f64> = lengths.measured().collect();
-    let half_widths = names.clone().zip(lengths.half_width_mm.iter().copied());
-    RowRecord {
-        vowel: &lengths.vowel,
-        line: row.line,
-        half_widths_mm: half_widths.filter(|(name, _)| measured.contains_key(name)).collect(),
-        not_measured: names.filter(|name| !measured.contains_key(name)).collect(),
-        lengths_mm: measured,
-    }
+fn not_measured(lengths: &Lengths) -> Vec<&str> {
+    let all = lengths.muscles.iter().zip(&lengths.length_mm);
+    all.filter(|(_, mm)| mm.is_none()).map(|(name, _)| name.as_str()).collect()
 }
 
 /// A sentence for each muscle of a table that the built-in tongue does not have, with the nearest name that the built-in tongue has and the
@@ -169,13 +129,19 @@ fn unknown(names: &[String]) -> Vec<String> {
 /// How a hint begins if a name is probably misspelt.
 const DID_YOU_MEAN: &str = "did you mean";
 
-fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
+fn text(
+    data: &Dataset,
+    usual: &Vowel,
+    all: &[SubjectRows<'_>],
+    not_fitted: &[Refusal],
+    unknown: &[String],
+) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<20}{value}");
     };
-    let reading = record.reading;
-    line("table", record.file.to_owned());
+    let reading = data.reading();
+    line("table", data.origin().to_owned());
     line("text", text_format(reading));
     line("header", format!("line {}", reading.header_line));
     line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
@@ -190,25 +156,25 @@ fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
             reading.set_aside.iter().map(|s| format!("column {} {:?} ({})", s.column, s.name, s.why));
         line("set aside", join_first(columns, MOST_LISTED, &format!("\n{:20}", "")));
     }
-    let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(record));
-    let substitutes = record.subjects.iter().filter_map(|s| {
-        let (own, usual) = (s.baseline.filter(|own| **own != record.baseline)?, &record.baseline);
+    let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(all));
+    let substitutes = all.iter().filter_map(|s| {
+        let own = s.baseline.filter(|own| *own != usual)?;
         let what = format!("{} has no /{usual}/: batch compares with /{own}/", s.subject);
         Some(format!("{what}, a fit of one vowel needs --baseline {own}"))
     });
-    let refused = record.not_fitted.iter().map(|r| {
+    let refused = not_fitted.iter().map(|r| {
         let kind = r.kind.map_or_else(String::new, |kind| format!(", {kind}"));
         format!("line {}, {} /{}/{kind}: {}", r.line, r.subject, r.vowel, r.message)
     });
     let parts: [(&str, &str, Vec<String>); 3] = [
-        ("row", "left out", record.broken.iter().map(|row| row.fault.to_string()).collect()),
-        ("length", "left out", record.bad_cells.iter().map(ToString::to_string).collect()),
+        ("row", "left out", data.broken().iter().map(|row| row.fault.to_string()).collect()),
+        ("length", "left out", data.bad_cells().iter().map(ToString::to_string).collect()),
         ("fit", "refused", refused.collect()),
     ];
     let parts = parts.into_iter().filter(|(.., messages)| !messages.is_empty()).map(|(what, verb, all)| {
         format!("{} {verb}:\n{}", table::count_of(all.len(), what), join_first(all, MOST_LISTED, "\n"))
     });
-    for part in substitutes.chain(record.unknown_muscles.iter().cloned()).chain(parts) {
+    for part in substitutes.chain(unknown.iter().cloned()).chain(parts) {
         let _ = writeln!(text, "{part}");
     }
     text
@@ -252,12 +218,13 @@ fn half_width(column: &ReadColumn) -> String {
     }
 }
 
-fn subjects(record: &LengthRecord<'_>) -> String {
+fn subjects(all: &[SubjectRows<'_>]) -> String {
     let header = ["subject", "vowels", "baseline", "not measured"];
-    let mut t = rows(&header, record.subjects.iter().take(MOST_LISTED), |subject| {
-        let vowels = subject.rows.iter().map(|row| row.vowel.to_string());
-        let missing = subject.rows.iter().filter(|row| !row.not_measured.is_empty());
-        let missing = missing.map(|row| format!("/{}/ {}", row.vowel, row.not_measured.join(", ")));
+    let mut t = rows(&header, all.iter().take(MOST_LISTED), |subject| {
+        let vowels = subject.rows.iter().map(|row| row.lengths.vowel.to_string());
+        let missing = subject.rows.iter().map(|row| (&row.lengths.vowel, not_measured(&row.lengths)));
+        let missing = missing.filter(|(_, names)| !names.is_empty());
+        let missing = missing.map(|(vowel, names)| format!("/{vowel}/ {}", names.join(", ")));
         [
             subject.subject.to_owned(),
             join_first(vowels, MOST_LISTED, " "),
@@ -266,7 +233,7 @@ fn subjects(record: &LengthRecord<'_>) -> String {
         ]
     });
     (1..4).for_each(|column| align_left(&mut t, column));
-    match record.subjects.len().saturating_sub(MOST_LISTED) {
+    match all.len().saturating_sub(MOST_LISTED) {
         0 => t.to_string(),
         more => format!("{t}\nand {more} more subjects"),
     }

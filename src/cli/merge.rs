@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use clap::Parser;
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::report::batch::Shard;
-use tongue_fit::report::batch::journal::{self, Journal};
+use tongue_fit::inner::report::batch::Shard;
+use tongue_fit::inner::report::batch::journal::{self, Journal};
 
-use super::batch::{self, PreparedBatch};
+use super::batch::{DEFAULT_OUT, PreparedBatch};
 use super::table::join_first;
 use super::{Cli, Command, Global, Outcome, line_of};
 
@@ -36,7 +36,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         )
     })?;
     let words = journal::arguments(first).into_diagnostic()?;
-    let prepared = prepare(&words)?;
+    let parsed = Cli::try_parse_from(["tongue-fit"].into_iter().chain(words.iter().map(String::as_str)));
+    let Some(Command::Batch(batch)) = parsed.into_diagnostic()?.command else {
+        bail!("the journal is of another command than batch: {}", line_of(words));
+    };
+    let prepared = PreparedBatch::new(&batch, &words)
+        .wrap_err("merge repeats the plan of the batch in the folder where the batch was started")?;
     let jobs = prepared.run.plan.jobs.len();
 
     let mut unfinished = missing(&shards)?;
@@ -56,7 +61,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         line_of(words)
     );
 
-    let out = global.folder(batch::DEFAULT_OUT)?;
+    let out = global.folder(DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
     prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())
 }
@@ -93,14 +98,4 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>
     };
     let all = (1..=of).map(|number| Shard { number, of });
     Ok(all.filter(|s| !shards.contains_key(s)).map(|s| format!("{s} is missing")).collect())
-}
-
-fn prepare(words: &[String]) -> miette::Result<PreparedBatch> {
-    let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
-    let parsed = Cli::try_parse_from(typed).into_diagnostic()?;
-    let Some(Command::Batch(arguments)) = &parsed.command else {
-        bail!("the journal is of another command than batch: {}", line_of(words.to_vec()));
-    };
-    PreparedBatch::new(arguments, words)
-        .wrap_err("merge repeats the plan of the batch in the folder where the batch was started")
 }

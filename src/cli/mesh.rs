@@ -3,8 +3,8 @@ use std::fmt::Write as _;
 use miette::IntoDiagnostic;
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Mesh, Quality};
+use tongue_fit::inner::report::{Export, Json, Msh, Vtu};
 use tongue_fit::material::Coefficients;
-use tongue_fit::report::{Export, Json, Msh, Vtu};
 use tongue_fit::system;
 
 use super::{Global, Outcome, body, output};

@@ -133,9 +133,11 @@ enum Command {
     /// Write a page for any browser in which the tongue moves with its muscles
     Page(page::Arguments),
     /// List, explain and run scenes, which simulate only the effects that they need
-    Scene(scene::Arguments),
+    #[command(subcommand)]
+    Scene(scene::SceneAction),
     /// Check how a table of measured lengths is read
-    Lengths(lengths::Arguments),
+    #[command(subcommand)]
+    Lengths(lengths::LengthsAction),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
     /// Print the priors of a posterior, as TOML

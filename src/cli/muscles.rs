@@ -4,11 +4,11 @@ use miette::{IntoDiagnostic, WrapErr, ensure};
 use serde_json::json;
 use tongue_fit::body::Mesh;
 use tongue_fit::geometry::Point;
-use tongue_fit::report::column::{self, Column};
-use tongue_fit::report::{self, Export, Json, OutputDir, Panel};
-use tongue_fit::run::{EffectRow, MuscleEffect};
+use tongue_fit::inner::report::column::{self, Column};
+use tongue_fit::inner::report::{self, Export, Json, OutputDir, Panel};
+use tongue_fit::inner::run::{EffectRow, MuscleEffect};
+use tongue_fit::inner::statistics::distinct;
 use tongue_fit::statics::SolveStatus;
-use tongue_fit::statistics::distinct;
 use tongue_fit::system::TissueModel;
 
 use super::{Global, Outcome, body, output, space, table};
@@ -97,9 +97,10 @@ fn answer(
     })?;
     let doubtful = all.iter().filter(|a| a.status != SolveStatus::Converged || !a.alarms.is_empty());
     let doubtful: Vec<&str> = doubtful.map(|a| a.name.as_str()).collect();
-    Ok(Outcome::good_if(doubtful.is_empty(), || {
+    let is_doubtful = !doubtful.is_empty();
+    Ok(Outcome::of_reasons(is_doubtful.then(|| {
         format!("no equilibrium that can be trusted where these pull alone: {}", doubtful.join(", "))
-    }))
+    })))
 }
 
 fn text<'a>(

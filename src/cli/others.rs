@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::adapt::Landmarks;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
+use tongue_fit::inner::adapt::Landmarks;
+use tongue_fit::inner::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
+use tongue_fit::inner::posterior::{AuxiliaryData, PosteriorModel};
+use tongue_fit::inner::statistics::{distinct, median};
 use tongue_fit::measured::{Activity, Muscles, Target, Vowel};
-use tongue_fit::posterior::{AuxiliaryData, PosteriorModel};
-use tongue_fit::statistics::{distinct, median};
 use tongue_fit::track::TongueSurface;
 
 use super::{inputs, output};

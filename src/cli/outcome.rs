@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tongue_fit::inverse::alarms::Alarm;
-use tongue_fit::run::Equilibrium;
-use tongue_fit::statics::SolveStatus;
+use tongue_fit::inner::inverse::alarms::Alarm;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
@@ -17,27 +15,19 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    pub fn good_if(good: bool, why: impl FnOnce() -> String) -> Self {
-        Self::of_reason((!good).then(why))
-    }
-
-    pub fn of_reason(why: Option<String>) -> Self {
-        why.map_or(Self::Good, |why| Self::Untrustworthy(format!("{why}; see the results")))
-    }
-
-    pub fn of_equilibrium(found: &Equilibrium) -> Self {
-        let status = found.solution.status;
-        let failed = status != SolveStatus::Converged;
-        Self::of_alarms(
-            failed.then(|| format!("no equilibrium was found ({})", word(&status))),
-            &found.alarms,
-        )
+    /// The outcome of a result that cannot be trusted for these reasons, if there are any.
+    pub fn of_reasons(why: impl IntoIterator<Item = String>) -> Self {
+        let why: Vec<String> = why.into_iter().collect();
+        if why.is_empty() {
+            Self::Good
+        } else {
+            Self::Untrustworthy(format!("{}; see the results", why.join("; ")))
+        }
     }
 
     /// The outcome of a result with its alarms; `failed` says why the result failed, if it did.
     pub fn of_alarms(failed: Option<String>, alarms: &[Alarm]) -> Self {
-        let why: Vec<String> = failed.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect();
-        Self::good_if(why.is_empty(), || why.join("; "))
+        Self::of_reasons(failed.into_iter().chain(alarms.iter().map(Alarm::to_string)))
     }
 }
 
@@ -49,5 +39,5 @@ pub fn untrusted_sentence(bad: &BTreeMap<String, usize>, all: usize, what: &str)
 }
 
 pub fn word(status: &impl serde::Serialize) -> String {
-    tongue_fit::report::status_name(status).replace('_', " ")
+    tongue_fit::inner::report::status_name(status).replace('_', " ")
 }

@@ -8,12 +8,13 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::body::Body;
-use tongue_fit::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
-use tongue_fit::run::Solved;
-use tongue_fit::surgery::OperationRecord;
+use tongue_fit::inner::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
+use tongue_fit::inner::run::Solved;
+use tongue_fit::inner::surgery::OperationRecord;
+use tongue_fit::statics::SolveStatus;
 
 use super::invocation::{Stream, Volume, current, stop_if_asked};
-use super::{Global, Outcome, table};
+use super::{Global, Outcome, table, word};
 
 fn volume() -> Volume {
     current().map_or(Volume::Normal, |run| run.volume)
@@ -239,7 +240,10 @@ pub fn answer_equilibrium<const D: usize>(
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let by = super::provenance().with_tissue(system.tissue());
     write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
-    Ok(Outcome::of_equilibrium(&record.equilibrium))
+    let status = record.equilibrium.solution.status;
+    let failed = status != SolveStatus::Converged;
+    let failed = failed.then(|| format!("no equilibrium was found ({})", word(&status)));
+    Ok(Outcome::of_alarms(failed, &record.equilibrium.alarms))
 }
 
 #[cfg(test)]

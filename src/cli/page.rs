@@ -2,11 +2,11 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use serde_json::json;
-use tongue_fit::inverse::batch::{self, Selection};
+use tongue_fit::inner::inverse::batch::{self, Selection};
+use tongue_fit::inner::report::{Json, OutputDir, TonguePage};
+use tongue_fit::inner::run::FitRun;
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
-use tongue_fit::report::{Json, OutputDir, TonguePage};
-use tongue_fit::run::FitRun;
 use tongue_fit::system::TissueModel;
 
 use super::{Global, Outcome, body, inputs, output};

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
-use tongue_fit::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
-use tongue_fit::report::{probability, with_decimals};
-use tongue_fit::run::SampledPosterior;
+use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
+use tongue_fit::inner::report::{probability, with_decimals};
+use tongue_fit::inner::run::SampledPosterior;
 use tongue_fit::system::Model;
 
 use super::table::{difference, rows};
@@ -86,7 +86,7 @@ impl Arguments {
 }
 
 /// A table of every tension of a posture with its intervals; with `-v` also one of every stretch.
-pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) -> String {
+pub fn text(sampled: &SampledPosterior<'_>, posture: usize) -> String {
     let report = &sampled.reports[posture];
     let seen = &sampled.posterior.density.measurements;
     let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
@@ -109,7 +109,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize, is_verbose: bool) ->
     match &report.summary {
         Some(summary) => {
             text += &changes(summary);
-            if is_verbose {
+            if output::is_verbose() {
                 text += &details(summary);
             }
         }

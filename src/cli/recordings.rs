@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, WrapErr, ensure, miette};
-use tongue_fit::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{Format, Map, Recording, Waveform};
-use tongue_fit::run::ScreenedRecording;
-use tongue_fit::track::TrackSettings;
+use tongue_fit::inner::adapt::{Adaptation, AdaptationInput};
+use tongue_fit::inner::measured::recording::{Format, Map, Recording, Waveform};
+use tongue_fit::inner::run::ScreenedRecording;
+use tongue_fit::inner::track::TrackSettings;
 
 use super::{body, inputs, output};
 
@@ -48,7 +48,7 @@ fn format(name: &str) -> Result<Format, String> {
     let format = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
     format.map(|(_, format)| *format).ok_or_else(|| {
         let names = Format::NAMES.map(|(n, _)| n);
-        format!("{}; formats: {}", tongue_fit::choice::hint(name, names), names.join(", "))
+        format!("{}; formats: {}", tongue_fit::inner::choice::hint(name, names), names.join(", "))
     })
 }
 
@@ -57,22 +57,10 @@ fn format(name: &str) -> Result<Format, String> {
 #[command(next_help_heading = "Prior")]
 pub struct PriorArguments {
     /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.67 of the scale, its 97.5 % quantile 2.6 of it
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 20.0,
-        allow_negative_numbers = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "N", default_value_t = 20.0, hide_short_help = true)]
     prior: f64,
     /// Correlation time of the tensions, s; 0: every frame by itself
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 0.1,
-        allow_negative_numbers = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "S", default_value_t = 0.1, hide_short_help = true)]
     memory: f64,
 }
 

@@ -4,24 +4,19 @@ use miette::{IntoDiagnostic, miette};
 use nalgebra::SVector;
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body};
-use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
-use tongue_fit::scene::run::in_axes_of_body;
+use tongue_fit::inner::report::{
+    self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu,
+};
+use tongue_fit::inner::scene::run::in_axes_of_body;
 use tongue_fit::scene::{self, Prepared, Scene, SceneBody, SceneOutcome as Answer, Want, build, prepare};
 
 use super::{Global, Outcome, inputs, output, scene_table};
 
-#[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
+#[derive(Debug, Clone, clap::Subcommand)]
 #[command(
     after_help = "Examples:\n  tongue-fit scene explain vowel-a\n  tongue-fit scene run vowel-i-palate --out results/scenes"
 )]
-pub struct Arguments {
-    #[command(subcommand)]
-    action: SceneAction,
-}
-
-#[derive(Debug, Clone, clap::Subcommand)]
-enum SceneAction {
+pub enum SceneAction {
     /// List the scenes that are built in
     #[command(after_help = "Example:\n  tongue-fit scene list")]
     List,
@@ -41,14 +36,14 @@ enum SceneAction {
 }
 
 #[derive(Debug, Clone, clap::Args)]
-struct Which {
+pub struct Which {
     /// A built-in scene, or the path of a scene file (TOML)
     #[arg(value_name = "NAME")]
     name: PathBuf,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    match &arguments.action {
+pub fn run(action: &SceneAction, global: &Global) -> miette::Result<Outcome> {
+    match action {
         SceneAction::List => list(global),
         SceneAction::Schema => {
             output::print(&output::json(&Scene::schema())?)?;
@@ -138,13 +133,14 @@ fn run_body<const D: usize>(
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
     });
     let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
-    let tell =
-        if is_one_equilibrium(scene) { output::tell_duration_of_equilibrium } else { output::tell_duration };
-    tell(
-        &format!("{} nodes", plan.nodes),
-        an_iteration_us * 1e-6 * iterations(scene),
-        "a larger h_mm is faster",
-    );
+    let is_moved = scene.points.is_some() || scene.want == Want::Trajectory;
+    let (iterations, tell): (f64, fn(&str, f64, &str)) = match () {
+        () if scene.fit.is_some() => (20_000.0, output::tell_duration),
+        () if is_moved => (1000.0, output::tell_duration),
+        () => (250.0, output::tell_duration_of_equilibrium),
+    };
+    let seconds = an_iteration_us * 1e-6 * iterations;
+    tell(&format!("{} nodes", plan.nodes), seconds, "a larger h_mm is faster");
     let settings = prepared.body.mesh.continuum.as_ref().map(|c| &c.settings);
     let by = super::provenance().with_tissue(prepared.system.tissue()).with_chosen(settings);
     let to = to.map(|(out, name)| {
@@ -167,18 +163,6 @@ fn run_body<const D: usize>(
     files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
     let written = out.export(&files, &by).into_diagnostic()?;
     Ok((result, by, written))
-}
-
-fn is_one_equilibrium(scene: &Scene) -> bool {
-    scene.fit.is_none() && scene.points.is_none() && scene.want != Want::Trajectory
-}
-
-fn iterations(scene: &Scene) -> f64 {
-    match () {
-        () if scene.fit.is_some() => 20_000.0,
-        () if is_one_equilibrium(scene) => 250.0,
-        () => 1000.0,
-    }
 }
 
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use tongue_fit::dynamics::MotionOutcome;
-use tongue_fit::report;
-use tongue_fit::scene::{SceneOutcome, ScenePlan, force_unit};
+use tongue_fit::inner::report;
+use tongue_fit::inner::scene::{ScenePlan, force_unit, run::SceneOutcome};
 
 use super::table::{self, align_left, newtons, rows};
 use super::word;

@@ -2,8 +2,8 @@
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::report::{self, SectionPicture};
-use tongue_fit::run::Solved;
+use tongue_fit::inner::report::{self, SectionPicture};
+use tongue_fit::inner::run::Solved;
 
 use super::{Global, Outcome, body, drive, output, space, trajectory};
 

@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, bail, ensure};
-use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
+use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
+use tongue_fit::inner::report::{self, Export, Json, Rows, VowelPicture, Wav};
+use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
+use tongue_fit::inner::scene::effects::Effects;
+use tongue_fit::inner::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::measured::{Dataset, Vowel};
-use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
-use tongue_fit::run::{Kind, SpaceSource, TongueSound};
-use tongue_fit::scene::effects::Effects;
-use tongue_fit::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::scene::{Scene, SceneBody, Want};
 use tongue_sound::voice::{self, Voice};
 
@@ -19,6 +19,7 @@ use super::{Global, Outcome, drive, inputs, output, space, table};
 
 /// The vowel in which the tongue is at rest.
 const BASELINE: &str = "ɯ";
+const IN_SPACE: &str = "Body in space";
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -73,19 +74,11 @@ pub struct Arguments {
     /// Duration of the voice, s
     #[arg(long, value_name = "S", default_value_t = Voice::default().seconds, hide_short_help = true)]
     seconds: f64,
-    #[command(flatten)]
-    space: SpaceArguments,
-}
-
-#[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
-#[command(next_help_heading = "Body in space")]
-struct SpaceArguments {
     /// Tongue in space instead of a vowel: the built-in one, a folder with ArtiSynth's, or hexahedra from Gmsh [space, FOLDER, FILE.msh]
-    #[arg(long, value_name = "BODY", value_parser = space_name, conflicts_with_all = ["vowel", "tension"])]
+    #[arg(long, value_name = "BODY", value_parser = space_name, conflicts_with_all = ["vowel", "tension"], help_heading = IN_SPACE)]
     body: Option<SpaceSource>,
     /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given several times
-    #[arg(long, value_name = "MUSCLE=A", requires = "body")]
+    #[arg(long, value_name = "MUSCLE=A", requires = "body", help_heading = IN_SPACE)]
     activation: Vec<String>,
     #[command(flatten)]
     model: space::ModelArguments,
@@ -148,27 +141,10 @@ impl Arguments {
     }
 }
 
-impl SpaceArguments {
-    /// The title of the sound, and the sound.
-    fn sound(
-        &self,
-        source: &SpaceSource,
-        tract_and_means: (&Tract, Articulation, &[MeanVowel]),
-    ) -> miette::Result<(String, TongueSound)> {
-        let body = self.model.body(source)?;
-        let activations = space::activations(&self.activation, &body)?;
-        let model = self.model.model()?;
-        let sound = TongueSound::in_space((&body, &model), activations, tract_and_means, &output::tell_step);
-        let shown =
-            if self.activation.is_empty() { "at rest".to_owned() } else { self.activation.join(", ") };
-        Ok((format!("{}, {shown}", body.what), sound.into_diagnostic()?))
-    }
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel()?;
-    let source = arguments.space.body.as_ref();
+    let source = arguments.body.as_ref();
     let means = mean_vowels().into_diagnostic()?;
     let tract = match (&arguments.tract, source) {
         (Some(path), _) => inputs::tract(path)?,
@@ -180,9 +156,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let (out, title, found) = match source {
         Some(source) => {
-            let tract_and_means = (&tract, arguments.posture(&tract, None), means.as_slice());
-            let (title, sound) = arguments.space.sound(source, tract_and_means)?;
-            (global.folder("results/sound")?, title, sound)
+            let Arguments { activation, model, .. } = arguments;
+            let (body, posture) = (model.body(source)?, arguments.posture(&tract, None));
+            let activations = space::activations(activation, &body)?;
+            let (tract_and_means, model) = ((&tract, posture, means.as_slice()), model.model()?);
+            let sound =
+                TongueSound::in_space((&body, &model), activations, tract_and_means, &output::tell_step);
+            let shown = if activation.is_empty() { "at rest".to_owned() } else { activation.join(", ") };
+            let sound = sound.into_diagnostic()?;
+            (global.folder("results/sound")?, format!("{}, {shown}", body.what), sound)
         }
         None => {
             let scene = arguments.scene(&tract, vowel.as_ref())?;

@@ -3,9 +3,9 @@
 use miette::{IntoDiagnostic, bail, miette};
 
 use tongue_fit::body::{Body, Unit};
-use tongue_fit::report;
-use tongue_fit::run::{Solved, SpaceSource};
-use tongue_fit::surgery::{FillingKind, Operation, Surgery};
+use tongue_fit::inner::report;
+use tongue_fit::inner::run::{Solved, SpaceSource};
+use tongue_fit::inner::surgery::{FillingKind, Operation, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel};
 
 use super::inputs::choice;

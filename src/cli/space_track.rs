@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, tally};
+use tongue_fit::inner::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, Vtu, tally};
-use tongue_fit::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame, SpaceTrackRun};
 use tongue_fit::system::TissueModel;
 
 use super::space::ModelArguments;
@@ -96,8 +96,8 @@ impl Arguments {
             notes.push(format!("places of coils are counted from the tip, {at}; --tip names another"));
         }
         notes.iter().for_each(|note| output::note(note));
-        let track_run = SpaceTrackRun { body, model: &model, recorded, search };
-        let mut track = track_run.run(MOST_SHAPES, &output::tell_step).into_diagnostic()?;
+        let track = SpaceTrack::find(body, &model, recorded, &search, MOST_SHAPES, &output::tell_step);
+        let mut track = track.into_diagnostic()?;
         let is_missed = |frame: &SpaceTrackFrame| frame.fit.answer.status == FitStatus::TargetNotMet;
         if track.is_alike && track.frames.iter().any(is_missed) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
@@ -136,7 +136,7 @@ impl Arguments {
         files.extend((!is_one).then_some(("tongue.pvd", &pvd as &dyn Export)));
         files.extend(pvd.0.iter().zip(&vtus).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
         output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&track))?;
-        Ok(Outcome::of_reason(track.untrusted))
+        Ok(Outcome::of_reasons(track.untrusted))
     }
 }
 

@@ -1,18 +1,18 @@
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
-use tongue_fit::run::{ScreenedRecording, TrackRun};
-use tongue_fit::statistics::distinct;
+use tongue_fit::inner::adapt::{AdaptationInput, RestShapeMethod};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
+use tongue_fit::inner::run::{ScreenedRecording, TrackRun};
+use tongue_fit::inner::statistics::distinct;
+use tongue_fit::inner::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments};
-use super::track_files::{BodyFile, Done};
+use super::track_files::{Done, body_record};
 use super::track_sound::FORMANTS;
 use super::{
     Global, Outcome, body, output, space_track, track_files, track_run, track_sound, track_speakers,
@@ -173,7 +173,10 @@ fn track_speaker(
         );
     }
     let journal = track_run::journal(&run, out, &seen, &format!("{sound:?}"))?;
-    let sound = sound.map(|read| read.into_tract_around(&speaker.body, wall.as_deref())).transpose()?;
+    let sound = sound.map(|(given, lips)| -> miette::Result<_> {
+        Ok((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
+    });
+    let sound = sound.transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
@@ -198,7 +201,7 @@ fn track_speaker(
     let untrusted = why_untrusted(results, &mut notes);
     let untrusted = implausible.into_iter().chain(untrusted);
     let untrusted = untrusted.reduce(|all, next| format!("{all}; {next}"));
-    let outcome = Outcome::of_reason(untrusted.clone());
+    let outcome = Outcome::of_reasons(untrusted.clone());
     (record.untrusted, record.notes, record.wall_s) = (untrusted, notes, clock.elapsed().as_secs_f64());
     record.formants =
         sound.as_ref().map(|(airway, lips)| FormantsRecord::new(&airway.tract, lips, &record.results));
@@ -206,7 +209,8 @@ fn track_speaker(
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.tracked.rest));
-    let body = BodyFile::new(&body, &run.basis.model, speaker.adaptation_after_tracking(&body), recordings)?;
+    let adaptation = speaker.adaptation_after_tracking(&body);
+    let body = body_record(&body, &run.basis.model, &adaptation, recordings)?;
     let by = super::provenance().with_tissue(TissueModel::of(&speaker.body.mesh));
     let written = track_files::write(out, &record, &body, &by, &arguments.files)?;
     journal.remove().into_diagnostic()?;
@@ -272,7 +276,7 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> mi
             let known = known.iter().map(String::as_str);
             miette!(
                 "--hold-out {word}: there is no such contour point or coil; {}",
-                tongue_fit::choice::hint(word, known)
+                tongue_fit::inner::choice::hint(word, known)
             )
         })?;
         ensure!(!out.contains(point), "--hold-out: {point} is given twice; give each point once");

@@ -4,12 +4,12 @@ use std::io;
 use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
-use serde::Serialize;
-use tongue_fit::adapt::Adaptation;
+use serde_json::{Value, json};
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::report::column;
-use tongue_fit::report::{
+use tongue_fit::inner::adapt::Adaptation;
+use tongue_fit::inner::report::column;
+use tongue_fit::inner::report::{
     Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackPage, TrackRecord, contrasts,
     draws_csv, formants_csv, repeats_columns, segments_csv, timelines, track_csv,
 };
@@ -65,7 +65,7 @@ type NamedExport<'a> = (String, Box<dyn Export + 'a>);
 pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
-    body: &BodyFile<'_>,
+    body: &Value,
     by: &Provenance,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
@@ -135,37 +135,25 @@ pub fn write(
     Ok(written)
 }
 
-/// A body, and how it was adapted to a recording.
-#[derive(Serialize)]
-pub struct BodyFile<'a> {
-    #[serde(flatten)]
-    mesh: MeshRecord,
-    adaptation: Adaptation,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    other_rest_shapes: Vec<RestShapeFile<'a>>,
-}
-
-/// Shape at rest of recordings that were tracked apart from the first one.
-#[derive(Serialize)]
-struct RestShapeFile<'a> {
-    recordings: Vec<&'a str>,
-    nodes_m: Vec<[f64; 2]>,
-}
-
-impl<'a> BodyFile<'a> {
-    /// The file of a body, which has the shape at rest of the first recording. Other shapes at rest are added.
-    pub fn new(
-        body: &Body<2>,
-        model: &Model,
-        adaptation: Adaptation,
-        recordings: &'a [RecordingResult],
-    ) -> miette::Result<Self> {
-        let groups = recordings.chunk_by(|a, b| a.tracked.rest == b.tracked.rest).skip(1);
-        let other_rest_shapes = groups.map(|group| RestShapeFile {
-            recordings: group.iter().map(|one| one.seen.name.as_str()).collect(),
-            nodes_m: group[0].tracked.rest.iter().map(|p| [p.x, p.y]).collect(),
-        });
-        let mesh = MeshRecord::of(body, model).into_diagnostic()?;
-        Ok(Self { mesh, adaptation, other_rest_shapes: other_rest_shapes.collect() })
+/// A body with the shape at rest of the first recording, how it was adapted, and the other shapes at rest of recordings that were tracked
+/// apart from the first one.
+pub fn body_record(
+    body: &Body<2>,
+    model: &Model,
+    adaptation: &Adaptation,
+    recordings: &[RecordingResult],
+) -> miette::Result<Value> {
+    let mut record = json!(MeshRecord::of(body, model).into_diagnostic()?);
+    record["adaptation"] = json!(adaptation);
+    let groups = recordings.chunk_by(|a, b| a.tracked.rest == b.tracked.rest).skip(1);
+    let others = Vec::from_iter(groups.map(|group| {
+        json!({
+            "recordings": group.iter().map(|one| &one.seen.name).collect::<Vec<_>>(),
+            "nodes_m": group[0].tracked.rest.iter().map(|p| [p.x, p.y]).collect::<Vec<_>>(),
+        })
+    }));
+    if !others.is_empty() {
+        record["other_rest_shapes"] = others.into();
     }
+    Ok(record)
 }

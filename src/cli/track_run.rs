@@ -4,12 +4,12 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use miette::IntoDiagnostic;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::OutputDir;
-use tongue_fit::report::batch::journal::{Journal, JournalEntry};
-use tongue_fit::report::batch::sha256;
-use tongue_fit::run::{self, TrackRun, TrackedBody};
-use tongue_fit::track::{TrackedRecording, Watch};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::OutputDir;
+use tongue_fit::inner::report::batch::journal::{Journal, JournalEntry};
+use tongue_fit::inner::report::batch::sha256;
+use tongue_fit::inner::run::{self, TrackRun, TrackedBody};
+use tongue_fit::inner::track::{TrackedRecording, Watch};
 
 use super::{batch, output};
 

@@ -33,7 +33,7 @@ pub struct Arguments {
 impl Arguments {
     /// The tract and the lips that the options give, checked; the tract is `None` for the built-in one, which is placed later. The result
     /// is `None` if no formants are wanted.
-    pub fn read(&self) -> miette::Result<Option<ReadSound>> {
+    pub fn read(&self) -> miette::Result<Option<(Option<Tract>, Articulation)>> {
         if !self.formants {
             return Ok(None);
         }
@@ -45,32 +45,20 @@ impl Arguments {
         };
         let drawn = VocalTract::reference().into_diagnostic()?;
         given.as_ref().unwrap_or(&drawn).lip_sections(&lips).into_diagnostic()?;
-        Ok(Some(ReadSound { given, lips }))
+        Ok(Some((given, lips)))
     }
 }
 
-#[derive(Debug)]
-pub struct ReadSound {
+/// The tract around a body, with the traced palate of the recordings.
+pub fn tract_around(
+    body: &Body<2>,
     given: Option<Tract>,
-    lips: Articulation,
-}
-
-impl ReadSound {
-    /// The tract around a body, with the traced palate of the recordings, and the lips in all frames.
-    pub fn into_tract_around(
-        self,
-        body: &Body<2>,
-        palate: Option<&[Point]>,
-    ) -> miette::Result<(Arc<VocalTract>, Articulation)> {
-        let Self { given, lips } = self;
-        let mut tract = match given {
-            Some(tract) => tract,
-            None => VocalTract::reference_for(body).into_diagnostic()?,
-        };
-        if let Some(palate) = palate {
-            let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
-            tract = tract.with_palate(&palate, REACH_MM);
-        }
-        Ok((Arc::new(VocalTract::round(body, tract).into_diagnostic()?), lips))
+    palate: Option<&[Point]>,
+) -> miette::Result<Arc<VocalTract>> {
+    let mut tract = given.map_or_else(|| VocalTract::reference_for(body), Ok).into_diagnostic()?;
+    if let Some(palate) = palate {
+        let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
+        tract = tract.with_palate(&palate, REACH_MM);
     }
+    VocalTract::round(body, tract).into_diagnostic().map(Arc::new)
 }

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
-use tongue_fit::posterior::OverSpeakers;
-use tongue_fit::report::{Export, Json, OutputDir, over_speakers};
-use tongue_fit::track::Comparison;
+use serde_json::json;
+use tongue_fit::inner::posterior::OverSpeakers;
+use tongue_fit::inner::report::{Export, Json, OutputDir, over_speakers};
+use tongue_fit::inner::track::Comparison;
 
 use super::recordings::Loaded;
 use super::track_files::Done;
@@ -22,12 +23,6 @@ struct TrackedSpeaker {
     recordings: usize,
     /// Why the results cannot be trusted, or why there are none.
     problem: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct SpeakersRecord {
-    speakers: Vec<TrackedSpeaker>,
-    over_speakers: Vec<OverSpeakers>,
 }
 
 /// Tracks each speaker of `names`; `track` gets the recordings of one, the folder of the results and the name.
@@ -77,17 +72,18 @@ pub fn run(
         return Err(miette!("no speaker could be tracked"));
     }
     let contrasts = comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one)));
-    let record = SpeakersRecord { over_speakers: OverSpeakers::all(contrasts), speakers };
-    let (json, csv, by) = (Json(&record), over_speakers(&record.over_speakers), super::provenance());
+    let over = OverSpeakers::all(contrasts);
+    let record = json!({ "speakers": speakers, "over_speakers": over });
+    let (json, csv, by) = (Json(&record), over_speakers(&over), super::provenance());
     let files: [(&str, &dyn Export); 2] = [("speakers.json", &json), ("over_speakers.csv", &csv)];
-    output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record))?;
-    let tracked = record.speakers.iter().filter(|s| s.recordings > 0);
+    output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&speakers, &over))?;
+    let tracked = speakers.iter().filter(|s| s.recordings > 0);
     let doubtful: Vec<String> =
         tracked.filter_map(|s| Some(format!("{}: {}", s.name, s.problem.as_ref()?))).collect();
     Ok(match (doubtful.is_empty(), is_whole) {
         (true, true) => Outcome::Good,
         (true, false) => Outcome::SomeRowsRefused,
-        (false, _) => Outcome::of_reason(Some(doubtful.join("; "))),
+        (false, _) => Outcome::of_reasons(doubtful),
     })
 }
 
@@ -104,9 +100,9 @@ fn folder(number: usize, name: &str, before: &[String]) -> String {
     }
 }
 
-fn text(record: &SpeakersRecord) -> String {
+fn text(speakers: &[TrackedSpeaker], over: &[OverSpeakers]) -> String {
     let header = ["speaker", "recordings", "frames", "results in", "problem"];
-    let mut t = table::rows(&header, &record.speakers, |s| {
+    let mut t = table::rows(&header, speakers, |s| {
         let [recordings, frames] = [s.recordings, s.frames].map(|n| n.to_string());
         [
             s.name.clone(),
@@ -117,7 +113,7 @@ fn text(record: &SpeakersRecord) -> String {
         ]
     });
     (3..5).for_each(|column| table::align_left(&mut t, column));
-    let agree = match &record.over_speakers[..] {
+    let agree = match over {
         [] => {
             "no two labels were repeated by two speakers or more, so that nothing is counted over speakers\n"
                 .to_owned()

@@ -6,19 +6,20 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, ensure, miette};
 use tongue_fit::body::Mesh;
-use tongue_fit::dynamics::{
-    self, Control, Curves, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
-};
+use tongue_fit::dynamics::Curves;
 use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::alarms;
-use tongue_fit::limits::TOLERANCE_MM;
-use tongue_fit::measured::ByMuscle;
-use tongue_fit::report::{
+use tongue_fit::inner::dynamics::{
+    self, Control, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
+};
+use tongue_fit::inner::inverse::alarms;
+use tongue_fit::inner::limits::TOLERANCE_MM;
+use tongue_fit::inner::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
     TrajectoryRecord, Vtu,
 };
-use tongue_fit::run::{MotionRun, STEP_ERROR_MM, SampledMotion};
+use tongue_fit::inner::run::{STEP_ERROR_MM, SampledMotion};
+use tongue_fit::measured::ByMuscle;
 use tongue_fit::system::System;
 
 use super::inputs::choice;
@@ -179,11 +180,9 @@ pub fn run(
 
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let (clock, t_end_s) = (Instant::now(), arguments.t_end);
-    let samples = (arguments.frames - 1) * LENGTHS_PER_FRAME + 1;
-    let motion_run =
-        MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: LENGTHS_PER_FRAME };
+    let kept = [(arguments.frames - 1) * LENGTHS_PER_FRAME + 1, LENGTHS_PER_FRAME];
     let mut bar: Option<ProgressBar> = None;
-    let sampled = motion_run.run(integrator.as_mut(), &mut |time| {
+    let sampled = SampledMotion::follow(&motion, None, t_end_s, kept, integrator.as_mut(), &mut |time| {
         stop_if_asked();
         if bar.is_none() && clock.elapsed() > BAR_AFTER {
             let begun = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
@@ -221,10 +220,10 @@ pub fn run(
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record))?;
     Ok(match outcome.status {
         MotionStatus::Completed => {
-            let alarms = alarms::barrier(record.guarded).into_iter().chain(strain).map(|a| a.to_string());
-            Outcome::of_reason(alarms.reduce(|all, next| format!("{all}; {next}")))
+            let alarms = alarms::barrier(record.guarded).into_iter().chain(strain);
+            Outcome::of_reasons(alarms.map(|alarm| alarm.to_string()))
         }
-        other => Outcome::good_if(false, || format!("the motion stopped early ({})", word(&other))),
+        other => Outcome::of_reasons([format!("the motion stopped early ({})", word(&other))]),
     })
 }
 

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::IntoDiagnostic;
+use tongue_fit::inner::report::{Export, Json, Markdown};
+use tongue_fit::inner::validate::{self, ValidationPlan};
 use tongue_fit::measured::Vowel;
-use tongue_fit::report::{Export, Json, Markdown};
 use tongue_fit::system::TissueModel;
-use tongue_fit::validate::{self, ValidationPlan};
 
 use super::{Global, Outcome, body, inputs, output, table};
 
@@ -38,7 +38,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    let data = inputs::lengths(arguments.lengths.as_ref(), None)?;
+    let (data, _) = inputs::lengths(arguments.lengths.as_ref(), None)?;
     let baseline = arguments.baseline.as_deref().map_or(Ok(Vowel::unrounded_u()), str::parse);
     let baseline = baseline.into_diagnostic()?;
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);

@@ -4,7 +4,7 @@ use crate::fixtures::{self, says, tongue};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
-use tongue_fit::statics::{Connection, FromRest, SolveSettings, SolveStatus, solve, trace};
+use tongue_fit::statics::{Connection, FromRest, SolveSettings, SolveStatus, Workspace, solve, trace};
 use tongue_fit::system::{Model, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
@@ -121,4 +121,20 @@ fn a_body_without_bone_is_refused() {
     let mut mesh = tongue();
     mesh.fixed.clear();
     says(System::new(&mesh, &Model::default(), &[0]), "is joined to no bone");
+}
+
+/// Regression: a trace that had found the end of a branch left a step on the bones, which stopped every later solve.
+#[test]
+fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
+    let mesh = fixtures::bodies::truss(0.02, 0.01, 0.03, 40);
+    let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
+    let mut used = Workspace::new(&system);
+    let below = trace(&system, &mut used, &[2.0], &SolveSettings::default());
+    assert_eq!((below.from_rest, below.solution.connection), (FromRest::Branch, Connection::Traced));
+    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default()).from_rest.critical().is_some());
+    used.start_from_rest(&system);
+    let mut new = Workspace::new(&system);
+    let again = solve(&system, &mut used, &[1.0], &SolveSettings::default());
+    assert_eq!(again, solve(&system, &mut new, &[1.0], &SolveSettings::default()));
+    assert_eq!(used.positions(), new.positions());
 }

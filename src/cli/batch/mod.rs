@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, bail, ensure, miette};
 use rayon::prelude::*;
-use tongue_fit::choice::name_of;
+use tongue_fit::inner::choice::name_of;
+use tongue_fit::inner::inverse::batch::{Job, Selection};
+use tongue_fit::inner::report::ReportError;
+use tongue_fit::inner::report::batch::journal::{Journal, JournalEntry, NAME};
+use tongue_fit::inner::report::batch::{Fitted, Shard};
 use tongue_fit::inverse::Method;
-use tongue_fit::inverse::batch::{Job, Selection};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
-use tongue_fit::report::ReportError;
-use tongue_fit::report::batch::journal::{Journal, JournalEntry, NAME};
-use tongue_fit::report::batch::{Fitted, Shard};
 
 use super::inputs::choice;
 use super::{Global, Outcome, body, interrupt, output, posterior};
@@ -172,7 +172,9 @@ fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal
     let journal = Mutex::new(journal);
     todo.par_iter()
         .map(|&number| -> Result<(), ReportError> {
-            let entry = prepared.fit(number)?;
+            let clock = Instant::now();
+            let result = prepared.run.fit(number, true, &prepared.provenance, &output::tell_step)?;
+            let entry = JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result };
             output::step(|| description(&jobs[number], &entry));
             journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
             bar.inc(1);

@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use miette::{IntoDiagnostic, bail};
-use tongue_fit::inverse::batch;
-use tongue_fit::measured::Dataset;
-use tongue_fit::report::batch::journal::{Journal, JournalEntry};
-use tongue_fit::report::batch::{
-    self as outputs, Batch, FinishedFits, Fitted, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
+use tongue_fit::inner::inverse::batch;
+use tongue_fit::inner::report::batch::journal::Journal;
+use tongue_fit::inner::report::batch::{
+    self as outputs, Batch, FinishedFits, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
 };
-use tongue_fit::report::{OutputDir, Provenance, ReportError};
-use tongue_fit::run::{BatchRun, RowPosteriors};
+use tongue_fit::inner::report::{OutputDir, Provenance};
+use tongue_fit::inner::run::{BatchRun, RowPosteriors};
+use tongue_fit::measured::Dataset;
 
 use super::Arguments;
 use crate::cli::table::{align_left, count_of, most_agree, rows, status_counts, wrap_sentence};
@@ -32,7 +32,7 @@ impl PreparedBatch {
     /// Prepares the batch of these arguments; `words` are the arguments without those that do not change results.
     pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
         let selection = arguments.selection()?;
-        let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
+        let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
         let unreadable: Vec<String> = data.left_out();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         if let (true, Some(first)) = (plan.jobs.is_empty(), plan.refusals.first()) {
@@ -74,12 +74,6 @@ impl PreparedBatch {
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
         Ok(Self { data, unreadable, run, provenance, key })
-    }
-
-    pub fn fit(&self, number: usize) -> Result<JournalEntry<Fitted>, ReportError> {
-        let clock = std::time::Instant::now();
-        let result = self.run.fit(number, true, &self.provenance, &output::tell_step)?;
-        Ok(JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
     pub fn finish(
@@ -124,8 +118,7 @@ impl PreparedBatch {
         let mut bad = summary.statuses.clone();
         bad.remove("converged");
         let fits = outcome::untrusted_sentence(&bad, summary.fits, "fits");
-        let why: Vec<String> = fits.into_iter().chain(untold).chain(contradicted).collect();
-        Ok(Outcome::good_if(why.is_empty(), || why.join("; ")))
+        Ok(Outcome::of_reasons(fits.into_iter().chain(untold).chain(contradicted)))
     }
 
     pub fn tell_what_is_left_out(&self) {

@@ -166,18 +166,6 @@ impl Solved<3> {
 /// more than at 1e-3 mm on the tongue of springs.
 pub const STEP_ERROR_MM: f64 = 1e-6;
 
-#[derive(Debug)]
-pub struct MotionRun<'a, 's, const D: usize> {
-    pub motion: &'a Motion<'s, D>,
-    /// Positions of all nodes at the beginning, m; `None` for rest.
-    pub start: Option<&'a [SVector<f64, D>]>,
-    pub t_end_s: f64,
-    /// Number of equidistant times, with the first and the last one.
-    pub samples: usize,
-    /// The shape is kept at each of these times if this is 1, at every second one if it is 2, and so on.
-    pub shape_every: usize,
-}
-
 #[derive(Debug, Clone)]
 pub struct SampledMotion<const D: usize> {
     pub outcome: MotionOutcome,
@@ -190,20 +178,27 @@ pub struct SampledMotion<const D: usize> {
     pub shapes: Vec<(f64, Vec<SVector<f64, D>>)>,
 }
 
-impl<const D: usize> MotionRun<'_, '_, D> {
-    /// Follows the motion; from time to time `progress` gets the time reached, s.
-    pub fn run(&self, integrator: &mut dyn Integrator<D>, progress: &mut dyn FnMut(f64)) -> SampledMotion<D> {
-        let Self { motion, start, t_end_s, .. } = *self;
+impl<const D: usize> SampledMotion<D> {
+    /// Follows a motion from `start` (positions of all nodes, m; `None` for rest). Lengths are kept at `samples` equidistant times with the
+    /// first and the last one, the shape at each of them if `shape_every` is 1, at every second one if it is 2, and so on. From time to time
+    /// `progress` gets the time reached, s.
+    pub fn follow(
+        motion: &Motion<'_, D>,
+        start: Option<&[SVector<f64, D>]>,
+        t_end_s: f64,
+        [samples, shape_every]: [usize; 2],
+        integrator: &mut dyn Integrator<D>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Self {
         let system = motion.system();
         let mut end = motion.at_rest();
         end.positions.copy_from_slice(start.unwrap_or(system.rest()));
         let begin = end.positions.clone();
-        let times = dynamics::sample_times(t_end_s, self.samples);
-        let (lengths, shapes) = (Vec::new(), Vec::new());
-        let mut seen = Samples { system, shape_every: self.shape_every, progress, lengths, shapes };
+        let times = dynamics::sample_times(t_end_s, samples);
+        let mut seen = Samples { system, shape_every, progress, lengths: Vec::new(), shapes: Vec::new() };
         let outcome = dynamics::run(motion, integrator, &mut end, t_end_s, &times, &mut seen);
         let Samples { lengths, shapes, .. } = seen;
-        SampledMotion { outcome, part_of_way: motion.part_of_way(&begin, &end), end, lengths, shapes }
+        Self { outcome, part_of_way: motion.part_of_way(&begin, &end), end, lengths, shapes }
     }
 }
 

@@ -1,5 +1,5 @@
 //! Runs as plain structs: a body from options ([`PlaneBody`], [`SpaceSource`]), an equilibrium ([`Equilibrium`], [`Solved`]), a motion
-//! ([`MotionRun`]), each muscle alone ([`MuscleEffect`]), a sound ([`TongueSound`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
+//! ([`SampledMotion`]), each muscle alone ([`MuscleEffect`]), a sound ([`TongueSound`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
 //! fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the page fill them in. A
 //! scene is such a struct itself ([`crate::scene`]).
 //!
@@ -23,10 +23,10 @@ mod track;
 #[cfg(feature = "files")]
 pub use batch::{BatchRun, RowPosteriors};
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
-pub use equilibrium::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion, Solved};
+pub use equilibrium::{Equilibrium, STEP_ERROR_MM, SampledMotion, Solved};
 pub use fit::{FitRun, Published, VerdictSource};
 pub use muscles::{EffectRow, MuscleEffect};
 pub use posterior::{PosteriorRun, SampledPosterior};
 pub use recordings::{ScreenedRecording, bones_apart_m, check_scale};
 pub use sound::TongueSound;
-pub use track::{SpaceTrack, SpaceTrackFrame, SpaceTrackRun, TrackRun, TrackedBody};
+pub use track::{SpaceTrack, SpaceTrackFrame, TrackRun, TrackedBody};

@@ -257,15 +257,6 @@ pub(super) fn given_body(body: Body<2>, adaptation: Option<&Adaptation>) -> Trac
     TrackedBody { body, followed, adaptation, placement: None, similarity: None, rms_m: None }
 }
 
-#[derive(Debug, Clone)]
-pub struct SpaceTrackRun<'a> {
-    pub body: &'a Body<3>,
-    pub model: &'a SpaceModel,
-    pub recorded: &'a Recorded,
-    /// The search of the first frame; every further search begins at the answer of the frame before.
-    pub search: SpaceSearch,
-}
-
 #[derive(Debug, Clone, Serialize)]
 pub struct SpaceTrackFrame {
     pub recording: Option<String>,
@@ -290,11 +281,17 @@ pub struct SpaceTrack {
     pub is_alike: bool,
 }
 
-impl SpaceTrackRun<'_> {
-    /// Finds the activations of one frame after another, and keeps the positions of all frames if there are at most `most_shapes`,
-    /// otherwise only those of the last one. `tell` gets how each search ended.
-    pub fn run(&self, most_shapes: usize, tell: &dyn Fn(&str)) -> Result<SpaceTrack, SimulationError> {
-        let Self { body, model, recorded, search } = self;
+impl SpaceTrack {
+    /// Finds the activations of one frame after another, each search from the answer of the frame before, and keeps the positions of all
+    /// frames if there are at most `most_shapes`, otherwise only those of the last one. `tell` gets how each search ended.
+    pub fn find(
+        body: &Body<3>,
+        model: &SpaceModel,
+        recorded: &Recorded,
+        search: &SpaceSearch,
+        most_shapes: usize,
+        tell: &dyn Fn(&str),
+    ) -> Result<Self, SimulationError> {
         let (clock, system) = (Instant::now(), System::in_space(body, model)?);
         let half = if search.sides_apart { None } else { body.half() };
         let left = half.as_ref().map(|half| System::of_half(half, model)).transpose()?;
@@ -313,7 +310,7 @@ impl SpaceTrackRun<'_> {
             }
             frames.push(SpaceTrackFrame { recording: recording.clone(), time_s: frame.time_s, fit });
         }
-        Ok(SpaceTrack {
+        Ok(Self {
             body: body.what.clone(),
             untrusted: None,
             frames,

@@ -1,6 +1,7 @@
 //! Runs a scene: the shape or trajectory, its cost, and the forces on walls and bones.
 
 use std::any::Any;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::body::{self, in_space};
@@ -11,7 +12,7 @@ use super::outcome::{formants, sound_record};
 use super::prepare::{Prepared, prepare};
 use super::vocal_tract;
 use crate::report::Pulls;
-use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM};
+use crate::run::{Equilibrium, STEP_ERROR_MM, SampledMotion};
 use crate::simulation::SimulationError;
 use crate::surgery::OperationRecord;
 use nalgebra::{SVector, Vector3};
@@ -63,9 +64,6 @@ pub fn run<const D: usize>(
         workspace.positions().to_vec()
     } else {
         let (motion, positions) = follow(scene, prepared)?;
-        // The ramp may not be complete when the motion ends.
-        let tensions = tensions_over_time(scene, prepared);
-        tensions.write_at(motion.outcome.time_s, &mut prepared.tensions);
         trajectory = Some(motion);
         positions
     };
@@ -137,18 +135,15 @@ fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace
     statics::trace_beside(system, workspace, &direct, tensions, &settings).into()
 }
 
-fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
-    let duration = scene.trajectory.as_ref().map_or(0.0, |t| t.ramp_s);
-    Tensions::ramp(prepared.tensions.clone(), duration)
-}
-
 /// Follows the motion from rest. Displaced bones are moved before it begins, and the body follows them to an equilibrium without weight.
+/// The tensions become those with which the motion ends, since the ramp may not be complete then.
 fn follow<const D: usize>(
     scene: &Scene,
-    prepared: &Prepared<D>,
+    prepared: &mut Prepared<D>,
 ) -> Result<(SceneMotion, Vec<SVector<f64, D>>), SimulationError> {
     let wanted = scene.trajectory.as_ref();
-    let (t_end_s, error_mm) = wanted.map_or((0.0, STEP_ERROR_MM), |t| (t.duration_s, t.tolerance_mm));
+    let wanted = wanted.map_or((0.0, STEP_ERROR_MM, 0.0), |t| (t.duration_s, t.tolerance_mm, t.ramp_s));
+    let (t_end_s, error_mm, ramp_s) = wanted;
     let start = match &prepared.start {
         None => None,
         Some(start) => {
@@ -165,13 +160,12 @@ fn follow<const D: usize>(
             Some(workspace.positions().to_vec())
         }
     };
-    let tensions = tensions_over_time(scene, prepared);
-    let motion = Motion::new(&prepared.system, tensions)?;
+    let system = Arc::clone(&prepared.system);
+    let motion = Motion::new(&system, Tensions::ramp(prepared.tensions.clone(), ramp_s))?;
     let mut integrator =
         IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * error_mm))?;
-    let start = start.as_deref();
-    let motion_run = MotionRun { motion: &motion, start, t_end_s, samples: SAMPLES, shape_every: 1 };
-    let sampled = motion_run.run(integrator.as_mut(), &mut |_| ());
+    let (start, integrator) = (start.as_deref(), integrator.as_mut());
+    let sampled = SampledMotion::follow(&motion, start, t_end_s, [SAMPLES, 1], integrator, &mut |_| ());
     let posture = vocal_tract::posture(scene);
     let moments = sampled.shapes.iter().map(|(time_s, positions)| Moment {
         time_s: *time_s,
@@ -183,6 +177,7 @@ fn follow<const D: usize>(
         part_of_way_to_equilibrium: sampled.part_of_way,
         moments: moments.collect(),
     };
+    motion.tensions().write_at(sampled.outcome.time_s, &mut prepared.tensions);
     Ok((record, sampled.end.positions))
 }
 

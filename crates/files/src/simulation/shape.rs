@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::error::check_number;
 use super::{Assembly, SimulationError};
 use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
-use crate::run::{Equilibrium, MotionRun, STEP_ERROR_MM, SampledMotion, Solved};
+use crate::run::{Equilibrium, STEP_ERROR_MM, SampledMotion, Solved};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, SHORTEST_S, Tensions};
 use tongue_core::statics::{Connection, SolveStatus};
 
@@ -120,7 +120,7 @@ impl<const D: usize> Assembly<D> {
         let motion = Motion::new(self.system(), tensions)?;
         let mut integrator =
             IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;
-        let motion_run = MotionRun { motion: &motion, start: None, t_end_s, samples, shape_every: 1 };
-        Ok(motion_run.run(integrator.as_mut(), &mut |_| ()))
+        let integrator = integrator.as_mut();
+        Ok(SampledMotion::follow(&motion, None, t_end_s, [samples, 1], integrator, &mut |_| ()))
     }
 }

@@ -9,8 +9,6 @@ use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 
 #[derive(Debug, Clone)]
 pub struct Case {
-    pub subject: String,
-    pub vowel: Vowel,
     pub matched: TargetOnBody,
     /// Indices of the muscles that are predicted.
     pub unseen: Vec<usize>,
@@ -22,7 +20,7 @@ impl Case {
         let matched = TargetOnBody::new(mesh, target).ok()?;
         let target = &matched.target;
         let unseen = (0..target.muscles.len()).filter(|m| !target.active.contains(m)).collect();
-        Some(Self { subject: target.subject.clone(), vowel: target.vowel.clone(), unseen, matched })
+        Some(Self { unseen, matched })
     }
 
     pub fn target(&self) -> &Target {
@@ -67,7 +65,7 @@ pub fn of_rows(
 }
 
 pub fn subjects(cases: &[Case]) -> Vec<&str> {
-    distinct(cases.iter().map(|case| case.subject.as_str()))
+    distinct(cases.iter().map(|case| case.target().subject.as_str()))
 }
 
 /// At most `count` random permutations of the muscles, other than the identity; none for fewer than three muscles.

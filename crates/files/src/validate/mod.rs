@@ -133,7 +133,7 @@ fn statistical(all: &[Case]) -> Vec<OpponentResult> {
     vec![
         flat("no_change", "no muscle changes its length", 0, &|_| 1.0),
         flat("constant", "the mean passive stretch of the other subjects", 1, &|case: &Case| {
-            constant(all.iter().filter(|c| c.subject != case.subject))
+            constant(all.iter().filter(|c| c.target().subject != case.target().subject))
         }),
     ]
 }
@@ -178,8 +178,8 @@ fn predictions(all: &[Case], entries: &[OpponentResult]) -> Vec<Prediction> {
         for &m in &case.unseen {
             let predicted = entries.iter().map(|e| (e.name.to_owned(), e.predicted[row][m])).collect();
             out.push(Prediction {
-                subject: case.subject.clone(),
-                vowel: case.vowel.clone(),
+                subject: case.target().subject.clone(),
+                vowel: case.target().vowel.clone(),
                 muscle: case.target().muscles[m].clone(),
                 measured: case.target().values[m],
                 predicted: ByMuscle(predicted),

@@ -57,49 +57,39 @@ pub struct PosteriorStudy {
     pub permuted_log_score: Vec<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum PosteriorKind {
-    /// Each row alone; the hyoid does not tilt.
-    Row,
-    /// All rows of the speaker; the hyoid does not tilt.
-    Joint,
-    /// All rows of the speaker; the hyoid may tilt.
-    JointTilt,
-    /// One row of each speaker together, as if they were of one speaker; the hyoid may tilt.
-    OtherSpeakers,
+/// Rows that a posterior takes together, and whether its hyoid may tilt.
+#[derive(Clone, Copy)]
+struct PosteriorKind {
+    name: &'static str,
+    tilts: bool,
+    groups: fn(&[Case]) -> Vec<Vec<usize>>,
 }
 
-impl PosteriorKind {
-    const ALL: [Self; 4] = [Self::Row, Self::Joint, Self::JointTilt, Self::OtherSpeakers];
+const CONTROL: &str = "control_other_speakers";
+const SINGLE_ROWS: PosteriorKind =
+    PosteriorKind { name: ROW, tilts: false, groups: |all| (0..all.len()).map(|i| vec![i]).collect() };
+const SPEAKERS: PosteriorKind = PosteriorKind { name: JOINT_TILT, tilts: true, groups: of_speakers };
+const KINDS: [PosteriorKind; 4] = [
+    SINGLE_ROWS,
+    PosteriorKind { name: "posterior_joint", tilts: false, ..SPEAKERS },
+    SPEAKERS,
+    PosteriorKind { name: CONTROL, tilts: true, groups: of_other_speakers },
+];
 
-    fn name(self) -> &'static str {
-        match self {
-            Self::Row => ROW,
-            Self::Joint => "posterior_joint",
-            Self::JointTilt => JOINT_TILT,
-            Self::OtherSpeakers => "control_other_speakers",
-        }
-    }
+fn of_speakers(all: &[Case]) -> Vec<Vec<usize>> {
+    let of = |subject| (0..all.len()).filter(|&i| all[i].target().subject == subject).collect();
+    subjects(all).into_iter().map(of).collect()
+}
 
-    fn groups(self, all: &[Case]) -> Vec<Vec<usize>> {
-        let of = |subject: &str| (0..all.len()).filter(|&i| all[i].subject == subject).collect::<Vec<_>>();
-        let speakers: Vec<Vec<usize>> = subjects(all).into_iter().map(of).collect();
-        match self {
-            Self::Row => (0..all.len()).map(|i| vec![i]).collect(),
-            Self::Joint | Self::JointTilt => speakers,
-            // The first row of one speaker, the second row of the next one, and so on.
-            Self::OtherSpeakers => {
-                let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
-                (0..most)
-                    .map(|first| {
-                        let row =
-                            |(speaker, own): (usize, &Vec<usize>)| own.get((first + speaker) % most).copied();
-                        speakers.iter().enumerate().filter_map(row).collect()
-                    })
-                    .collect()
-            }
-        }
-    }
+/// The first row of one speaker, the second row of the next one, and so on, as if they were of one speaker.
+fn of_other_speakers(all: &[Case]) -> Vec<Vec<usize>> {
+    let speakers = of_speakers(all);
+    let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
+    let group = |first| {
+        let own = speakers.iter().enumerate();
+        own.filter_map(|(speaker, own)| own.get((first + speaker) % most).copied()).collect()
+    };
+    (0..most).map(group).collect()
 }
 
 struct Predictors {
@@ -112,12 +102,8 @@ struct Predictors {
 impl Predictors {
     /// Predicts every muscle of all cases, each from all others that are taken together with it.
     fn predict(&self, kind: PosteriorKind, all: &[Case]) -> Result<Opponent, PosteriorError> {
-        let posterior_model = if matches!(kind, PosteriorKind::Row | PosteriorKind::Joint) {
-            &self.without_tilt
-        } else {
-            &self.posterior_model
-        };
-        let groups = kind.groups(all);
+        let posterior_model = if kind.tilts { &self.posterior_model } else { &self.without_tilt };
+        let groups = (kind.groups)(all);
         let predictions = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
             let mut density = Density::new(posterior_model, Measurements::of_vowels(&matched))?;
@@ -131,13 +117,14 @@ impl Predictors {
         let predictions: Vec<Vec<_>> = predictions.into_iter().collect::<Result<_, PosteriorError>>()?;
         let mut predicted = vec![Vec::new(); all.len()];
         predictions.into_iter().flatten().for_each(|(case, own)| predicted[case] = own);
-        Ok(Opponent { name: kind.name(), predicted })
+        Ok(Opponent { name: kind.name, predicted })
     }
 
     /// No change, the normal distribution, and these posteriors.
     fn opponents(&self, all: &[Case], kinds: &[PosteriorKind]) -> Result<Vec<Opponent>, PosteriorError> {
         let statistical = all.iter().map(|case| {
-            let others: Vec<&Case> = all.iter().filter(|c| c.subject != case.subject).collect();
+            let others: Vec<&Case> =
+                all.iter().filter(|c| c.target().subject != case.target().subject).collect();
             statistical(&others, case, self.seed).into_iter().unzip()
         });
         let (no_change, gaussian) = statistical.unzip();
@@ -186,7 +173,7 @@ pub fn study(
     let without_tilt = PosteriorModel::new(body, model, &fixed_tilt)?;
     let predictors = Predictors { posterior_model, without_tilt, seed };
     let all = cases(data, &body.mesh, baseline);
-    let opponents = predictors.opponents(&all, &PosteriorKind::ALL)?;
+    let opponents = predictors.opponents(&all, &KINDS)?;
     progress.add(all.len(), "posterior");
     let scores = all_scored(&opponents, &all, |_| true);
     let mut predictions = scored_predictions(baseline, &opponents, &all);
@@ -194,7 +181,7 @@ pub fn study(
         scores.iter().find(|s| s.name == opponent.name).map_or(f64::NEG_INFINITY, |s| s.log_score)
     };
     let (gaussian, posteriors) = (&opponents[1], &opponents[2..]);
-    let real = posteriors.iter().filter(|o| o.name != PosteriorKind::OtherSpeakers.name());
+    let real = posteriors.iter().filter(|o| o.name != CONTROL);
     let best = real.max_by(|a, b| log_score(a).total_cmp(&log_score(b))).unwrap_or(&posteriors[0]);
     let both = best.predicted.iter().zip(&gaussian.predicted);
     let gains: Vec<f64> = both.map(|(best, normal)| mean_log_score(best) - mean_log_score(normal)).collect();
@@ -208,11 +195,11 @@ pub fn study(
         if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
-        let opponents = predictors.opponents(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
+        let opponents = predictors.opponents(&all, &[SINGLE_ROWS, SPEAKERS])?;
         predictions.extend(scored_predictions(&vowel, &opponents, &all));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
-            let scores = all_scored(&opponents, &all, |c| names.contains(&c.subject.as_str()));
+            let scores = all_scored(&opponents, &all, |c| names.contains(&c.target().subject.as_str()));
             let warning = warning(&scores);
             let subjects = names.iter().map(|s| (*s).to_owned()).collect();
             other_baselines.push(ScoredBaseline { baseline: vowel.clone(), subjects, warning, scores });
@@ -221,7 +208,7 @@ pub fn study(
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in permutations(data.muscles().len(), plan.permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
-        if let Ok(posterior) = predictors.predict(PosteriorKind::Row, &all) {
+        if let Ok(posterior) = predictors.predict(SINGLE_ROWS, &all) {
             let permuted = score(&posterior, &all, |_| true);
             permuted_rms.push(permuted.rms);
             permuted_log_score.push(permuted.log_score);
@@ -257,13 +244,13 @@ mod tests {
         // Three speakers have four vowels each; with /i/ as the baseline a fourth one has three.
         for (baseline, groups_of) in [("ɯ", 3), ("i", 4)] {
             let all = cases(&Dataset::reference().unwrap(), &body.mesh, &baseline.parse().unwrap());
-            let groups = PosteriorKind::OtherSpeakers.groups(&all);
+            let groups = of_other_speakers(&all);
             let mut taken: Vec<usize> = groups.concat();
             taken.sort_unstable();
             assert_eq!(taken, (0..all.len()).collect::<Vec<_>>());
             for group in &groups {
-                let of_speakers = distinct(group.iter().map(|&i| all[i].subject.as_str())).len();
-                let of_vowels = distinct(group.iter().map(|&i| all[i].vowel.clone())).len();
+                let of_speakers = distinct(group.iter().map(|&i| all[i].target().subject.as_str())).len();
+                let of_vowels = distinct(group.iter().map(|&i| all[i].target().vowel.clone())).len();
                 assert_eq!(of_speakers, group.len());
                 assert!((groups_of - 1..=groups_of).contains(&of_speakers) && of_vowels > 1, "{group:?}");
             }

@@ -83,8 +83,8 @@ pub fn scored_predictions(baseline: &Vowel, opponents: &[Opponent], all: &[Case]
                 let Some(Some(left_out)) = predicted[row].get(m) else { continue };
                 out.push(ScoredPrediction {
                     baseline: baseline.clone(),
-                    subject: case.subject.clone(),
-                    vowel: case.vowel.clone(),
+                    subject: case.target().subject.clone(),
+                    vowel: case.target().vowel.clone(),
                     muscle: case.target().muscles[m].clone(),
                     measured: case.target().values[m],
                     opponent: (*name).to_owned(),

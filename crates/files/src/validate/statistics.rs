@@ -16,17 +16,13 @@ pub struct Shrunk {
 }
 
 impl Shrunk {
-    fn all() -> Vec<Self> {
-        let mut all = Vec::new();
-        for about_no_change in [false, true] {
-            for by in [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 1.0] {
-                all.push(Self { about_no_change, ridge: false, by });
-            }
-            for by in [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0] {
-                all.push(Self { about_no_change, ridge: true, by });
-            }
-        }
-        all
+    fn all() -> impl Iterator<Item = Self> {
+        let shares = [0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.9, 1.0].map(|by| (false, by));
+        let ridges = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0].map(|by| (true, by));
+        let both = [false, true].into_iter();
+        both.flat_map(move |about_no_change| {
+            shares.into_iter().chain(ridges).map(move |(ridge, by)| Self { about_no_change, ridge, by })
+        })
     }
 }
 
@@ -86,13 +82,14 @@ pub fn conditional_normal(training: &[&Case], case: &Case, how: Shrunk) -> Optio
 
 /// The estimator that predicts each muscle of each training subject best, from its other muscles and the other subjects.
 pub fn best_shrunk(training: &[&Case]) -> Shrunk {
-    let names = distinct(training.iter().map(|c| c.subject.as_str()));
+    let names = distinct(training.iter().map(|c| c.target().subject.as_str()));
     if names.len() < 2 {
         return MIDDLE;
     }
-    let errors = Shrunk::all().into_iter().map(|how| {
+    let errors = Shrunk::all().map(|how| {
         let errors = names.iter().map(|name: &&str| -> f64 {
-            let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
+            let (inner, left): (Vec<&Case>, Vec<&Case>) =
+                training.iter().partition(|c| c.target().subject != *name);
             left.into_iter()
                 .flat_map(Case::each_left_out)
                 .map(|case| match conditional_normal(&inner, &case, how) {

@@ -13,14 +13,14 @@ use tongue_core::sparse::cholesky::Factor;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
 
-use super::runs::ending;
+use super::methods::ending;
 
 /// The posture /a/ as published, and one muscle of the back and one of the tip alone; tensions in N per metre of thickness.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
     [("/a/", &PUBLISHED_A), ("GGp 10 N", &[("GGp", 10.0)]), ("SGp 10 N", &[("SGp", 10.0)])];
 const FORCE_TOLERANCE: f64 = 1e-9;
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct MeshRun {
     pub scene: &'static str,
     pub h_mm: f64,
@@ -54,10 +54,10 @@ pub fn work_precision(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
         let meshed = measure(effort, || Body::tongue(h));
         let mesh = meshed.result?.mesh;
         for scene in SCENES {
-            let run = mesh_run(&mesh, scene, (h, meshed.seconds), effort)?;
+            let run = mesh_run(&mesh, scene, effort)?;
             let coarser = runs.iter().rev().find(|r| r.scene == run.scene);
-            let change = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
-            runs.push(MeshRun { change_from_next_coarser: change, ..run });
+            let change_from_next_coarser = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
+            runs.push(MeshRun { h_mm: h * 1e3, mesh_s: meshed.seconds, change_from_next_coarser, ..run });
         }
     }
     Ok(runs)
@@ -66,7 +66,6 @@ pub fn work_precision(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
 fn mesh_run(
     mesh: &Mesh<2>,
     (name, pull): (&'static str, &[(&str, f64)]),
-    (h, mesh_s): (f64, f64),
     effort: &Effort,
 ) -> Result<MeshRun, Error> {
     let made = measure(effort, || TestTensions::new(mesh, &Model::default(), pull));
@@ -90,12 +89,9 @@ fn mesh_run(
     let solution = solved.result;
     Ok(MeshRun {
         scene: name,
-        h_mm: h * 1e3,
         unknown_nodes: system.pattern().unknowns(),
         triangles: mesh.cells.len(),
         ratios: scene.ratios(workspace.positions()),
-        change_from_next_coarser: None,
-        mesh_s,
         setup_s: made.seconds,
         solve_s: solved.seconds,
         force_s: forced.seconds,
@@ -104,6 +100,7 @@ fn mesh_run(
         factorisations: solution.factorisations,
         matrix_bytes: 2 * (system.pattern().blocks() + 1) * size_of::<[[f64; 2]; 2]>(),
         ended: ending(solution.status),
+        ..MeshRun::default()
     })
 }
 

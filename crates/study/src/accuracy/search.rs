@@ -5,10 +5,10 @@ use serde::Serialize;
 use crate::Error;
 use tongue_core::body::Mesh;
 use tongue_core::system::Model;
-use tongue_infer::inverse::{self, Fit, FitSettings, Method};
+use tongue_infer::inverse::{self, FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
-use super::runs::DONE;
+use super::methods::DONE;
 use crate::measure::{Effort, measure};
 use crate::test_tensions::target;
 
@@ -56,7 +56,27 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
         let reference = inverse::fit(mesh, &Model::default(), &target, &tight)?;
         for settings in settings_of_rows() {
             let timed = measure(effort, || inverse::fit(mesh, &Model::default(), &target, &settings));
-            runs.push(row(&timed.result?, &reference, (timed.seconds, timed.repeats)));
+            let fit = timed.result?;
+            let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
+            let inverse::Answer { status, misfit, starts, .. } = &fit.answer;
+            runs.push(TimedFit {
+                target: kind,
+                method: settings.method,
+                starts: settings.starts,
+                tolerance_n: settings.tension_tolerance,
+                warm: settings.warm_start,
+                error_n: off.fold(0.0, f64::max),
+                misfit: *misfit,
+                seconds: timed.seconds,
+                repeats: timed.repeats,
+                equilibria: starts.iter().map(|s| s.counts.evaluations).sum(),
+                factorisations: starts.iter().map(|s| s.counts.factorisations).sum(),
+                iterations: starts.iter().map(|s| s.iterations).sum(),
+                ended: match status {
+                    inverse::FitStatus::Converged => DONE.to_owned(),
+                    other => format!("stopped short: {other:?}"),
+                },
+            });
         }
     }
     Ok(runs)
@@ -66,41 +86,18 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
 fn settings_of_rows() -> Vec<FitSettings> {
     let simplex = FitSettings::default();
     let derivative = FitSettings { method: Method::GaussNewton, ..simplex };
-    let mut settings_of_rows = Vec::new();
-    settings_of_rows
-        .extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..simplex }));
-    settings_of_rows.extend(SIMPLEX_TOLERANCES.map(|tension_tolerance| FitSettings {
-        tension_tolerance,
-        warm_start: false,
-        ..simplex
-    }));
-    settings_of_rows.extend(STARTS.map(|starts| FitSettings { starts, ..simplex }));
-    settings_of_rows
-        .extend(STEP_TOLERANCES.map(|tension_tolerance| FitSettings { tension_tolerance, ..derivative }));
-    settings_of_rows.push(FitSettings { warm_start: false, ..derivative });
-    settings_of_rows.extend(STARTS.map(|starts| FitSettings { starts, ..derivative }));
-    settings_of_rows
-}
-
-fn row(fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
-    let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
-    let ended = match fit.answer.status {
-        inverse::FitStatus::Converged => DONE.to_owned(),
-        other => format!("stopped short: {other:?}"),
+    let cold = |usual| FitSettings { warm_start: false, ..usual };
+    let to_tolerances = |usual: FitSettings, tolerances: &[f64]| {
+        Vec::from_iter(tolerances.iter().map(|&tension_tolerance| FitSettings { tension_tolerance, ..usual }))
     };
-    TimedFit {
-        target: fit.matched.target.kind,
-        method: fit.settings.method,
-        starts: fit.settings.starts,
-        tolerance_n: fit.settings.tension_tolerance,
-        warm: fit.settings.warm_start,
-        error_n: off.fold(0.0, f64::max),
-        misfit: fit.answer.misfit,
-        seconds,
-        repeats,
-        equilibria: fit.answer.starts.iter().map(|s| s.counts.evaluations).sum(),
-        factorisations: fit.answer.starts.iter().map(|s| s.counts.factorisations).sum(),
-        iterations: fit.answer.starts.iter().map(|s| s.iterations).sum(),
-        ended,
-    }
+    let from_starts = |usual: FitSettings| STARTS.map(|starts| FitSettings { starts, ..usual }).to_vec();
+    [
+        to_tolerances(simplex, &SIMPLEX_TOLERANCES),
+        to_tolerances(cold(simplex), &SIMPLEX_TOLERANCES),
+        from_starts(simplex),
+        to_tolerances(derivative, &STEP_TOLERANCES),
+        vec![cold(derivative)],
+        from_starts(derivative),
+    ]
+    .concat()
 }

@@ -30,7 +30,7 @@ const LEVELS: usize = 4;
 const FITS: Effort = Effort { repeats: 3, ..Effort::FULL };
 
 /// A body on a mesh, at the tensions published for /a/.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Spacing {
     pub body: &'static str,
     pub h_mm: f64,
@@ -115,6 +115,10 @@ fn fit_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Err
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
 }
 
+fn tensions_if_converged(fit: &Fit) -> Option<Vec<f64>> {
+    (fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions())
+}
+
 pub fn run() -> Result<ContinuumStudy, Error> {
     let mut spacings = Vec::new();
     let bodies: [(&'static str, Option<ContinuumSettings>); 3] = [
@@ -149,61 +153,38 @@ pub fn run() -> Result<ContinuumStudy, Error> {
     Ok(ContinuumStudy { spacings, locking, sensitivity })
 }
 
-struct BodyKind<'a> {
+fn spacings_of_nested_meshes(
     name: &'static str,
-    settings: Option<&'a ContinuumSettings>,
-    anatomy: &'a Anatomy,
-    target: &'a Target,
-}
-
-impl BodyKind<'_> {
-    fn measure_on(&self, mesh: Mesh<2>, h_mm: f64) -> Result<Spacing, Error> {
-        let plain = Body::new(self.name, mesh);
-        let body = match self.settings {
-            Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
+    settings: Option<&ContinuumSettings>,
+) -> Result<Vec<Spacing>, Error> {
+    let (anatomy, target) = (Anatomy::reference()?, target("S2", "a", TargetKind::Stretch, None)?);
+    let measure_on = |mesh: Mesh<2>, h_mm: f64| -> Result<Spacing, Error> {
+        let plain = Body::new(name, mesh);
+        let body = match settings {
+            Some(settings) => plain.into_continuum_of(&anatomy, settings)?,
             None => plain,
         };
         let scene = TestTensions::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes no equilibrium of the control at twice the tensions can be found in useful time.
-        let twice = if self.settings == Some(&CONTROL) { None } else { ratios_if_converged(&scene, 2.0) };
-        let twice = twice.unwrap_or_default();
-        let fitted = measure(&FITS, || fit_target(&body, &Model::default(), self.target));
-        let fit = fitted.result?;
-        let tensions = (fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
+        let twice = if settings == Some(&CONTROL) { None } else { ratios_if_converged(&scene, 2.0) };
+        let fitted = measure(&FITS, || fit_target(&body, &Model::default(), &target));
         Ok(Spacing {
-            body: self.name,
+            body: name,
             h_mm,
             unknown_nodes: scene.system.pattern().unknowns(),
-            change_of_ratio: None,
-            change_at_twice: None,
-            order: None,
-            error_of_ratio: 0.0,
-            error_of_tension: None,
             solve_s: solved.seconds,
             fit_s: fitted.seconds,
             status: format!("{:?}", solved.result),
-            ratios: [once, twice],
-            tensions,
+            ratios: [once, twice.unwrap_or_default()],
+            tensions: tensions_if_converged(&fitted.result?),
+            ..Spacing::default()
         })
-    }
-}
-
-fn spacings_of_nested_meshes(
-    name: &'static str,
-    settings: Option<&ContinuumSettings>,
-) -> Result<Vec<Spacing>, Error> {
-    let anatomy = Anatomy::reference()?;
-    let kind = BodyKind {
-        name,
-        settings,
-        anatomy: &anatomy,
-        target: &target("S2", "a", TargetKind::Stretch, None)?,
     };
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
     let mut all: Vec<Spacing> = Vec::new();
     for level in 0..LEVELS {
-        let mut here = kind.measure_on(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
+        let mut here = measure_on(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
         if let Some(coarser) = all.last() {
             let [once, twice] = [0, 1].map(|i| largest_difference(&coarser.ratios[i], &here.ratios[i]));
             let has_twice = !coarser.ratios[1].is_empty() && !here.ratios[1].is_empty();
@@ -217,7 +198,7 @@ fn spacings_of_nested_meshes(
     if settings == Some(&ContinuumSettings::default()) {
         let mesh = Body::tongue(DEFAULT_M)?.mesh.on_outline(anatomy.outline());
         let finer = all.iter().position(|row| row.h_mm < 1e3 * DEFAULT_M).unwrap_or(all.len());
-        all.insert(finer, kind.measure_on(mesh, 1e3 * DEFAULT_M)?);
+        all.insert(finer, measure_on(mesh, 1e3 * DEFAULT_M)?);
     }
     let Some(finest) = all.last() else { return Ok(Vec::new()) };
     let (finest, best) = (finest.ratios[0].clone(), finest.tensions.clone());
@@ -263,8 +244,7 @@ fn sensitivity_row(
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
             let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, None)?)?;
-            tensions
-                .push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
+            tensions.push(tensions_if_converged(&fit));
         }
     }
     if reference.is_empty() {

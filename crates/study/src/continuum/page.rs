@@ -15,24 +15,20 @@ use crate::table::{duration, markdown, number};
 pub fn verdict(spacings: &[Spacing]) -> String {
     let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
     let known = of_continuum.filter_map(|r| Some((r, r.error_of_tension.filter(|e| *e > 0.0)?)));
-    if let Some((r, _)) = known.clone().find(|(_, e)| *e <= ONE_PER_CENT) {
-        let (h, costs) = costs(r);
-        return format!("**For 1 % of a tension take --body continuum at h = {h} mm: {costs}.**");
-    }
-    match known.min_by(|a, b| a.1.total_cmp(&b.1)) {
-        Some((r, error)) => {
-            let ((h, costs), per_cent) = (costs(r), 100.0 * error);
-            format!(
-                "**For {per_cent:.1} % of a tension take --body continuum at h = {h} mm: {costs}.** Errors are differences from the finest mesh; no other mesh is nearer to it."
-            )
-        }
-        None => "No mesh of this study has tensions to compare.".to_owned(),
-    }
-}
-
-fn costs(r: &Spacing) -> (String, String) {
+    let first = known.clone().find(|(_, error)| *error <= ONE_PER_CENT);
+    let Some((r, error)) = first.or_else(|| known.min_by(|a, b| a.1.total_cmp(&b.1))) else {
+        return "No mesh of this study has tensions to compare.".to_owned();
+    };
+    let (per_cent, note) = if error <= ONE_PER_CENT {
+        ("1".to_owned(), "")
+    } else {
+        let note = " Errors are differences from the finest mesh; no other mesh is nearer to it.";
+        (format!("{:.1}", 100.0 * error), note)
+    };
     let (h, solve, fit) = (number(r.h_mm), duration(r.solve_s), duration(r.fit_s));
-    (h, format!("an equilibrium costs {solve}, a fit {fit}"))
+    format!(
+        "**For {per_cent} % of a tension take --body continuum at h = {h} mm: an equilibrium costs {solve}, a fit {fit}.**{note}"
+    )
 }
 
 pub fn picture(spacings: &[Spacing]) -> Result<Svg, ReportError> {

@@ -63,7 +63,7 @@ fn trace_row(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardC
         smallest_eigenvalue_n_per_m: smallest_eigenvalue,
         guarded: s.guarded,
         wall_s,
-        ..HardCase::new(9, variant, "trace", status_name(&s.status))
+        ..HardCase::new(variant, "trace", status_name(&s.status))
     };
     Ok((traced, row))
 }

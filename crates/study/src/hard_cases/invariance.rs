@@ -52,7 +52,7 @@ type NodePositions = Vec<SVector<f64, 2>>;
 fn solve_published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePositions), Error> {
     let TestTensions { system, tensions, .. } = TestTensions::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
-    let row = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
+    let row = equilibrium_row(variant, &system, &mut workspace, &tensions);
     Ok((row, workspace.positions().to_vec()))
 }
 
@@ -78,7 +78,7 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
         let variant = format!("fit of S2 /a/ on {count} threads");
         let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();
-        rows.push(HardCase { kept: same, wall_s, note, ..of_fit(10, variant, &fit) });
+        rows.push(HardCase { kept: same, wall_s, note, ..of_fit(variant, &fit) });
     }
     Ok(rows)
 }

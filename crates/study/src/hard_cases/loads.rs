@@ -6,25 +6,20 @@ use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, System};
 use tongue_files::report::status_name;
 
-use super::{HardCase, equilibrium_row};
+use super::{HardCase, equilibrium_row, row_of};
 use crate::Error;
 
-/// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N. Each is solved directly and along the branch from rest.
-pub(super) fn subsets(full: bool) -> Result<Vec<HardCase>, Error> {
-    subsets_of(2, &tongue()?, f64::INFINITY, full)
-}
-
-/// Spacing of the continuum of cases 3 and 11, m.
-pub(super) const CONTINUUM_M: f64 = 8e-3;
 /// Largest load to which the branch of a continuum is followed, N: at ten times this load its end takes hours to find.
-const FOLLOWED_N: f64 = 100.0;
+pub(super) const FOLLOWED_N: f64 = 100.0;
 
-pub(super) fn subsets_of_continuum(full: bool) -> Result<Vec<HardCase>, Error> {
-    let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
-    subsets_of(11, &body.mesh, FOLLOWED_N, full)
+/// The continuum of cases 3 and 11.
+pub(super) fn continuum() -> Result<Mesh<2>, Error> {
+    Ok(Body::continuum(8e-3, &ContinuumSettings::default())?.mesh)
 }
 
-fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec<HardCase>, Error> {
+/// Cases 2 and 11: subsets of the muscles at 1, 10, 100 and 1000 N. Each is solved directly and, up to `followed_n`, along the branch from
+/// rest.
+pub(super) fn subsets(mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec<HardCase>, Error> {
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     let stride = if full { 1 } else { 16 };
@@ -36,7 +31,7 @@ fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<V
             let variant = format!("{} at {load} N", active.join(" "));
             let TestTensions { system, tensions, .. } = all_at(mesh, &active, load)?;
             let mut workspace = Workspace::new(&system);
-            let row = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
+            let row = equilibrium_row(variant, &system, &mut workspace, &tensions);
             rows.push(if load <= followed_n {
                 beside_branch(row, &system, &mut workspace, &tensions)
             } else {
@@ -94,8 +89,7 @@ pub(super) fn folding_chains() -> Result<Vec<HardCase>, Error> {
     for (name, set) in sets {
         for load in [5.0, 50.0, 500.0] {
             let variant = format!("{name} at {load} N, straight");
-            let TestTensions { system, tensions, .. } = all_at(&mesh, set, load)?;
-            rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions));
+            rows.push(row_of(variant, &all_at(&mesh, set, load)?));
         }
     }
     Ok(rows)

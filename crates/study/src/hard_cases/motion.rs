@@ -45,7 +45,7 @@ pub(super) fn printed_table() -> Result<Vec<HardCase>, Error> {
             rows.push(explicit(&format!("{mass_name}, {kappa}, dt 5e-6 s"), &motion)?);
             let adaptive = format!("{mass_name}, {kappa}, adaptive to {PRINTED_END} s");
             let (method, control) = (IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE));
-            rows.push(run(1, &adaptive, &motion, method, control, PRINTED_END)?);
+            rows.push(run(&adaptive, &motion, method, control, PRINTED_END)?);
         }
     }
     Ok(rows)
@@ -57,10 +57,10 @@ fn explicit(name: &str, motion: &Motion<'_, 2>) -> Result<HardCase, Error> {
     let control = Control::Fixed(PRINTED_STEP);
     let end = PRINTED_STEPS * PRINTED_STEP;
     match method.checked_integrator(motion, control) {
-        Ok(_) => run(1, name, motion, method, control, end),
+        Ok(_) => run(name, motion, method, control, end),
         Err(error) => {
-            let unchecked = run(1, name, motion, method, control, end)?;
-            let row = HardCase::refusal(1, name, method.name(), Some(error.to_string()));
+            let unchecked = run(name, motion, method, control, end)?;
+            let row = HardCase::refusal(name, method.name(), Some(error.to_string()));
             let note = format!("{}; run all the same: {} at {}", row.note, unchecked.status, unchecked.note);
             Ok(HardCase { kept: unchecked.status != "completed", note, ..row })
         }
@@ -75,18 +75,18 @@ pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for dt in [1e-6, 1e-4, 1e-2, 1.0, 100.0] {
         let name = format!("20 steps of {dt:e} s");
-        rows.push(run(8, &name, &motion, IntegrationMethod::TrBdf2, Control::Fixed(dt), 20.0 * dt)?);
+        rows.push(run(&name, &motion, IntegrationMethod::TrBdf2, Control::Fixed(dt), 20.0 * dt)?);
     }
     let sudden = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A.map(|(m, _)| (m, 300.0)))?;
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
-    rows.push(run(8, name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
+    rows.push(run(name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
     let count = if full { 1_000_000 } else { 10_000 };
     if let Some(limit) = IntegrationMethod::Verlet.step_limit(&motion) {
         let dt = 0.5 * limit;
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");
         let end = f64::from(count) * dt;
-        let mut row = run(8, &name, &motion, IntegrationMethod::Verlet, Control::Fixed(dt), end)?;
+        let mut row = run(&name, &motion, IntegrationMethod::Verlet, Control::Fixed(dt), end)?;
         let (_, explicit) = integrate(&motion, IntegrationMethod::Verlet, Control::Fixed(dt), end)?;
         let implicit_step = Control::Fixed(end / 400.0);
         let (_, implicit) = integrate(&motion, IntegrationMethod::TrBdf2, implicit_step, end)?;
@@ -101,7 +101,6 @@ pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
 /// Runs from rest. The promise is kept if the last state is finite without inverted cells, and the run completed or says that the step is
 /// too long.
 fn run(
-    case: u8,
     variant: &str,
     motion: &Motion<'_, 2>,
     method: IntegrationMethod,
@@ -127,7 +126,7 @@ fn run(
         min_area_ratio: Some(smallest),
         wall_s,
         note,
-        ..HardCase::new(case, variant, method.name(), status_name(&outcome.status))
+        ..HardCase::new(variant, method.name(), status_name(&outcome.status))
     })
 }
 

@@ -36,7 +36,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
         ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
         ("S1 /o/ with GGa at 0.70 and SGa at 1.29", with_values(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
     ];
-    cases.into_iter().map(|(name, t, reachable)| row(6, name, &t, &two_starts(), reachable)).collect()
+    cases.into_iter().map(|(name, t, reachable)| row(name, &t, &two_starts(), reachable)).collect()
 }
 
 fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
@@ -87,7 +87,7 @@ pub(super) fn simplices(full: bool) -> Result<Vec<HardCase>, Error> {
         ("one iteration of the search", &target, FitSettings { max_iterations: 1, ..usual }, None),
         ("cost tolerance 0", &target, FitSettings { cost_tolerance: 0.0, ..usual }, Some(true)),
     ];
-    cases.into_iter().map(|(name, t, settings, reachable)| row(7, name, t, &settings, reachable)).collect()
+    cases.into_iter().map(|(name, t, settings, reachable)| row(name, t, &settings, reachable)).collect()
 }
 
 fn two_starts() -> FitSettings {
@@ -95,7 +95,6 @@ fn two_starts() -> FitSettings {
 }
 
 fn row(
-    case: u8,
     variant: &str,
     target: &Target,
     settings: &FitSettings,
@@ -106,11 +105,11 @@ fn row(
     let fit = fit?;
     let finite = fit.answer.tensions.iter().chain(&fit.answer.lengths).all(|v| v.is_finite());
     let kept = finite && reachable.is_none_or(|r| r == (fit.answer.status == FitStatus::Converged));
-    Ok(HardCase { kept, wall_s, note: note(&fit), ..of_fit(case, variant, &fit) })
+    Ok(HardCase { kept, wall_s, note: note(&fit), ..of_fit(variant, &fit) })
 }
 
 /// The row of a fit, without whether it keeps the promise.
-pub(super) fn of_fit(case: u8, variant: impl Into<String>, fit: &Fit) -> HardCase {
+pub(super) fn of_fit(variant: impl Into<String>, fit: &Fit) -> HardCase {
     let Answer { status, counts, replay, .. } = &fit.answer;
     HardCase {
         converged: *status == FitStatus::Converged,
@@ -118,7 +117,7 @@ pub(super) fn of_fit(case: u8, variant: impl Into<String>, fit: &Fit) -> HardCas
         load_reached: replay.trace.solution.load_reached,
         min_area_ratio: Some(replay.min_area_ratio),
         guarded: replay.trace.solution.guarded,
-        ..HardCase::new(case, variant, "fit", status_name(status))
+        ..HardCase::new(variant, "fit", status_name(status))
     }
 }
 

@@ -1,9 +1,6 @@
 //! The promise is kept in every hard case of the sample.
 
-use tongue_core::statics::{Connection, FromRest, SolveSettings, Workspace, solve, trace};
-use tongue_core::system::{Model, System};
-
-use super::{HardCase, bodies, run_all};
+use super::{HardCase, run_all};
 
 /// Fails with a list of the rows in which the promise was broken.
 fn kept(case: u8) -> Vec<HardCase> {
@@ -126,20 +123,4 @@ fn case_9_buckling_and_snap_through_are_found_at_their_exact_critical_loads() {
     let rows = kept(9);
     assert!(rows.iter().any(|r| r.note.contains("bifurcation")));
     assert!(rows.iter().any(|r| r.note.contains("limit_point")));
-}
-
-/// Regression: a trace that had found the end of a branch left a step on the bones, which stopped every later solve.
-#[test]
-fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
-    let mesh = bodies::truss(0.02, 0.01, 0.03, 40);
-    let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
-    let mut used = Workspace::new(&system);
-    let below = trace(&system, &mut used, &[2.0], &SolveSettings::default());
-    assert_eq!((below.from_rest, below.solution.connection), (FromRest::Branch, Connection::Traced));
-    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default()).from_rest.critical().is_some());
-    used.start_from_rest(&system);
-    let mut new = Workspace::new(&system);
-    let again = solve(&system, &mut used, &[1.0], &SolveSettings::default());
-    assert_eq!(again, solve(&system, &mut new, &[1.0], &SolveSettings::default()));
-    assert_eq!(used.positions(), new.positions());
 }

@@ -1,18 +1,95 @@
-//! The page of the study in Markdown: a section for each axis, with its tables and its conclusion in one sentence.
+//! The files of the study, with its page in Markdown: a section for each axis, with its tables and its conclusion in one sentence.
 
 use std::fmt::Write as _;
 
 use super::AccuracyStudy;
-use super::equilibrium::NEWTON;
 use super::mesh::{MeshRun, SCENES, order};
-use super::runs::{Run, fastest};
+use super::methods::{NEWTON, Run, fastest};
+use super::search::TimedFit;
 use crate::Error;
 use crate::measure::ONE_PER_CENT;
 use crate::table::{duration, markdown, number};
-use tongue_core::statistics::least_by;
+use tongue_core::statistics::{distinct, least_by};
 use tongue_files::report::column::{self, Column};
-use tongue_infer::inverse::Method;
+use tongue_files::report::{Files, Markdown, PrecisionCurve, Rows, work_precision};
+use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
+
+/// `made` says how and where the study was made.
+pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Error> {
+    let time = "time, s (median)";
+    let error = "largest position error, mm";
+    let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
+    let curves = best_curves(&study.trajectory);
+    let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &curves)?;
+    let meshes = work_precision(
+        "Change of a ratio from one mesh spacing to the next finer one",
+        "time of one equilibrium, s",
+        "largest change of a ratio",
+        &mesh_curves(&study.meshes),
+    )?;
+    let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
+    let fits =
+        work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?;
+    Ok(vec![
+        ("README.md", Box::new(Markdown(page(study, made)?))),
+        ("1-equilibrium.csv", Box::new(Rows(&study.equilibrium))),
+        ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
+        ("3-early.csv", Box::new(Rows(&study.early))),
+        ("4-mesh.csv", Box::new(Rows(&study.meshes))),
+        ("5-fit.csv", Box::new(Rows(&study.fits))),
+        ("1-equilibrium.svg", Box::new(equilibrium)),
+        ("2-trajectory.svg", Box::new(trajectory)),
+        ("4-mesh.svg", Box::new(meshes)),
+        ("5-fit.svg", Box::new(fits)),
+    ])
+}
+
+/// For every method the runs that no other run of the method beats in both time and error.
+fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
+    let curves = distinct(runs.iter().map(|run| run.method)).into_iter().map(|method| {
+        let own = runs.iter().filter(|run| run.method == method);
+        let mut points: Vec<(f64, f64)> = own.filter_map(|run| run.seconds.zip(run.error_mm)).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut least = f64::INFINITY;
+        points.retain(|(_, error)| {
+            let is_better = *error < least;
+            least = least.min(*error);
+            is_better
+        });
+        PrecisionCurve { name: method.into(), points }
+    });
+    curves.collect()
+}
+
+fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
+    let curves = SCENES.map(|(scene, _)| {
+        let of_scene = runs.iter().filter(|r| r.scene == scene);
+        let points = of_scene.filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?))).collect();
+        PrecisionCurve { name: scene.into(), points }
+    });
+    curves.into()
+}
+
+fn fit_curves(runs: &[TimedFit]) -> Vec<PrecisionCurve> {
+    let mut curves = Vec::new();
+    for kind in [TargetKind::Stretch, TargetKind::Ratio] {
+        for (method, warm, name) in [
+            (Method::NelderMead, true, "simplex, warm"),
+            (Method::NelderMead, false, "simplex, cold"),
+            (Method::GaussNewton, true, "Gauss-Newton"),
+        ] {
+            let starts = FitSettings::default().starts;
+            let of_curve = runs
+                .iter()
+                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
+            let mut points: Vec<(f64, f64)> = of_curve.map(|r| (r.seconds, r.error_n)).collect();
+            points.sort_by(|a, b| b.1.total_cmp(&a.1));
+            curves.push(PrecisionCurve { name: format!("{name}, {}", kind.name()), points });
+        }
+    }
+    curves
+}
 
 fn all_runs(runs: &[Run]) -> Result<String, Error> {
     let table = markdown(runs, &["repeats"])?;
@@ -102,7 +179,7 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
 }
 
 pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
-    let mut p = format!(
+    let p = format!(
         "# What accuracy costs in time\n\n\
          {made} Every figure on this page is filled in from the measurements of that run; the tables behind it \
          are the CSV files beside it. Times are medians of repeats and hold for that machine as busy as it was; \
@@ -110,8 +187,8 @@ pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
          The scene, unless said otherwise: the mesh of 5.5 mm, the tensions published for /a/ (GGa 12.0, SGm 11.5, HGa 4.5 N per \
          metre of thickness), consistent constants. A ratio is a muscle's length over that of GGa.\n\n"
     );
-    conclusions(&mut p, study);
-    Ok(p + &sections(study)?)
+    let said: String = conclusions(study).iter().map(|sentence| format!("- {sentence}\n")).collect();
+    Ok(p + "## In short\n\n" + &said + "\n" + &sections(study)?)
 }
 
 /// Method, setting and cost of a run, in words.
@@ -127,59 +204,49 @@ fn description(run: &Run) -> String {
     )
 }
 
-fn conclusions(p: &mut String, study: &AccuracyStudy) {
-    let _ = writeln!(p, "## In short\n");
+fn conclusions(study: &AccuracyStudy) -> Vec<String> {
     let of_ratio = |r: &Run| r.ratio_error;
-    if let Some(r) = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT) {
-        let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", description(r));
-    }
+    let mut said = Vec::new();
+    let best = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT);
+    said.extend(best.map(|r| format!("**For 1 % of a ratio at equilibrium take {}.**", description(r))));
     let (newton, integrators): (Vec<&Run>, Vec<&Run>) =
         study.equilibrium.iter().partition(|r| r.method == NEWTON);
     let seconds = [1e-2, 1e-9]
         .map(|error_mm| fastest(newton.iter().copied(), |r| r.error_mm, error_mm).and_then(|r| r.seconds));
-    if let [Some(rough), Some(tight)] = seconds {
-        let (rough, tight) = (duration(rough), duration(tight));
-        let _ = writeln!(
-            p,
-            "- More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
-        );
+    if let [Some(rough), Some(tight)] = seconds.map(|s| s.map(duration)) {
+        said.push(format!(
+            "More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
+        ));
     }
-    let _ = match fastest(integrators, of_ratio, ONE_PER_CENT) {
+    said.push(match fastest(integrators, of_ratio, ONE_PER_CENT) {
         Some(r) => {
-            writeln!(
-                p,
-                "- For 1 % of a ratio at equilibrium by following the motion take {}.",
-                description(r)
-            )
+            format!("For 1 % of a ratio at equilibrium by following the motion take {}.", description(r))
         }
         None => {
-            writeln!(p, "- No integrator came within 1 % of a ratio at equilibrium in the time it was given.")
+            "No integrator came within 1 % of a ratio at equilibrium in the time it was given.".to_owned()
         }
-    };
-    if let Some(r) = fastest(&study.trajectory, of_ratio, ONE_PER_CENT) {
-        let _ = writeln!(p, "- For 1 % of a ratio all along the motion to t = 3 s take {}.", description(r));
-    }
-    if let Some(s) = study.early.iter().find(|s| s.t_end_s == 3.0) {
-        let _ = writeln!(
-            p,
-            "- Stopping at t = 3 s, as the thesis does, leaves {} mm ({:.1} % of the largest displacement) and {} of a ratio; \
+    });
+    let best = fastest(&study.trajectory, of_ratio, ONE_PER_CENT);
+    said.extend(
+        best.map(|r| format!("For 1 % of a ratio all along the motion to t = 3 s take {}.", description(r))),
+    );
+    said.extend(study.early.iter().find(|s| s.t_end_s == 3.0).map(|s| {
+        format!(
+            "Stopping at t = 3 s, as the thesis does, leaves {} mm ({:.1} % of the largest displacement) and {} of a ratio; \
              no integrator, however accurate, can mend that.",
             number(s.left_mm),
             100.0 * s.left_part,
             number(s.ratio_error)
-        );
-    }
-    if let Some(verdict) = mesh_verdict(&study.meshes) {
-        let _ = writeln!(p, "- {verdict}");
-    }
+        )
+    }));
+    said.extend(mesh_verdict(&study.meshes));
     let good = [Method::GaussNewton, Method::NelderMead].map(|method| {
         let runs = study.fits.iter().filter(|r| r.method == method && r.target == TargetKind::Stretch);
         least_by(runs.filter(|r| r.error_n <= 1e-2), |r| r.seconds)
     });
     if let [Some(gn), Some(nm)] = good {
-        let _ = writeln!(
-            p,
-            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (starts: {}), \
+        said.push(format!(
+            "For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (starts: {}), \
              Nelder-Mead {} and {} (starts: {}): {:.0} times as long.",
             duration(gn.seconds),
             gn.equilibria,
@@ -188,7 +255,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             nm.equilibria,
             nm.starts,
             nm.seconds / gn.seconds
-        );
+        ));
     }
-    p.push('\n');
+    said
 }
