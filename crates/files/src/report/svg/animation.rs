@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::axes::{BELOW, LEFT};
 use super::body_view::{BodyView, bone};
 use super::labels::point_at;
-use super::section::{LegendContent, check, legend};
+use super::section::{SectionPicture, check, legend};
 use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -98,10 +98,8 @@ pub fn animation(
         [&format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]), "y (mm)"],
     );
     let bottom = end[1] + BELOW + MARGIN;
-    let palate = (!palate.is_empty()).then_some(false);
-    let content =
-        LegendContent { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
-    let height = legend(&mut svg, &content, bottom);
+    let section = SectionPicture::new(mesh, &last.positions, &most, palate, title);
+    let height = legend(&mut svg, &section, arrows, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }
 

@@ -1,7 +1,7 @@
 //! Grouped bars (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
 use super::plot::{Axis, Plot, round_range};
-use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed_paths};
+use super::{Anchor, FontFace, INK, LEGEND_ROW, Legend, MARGIN, Svg, WIDTH, closed_paths};
 use crate::report::ReportError;
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
@@ -47,16 +47,15 @@ fn chart(
 ) -> Result<Svg, ReportError> {
     check(labels, series, base)?;
     let (mut svg, top) = Svg::new(title, &description(labels, series, what), WIDTH);
-    let half = 0.5 * TEXT - 2.0;
-    let shown = series.iter().zip(FILLS).map(|(one, fill)| {
-        LegendEntry::new(SAMPLE, &one.name, move |svg, [x, y]| {
-            svg.rectangle([x, y - half], [x + SAMPLE - 10.0, y + half], fill, Some(INK));
-        })
-    });
-    let contracting = labels.iter().any(|l| l.ends_with('*'));
-    let contracting = contracting.then(|| LegendEntry::new(0.0, "* contracting", |_, _| ()));
     let top = top + 0.2 * LEGEND_ROW;
-    let top = top + svg.legend(shown.chain(contracting), [AXIS, WIDTH - MARGIN], top) + MARGIN;
+    let mut legend = Legend::new([AXIS, WIDTH - MARGIN], top);
+    for (one, fill) in series.iter().zip(FILLS) {
+        legend.area(&mut svg, SAMPLE, &one.name, fill);
+    }
+    if labels.iter().any(|l| l.ends_with('*')) {
+        legend.entry(&mut svg, 0.0, "* contracting", |_, _| ());
+    }
+    let top = top + legend.height() + MARGIN;
     bars(&mut svg, labels, series, (axis, base), top);
     Ok(svg.finish(top + PLOT + LABELS + MARGIN))
 }

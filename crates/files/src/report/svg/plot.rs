@@ -2,7 +2,7 @@
 
 use super::axes::ticks;
 use super::labels::colours;
-use super::{Anchor, FontFace, INK, LegendEntry, MARGIN, Px, RULE, Svg, TEXT, data};
+use super::{Anchor, FontFace, INK, Legend, MARGIN, Px, RULE, Svg, TEXT, data};
 
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
@@ -159,11 +159,11 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
         format!("Predicted against measured stretches of passive muscles. {}", summary.join(" "));
     let (mut svg, top) = Svg::new(title, &description, width);
     let paint = colours(muscles);
-    let entries = muscles
-        .iter()
-        .zip(&paint)
-        .map(|(name, c)| LegendEntry::new(26.0, name, move |svg, [x, y]| svg.dot([x + DOT, y], DOT, c, INK)));
-    let top = top + svg.legend(entries, [MARGIN + AXIS, width - MARGIN], top);
+    let mut legend = Legend::new([MARGIN + AXIS, width - MARGIN], top);
+    for (name, colour) in muscles.iter().zip(&paint) {
+        legend.entry(&mut svg, 26.0, name, |svg, [x, y]| svg.dot([x + DOT, y], DOT, colour, INK));
+    }
+    let top = top + legend.height();
     let mut bottom = top;
     for (nth, panel) in panels.iter().enumerate() {
         let left = MARGIN + AXIS + (nth % columns) as f64 * (SIDE + AXIS);

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use super::plot::{Axis, Plot, Scale};
-use super::{INK, LegendEntry, MARGIN, Px, Svg, WIDTH, closed_paths, data};
+use super::{INK, Legend, MARGIN, Px, Svg, WIDTH, closed_paths, data};
 use crate::report::ReportError;
 
 /// Colours of Okabe and Ito (2008) that contrast with white; neighbours in the list differ in lightness too.
@@ -41,16 +41,16 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
     });
     let described = format!("{y} against {x}. {}", summary.collect::<Vec<_>>().join(" "));
     let (mut svg, top) = Svg::new(title, &described, WIDTH);
-    let entries = curves.iter().enumerate().map(|(number, (name, _))| {
-        LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {
+    let mut legend = Legend::new([LEFT, WIDTH - MARGIN], top);
+    for (number, (name, _)) in curves.iter().enumerate() {
+        legend.entry(&mut svg, SAMPLE, name, |svg, [x, y]| {
             svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
             mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
-        })
-    });
-    let height = svg.legend(entries, [LEFT, WIDTH - MARGIN], top);
+        });
+    }
     let all = curves.iter().flat_map(|(_, points)| points);
     let plot = Plot {
-        corner: [LEFT, top + height + MARGIN],
+        corner: [LEFT, top + legend.height() + MARGIN],
         size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
         x: decades(all.clone().map(|p| p.0)),
         y: decades(all.map(|p| p.1)),
