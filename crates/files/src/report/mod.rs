@@ -25,7 +25,7 @@ pub use csv::{Draws, Rows, Table};
 pub use escape_control::EscapeControl;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
-pub use file::{InterruptGuard, OutputDir, discard_unfinished, write};
+pub use file::{OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
 pub use simulation::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};

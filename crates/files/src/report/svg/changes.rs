@@ -61,15 +61,7 @@ fn chart(
 }
 
 fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportError> {
-    if labels.is_empty() || series.is_empty() || series.len() > FILLS.len() {
-        let (labels, series) = (labels.len(), series.len());
-        return Err(ReportError::ChartShape { labels, series, most: FILLS.len() });
-    }
     for Series { name, values } in series {
-        if values.len() != labels.len() {
-            let (values, labels) = (values.len(), labels.len());
-            return Err(ReportError::SeriesLength { series: name.clone(), values, labels });
-        }
         for (&value, label) in values.iter().zip(labels) {
             if !((value > 0.0 || value == base) && value <= 100.0) {
                 return Err(ReportError::BarHeight { series: name.clone(), label: label.clone(), value });
