@@ -148,7 +148,7 @@ pub fn open_journal(
     (mine, what): (usize, &str),
 ) -> miette::Result<Journal> {
     let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs).into_diagnostic()?;
-    if let Some(of) = journal.replaced() {
+    if let Some(of) = &journal.replaced {
         output::note(&format!("the journal in this folder was of {of}: it was replaced by a new one"));
     }
     if !journal.is_empty() {

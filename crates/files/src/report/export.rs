@@ -66,6 +66,16 @@ impl Provenance {
     }
 }
 
+/// Items in one line of text.
+pub(crate) fn joined(items: impl IntoIterator<Item = impl ToString>, separator: &str) -> String {
+    items.into_iter().map(|item| item.to_string()).collect::<Vec<_>>().join(separator)
+}
+
+/// Names with commas; `none` without names.
+pub(crate) fn names_or_none(names: impl IntoIterator<Item = impl ToString>) -> String {
+    Some(joined(names, ", ")).filter(|text| !text.is_empty()).unwrap_or_else(|| "none".to_owned())
+}
+
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 pub trait Export {
@@ -128,8 +138,8 @@ pub struct Wav {
 
 impl Export for Wav {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let entries: Vec<String> = by.entries().map(|(name, value)| format!("{name}: {value}")).collect();
-        out.write_all(&voice::wav(&self.samples, self.rate_hz, &entries.join("; ")))
+        let entries = joined(by.entries().map(|(name, value)| format!("{name}: {value}")), "; ");
+        out.write_all(&voice::wav(&self.samples, self.rate_hz, &entries))
     }
 }
 

@@ -24,6 +24,7 @@ pub use csv::{Draws, Rows, Table};
 #[cfg(feature = "files")]
 pub use escape_control::EscapeControl;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
+pub(crate) use export::{joined, names_or_none};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};

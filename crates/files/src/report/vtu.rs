@@ -4,10 +4,10 @@ use std::io::{self, Write};
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use super::ReportError;
 use super::export::{Export, Provenance};
 use super::simulation::volume;
 use super::svg::{check, escape_xml};
+use super::{ReportError, joined};
 use tongue_core::body::space::mean_axis;
 use tongue_core::body::{Body, Bone, Mesh};
 use tongue_core::geometry::{hexahedron, simplex};
@@ -162,7 +162,7 @@ fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
         (2, 2) => across,
         _ => 0.0,
     });
-    components.map(|c| c.to_string()).collect::<Vec<_>>().join(" ")
+    joined(components, " ")
 }
 
 impl<const D: usize> Export for Vtu<'_, D> {
@@ -185,8 +185,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
         )?;
         array(out, "position", "Float64", 3, positions.iter().map(point))?;
         out.write_all(b"</Points>\n<Cells>\n")?;
-        let joined = cells.iter().map(|(c, _)| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" "));
-        array(out, "connectivity", "Int64", 1, joined)?;
+        array(out, "connectivity", "Int64", 1, cells.iter().map(|(c, _)| joined(*c, " ")))?;
         let ends = cells.iter().scan(0, |end, (c, _)| {
             *end += c.len();
             Some(*end)

@@ -7,8 +7,7 @@ use super::record::AssessedRecord;
 use crate::report::column::{self, Column};
 use crate::report::csv::text;
 use crate::report::muscle_columns::{self, OfMuscle};
-use crate::report::{Provenance, Table};
-use tongue_infer::inverse::alarms::Alarm;
+use crate::report::{Provenance, Table, joined};
 use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 
 /// The columns of `muscles.csv`: those of every fit ([`muscle_columns::columns`]), and the provenance.
@@ -95,7 +94,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("pattern_found", |r| json!(r.pattern.as_ref().map(|p| p.found.join("+")))),
         ("pattern_missing", |r| json!(r.pattern.as_ref().map(|p| p.missing.join("+")))),
         ("pattern_unexpected", |r| json!(r.pattern.as_ref().map(|p| p.unexpected.join("+")))),
-        ("alarms", |r| r.record.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ").into()),
+        ("alarms", |r| joined(&r.record.alarms, "; ").into()),
         ("evaluations", |r| r.fit().answer.counts.evaluations.into()),
         ("line", |r| r.line.into()),
     ]);

@@ -2,7 +2,7 @@
 
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, LEGEND_ROW, Legend, MARGIN, Svg, WIDTH, closed_paths};
-use crate::report::ReportError;
+use crate::report::{ReportError, joined};
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
 
@@ -73,10 +73,10 @@ fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportEr
 
 fn description(labels: &[String], series: &[Series], what: &str) -> String {
     let summary = series.iter().map(|s| {
-        let values: Vec<_> = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}")).collect();
-        format!("{}: {}.", s.name, values.join(", "))
+        let values = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}"));
+        format!("{}: {}.", s.name, joined(values, ", "))
     });
-    format!("{what} {}", summary.collect::<Vec<_>>().join(" "))
+    format!("{what} {}", joined(summary, " "))
 }
 
 fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str, f64), top: f64) {
@@ -130,7 +130,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         .map(|(n, s)| format!("{n} {:.0} ({:.0} to {:.0})", s.median, s.interval_95[0], s.interval_95[1]));
     let description = format!(
         "By how much more each muscle pulls than in the baseline, N per metre: median and 95 % interval. {}.",
-        summary.collect::<Vec<_>>().join(", ")
+        joined(summary, ", ")
     );
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let low = spreads.iter().map(|s| s.interval_95[0]).fold(-10.0, f64::min) * 1.15;

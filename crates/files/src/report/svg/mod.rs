@@ -19,7 +19,7 @@ mod work_precision;
 use std::fmt::{self, Write as _};
 use std::io::{self, Write};
 
-use super::export::{Export, Provenance};
+use super::export::{Export, Provenance, joined};
 
 pub use animation::{AnimationFrame, animation};
 #[cfg(feature = "files")]
@@ -210,7 +210,7 @@ impl fmt::Display for Svg {
 impl Export for Svg {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let entries = by.entries().map(|(name, value)| format!("{name}: {}", escape_xml(&printable(&value))));
-        let metadata = format!("<metadata>{}</metadata>\n", entries.collect::<Vec<_>>().join("\n"));
+        let metadata = format!("<metadata>{}</metadata>\n", joined(entries, "\n"));
         let mut text = String::new();
         self.render(&mut text, &metadata).map_err(io::Error::other)?;
         out.write_all(text.as_bytes())

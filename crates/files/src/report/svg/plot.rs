@@ -3,6 +3,7 @@
 use super::axes::ticks;
 use super::labels::colours;
 use super::{Anchor, FontFace, INK, Legend, MARGIN, Px, RULE, Svg, TEXT, data};
+use crate::report::joined;
 
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
@@ -154,9 +155,8 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     let ends = round_range(values.clone().fold(0.95, f64::min) - 0.02, values.fold(1.05, f64::max) + 0.02);
     let columns = COLUMNS.min(panels.len().max(1));
     let width = 2.0 * MARGIN + columns as f64 * (SIDE + AXIS);
-    let summary: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.line)).collect();
-    let description =
-        format!("Predicted against measured stretches of passive muscles. {}", summary.join(" "));
+    let summary = joined(panels.iter().map(|p| format!("{}: {}.", p.title, p.line)), " ");
+    let description = format!("Predicted against measured stretches of passive muscles. {summary}");
     let (mut svg, top) = Svg::new(title, &description, width);
     let paint = colours(muscles);
     let mut legend = Legend::new([MARGIN + AXIS, width - MARGIN], top);

@@ -6,7 +6,7 @@ use super::axes::{BELOW, LEFT};
 use super::body_view::{BodyView, DEFORMED, PALATE, REST, REST_TISSUE, bone, stretch_legend};
 use super::labels::{arrow, muscle};
 use super::{LEGEND_ROW, Legend, MARGIN, Px, Svg, WIDTH, data};
-use crate::report::ReportError;
+use crate::report::{ReportError, names_or_none};
 use tongue_core::body::Mesh;
 
 const REST_NAME: &str = "rest";
@@ -121,8 +121,7 @@ fn description(section: &SectionPicture<'_>) -> String {
     let mesh = section.mesh;
     let [contracting, passive] = [true, false].map(|contracting| {
         let of = mesh.muscles.iter().zip(section.tensions).filter(|(_, t)| (**t > 0.0) == contracting);
-        let names: Vec<_> = of.map(|(m, _)| m.name.as_str()).collect();
-        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        names_or_none(of.map(|(m, _)| &m.name))
     });
     format!(
         "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at {} (grey) and deformed \

@@ -2,7 +2,7 @@
 
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, Legend, MARGIN, Svg, TEXT, WIDTH, closed_paths};
-use crate::report::RecordingResult;
+use crate::report::{RecordingResult, names_or_none};
 use tongue_infer::track::CourseSummary;
 
 const LEFT: f64 = 150.0;
@@ -27,7 +27,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let summary = format!(
         "Tension over time of {} muscles with 95 % intervals; known courses: {}; the others are hatched.",
         courses.len(),
-        if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+        names_or_none(&known)
     );
     let (mut svg, top) = Svg::new(&one.seen.name, &summary, WIDTH);
     svg.elements += "<defs><pattern id=\"hatch\" width=\"9\" height=\"9\" patternUnits=\"userSpaceOnUse\" \

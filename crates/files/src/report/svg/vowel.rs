@@ -6,7 +6,7 @@ use super::axes::{BELOW, Bounds, LEFT, PlotView};
 use super::body_view::{BodyView, DEFORMED, REST_TISSUE};
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
-use crate::report::{AreaRow, ReportError, SoundRecord};
+use crate::report::{AreaRow, ReportError, SoundRecord, joined};
 use tongue_core::body::Mesh;
 use tongue_infer::acoustics::MeanVowel;
 
@@ -40,7 +40,7 @@ fn description(picture: &VowelPicture<'_>) -> String {
     let sound = picture.sound;
     let formants = (1..).zip(sound.formants_hz.iter().zip(&sound.bandwidths_hz));
     let each = formants.map(|(n, (f, b))| format!("F{n} {f:.0} Hz (bandwidth {b:.0} Hz)"));
-    let (length, each) = (sound.tract_length_mm, each.collect::<Vec<_>>().join(", "));
+    let (length, each) = (sound.tract_length_mm, joined(each, ", "));
     format!("A tongue in its vocal tract, {length:.0} mm long. Formants: {each}.")
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use super::plot::{Axis, Plot, Scale};
 use super::{INK, Legend, MARGIN, Px, Svg, WIDTH, closed_paths, data};
-use crate::report::ReportError;
+use crate::report::{ReportError, joined};
 
 /// Colours of Okabe and Ito (2008) that contrast with white; neighbours in the list differ in lightness too.
 const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
@@ -36,10 +36,10 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
     }
     let summary = curves.iter().map(|(name, points)| {
-        let points: Vec<String> = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
-        format!("{name}: {}.", points.join(" "))
+        let points = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1));
+        format!("{name}: {}.", joined(points, " "))
     });
-    let described = format!("{y} against {x}. {}", summary.collect::<Vec<_>>().join(" "));
+    let described = format!("{y} against {x}. {}", joined(summary, " "));
     let (mut svg, top) = Svg::new(title, &described, WIDTH);
     let mut legend = Legend::new([LEFT, WIDTH - MARGIN], top);
     for (number, (name, _)) in curves.iter().enumerate() {

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::{TrackRecord, TrackResults, with_decimals};
 use crate::report::column::Column;
-use crate::report::{Export, Provenance, csv};
+use crate::report::{Export, Provenance, csv, joined, names_or_none};
 use tongue_core::statistics::{TWO_SIDED_95, median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
@@ -92,8 +92,8 @@ pub fn placement_sentence(placement: &Placement) -> String {
 }
 
 pub fn repetitions_sentence(repeats: &Repeatability) -> String {
-    let labels: Vec<String> = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
-    format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
+    let labels = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times"));
+    format!("repetitions of {}: {}", repeats.tier, joined(labels, ", "))
 }
 
 /// The columns of `repeats.csv`; the page and the terminal show those with a heading.
@@ -204,13 +204,12 @@ impl FormantsRecord {
 
     pub fn sentence(&self, of: usize) -> String {
         let all = self.medians_hz.iter().enumerate();
-        let all: Vec<String> =
-            all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1)).collect();
+        let all = all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1));
         let without: String = self.without.iter().map(|(why, count)| format!(" ({count}: {why})")).collect();
         format!(
             "formants of {} of {of} frames{without}, medians {}; sd is the spread of the draws, to which errors of the walls ({}) add {:.0} %",
             self.frames,
-            if all.is_empty() { "none".to_owned() } else { all.join(", ") },
+            names_or_none(all),
             self.tract,
             100.0 * self.tract_sd_part
         )
