@@ -65,10 +65,11 @@ pub fn animation(
     let mut arrows = false;
     for (nth, f) in frames.iter().enumerate() {
         let visible = if nth + 1 == frames.len() { "visible" } else { "hidden" };
+        let [from, to] = [nth, nth + 1].map(|n| n as f64 / frames.len() as f64);
         let _ = writeln!(
             svg.elements,
-            "<g visibility=\"{visible}\">{}",
-            while_shown(nth, frames.len(), duration)
+            "<g visibility=\"{visible}\"><animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" \
+             repeatCount=\"indefinite\" values=\"hidden;visible;hidden\" keyTimes=\"0;{from:.5};{to:.5}\"/>"
         );
         body.draw_tissue(&mut svg, &f.positions);
         let muscles = body.muscles(&f.positions, &most);
@@ -101,13 +102,4 @@ pub fn animation(
     let section = SectionPicture::new(mesh, &last.positions, &most, palate, title);
     let height = legend(&mut svg, &section, arrows, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
-}
-
-/// Shows the group around it during this frame only.
-fn while_shown(nth: usize, count: usize, duration: f64) -> String {
-    let [from, to] = [nth, nth + 1].map(|n| n as f64 / count as f64);
-    format!(
-        "<animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" repeatCount=\"indefinite\" \
-         values=\"hidden;visible;hidden\" keyTimes=\"0;{from:.5};{to:.5}\"/>"
-    )
 }

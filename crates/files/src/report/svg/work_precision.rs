@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-use super::plot::{Axis, Plot, Scale};
+use super::plot::{Axis, Plot};
 use super::{INK, Legend, MARGIN, Px, Svg, WIDTH, closed_paths, data};
 use crate::report::{ReportError, joined};
 
@@ -49,27 +49,24 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
         });
     }
     let all = curves.iter().flat_map(|(_, points)| points);
-    let plot = Plot {
-        corner: [LEFT, top + legend.height() + MARGIN],
-        size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
-        x: decades(all.clone().map(|p| p.0)),
-        y: decades(all.map(|p| p.1)),
-        scale: Scale::Logarithmic,
-    };
+    let corner = [LEFT, top + legend.height() + MARGIN];
+    let edges = [decades(all.clone().map(|p| p.0)), decades(all.map(|p| p.1))];
+    let plot = Plot::linear(corner, [WIDTH - LEFT - 2.0 * MARGIN, PLOT], edges[0], edges[1]);
+    let plot = Plot { logarithmic: true, ..plot };
     plot.axes(&mut svg, [Axis::Named(x), Axis::Named(y)]);
     for (number, (_, points)) in curves.iter().enumerate() {
-        let points: Vec<Px> = points.iter().map(|&(x, y)| plot.place(x, y)).collect();
+        let points: Vec<Px> = points.iter().map(|&(x, y)| plot.place(x.log10(), y.log10())).collect();
         svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
         points.into_iter().for_each(|p| mark(&mut svg, number, p));
     }
     Ok(svg.finish(plot.corner[1] + PLOT + BOTTOM))
 }
 
+/// The logarithms of the powers of ten around these values.
 fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));
-    let (low, high) = (low.floor() as i32, high.ceil() as i32);
-    [low, high.max(low + 1)].map(|e| 10f64.powi(e))
+    [low.floor(), high.ceil().max(low.floor() + 1.0)]
 }
 
 fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
