@@ -36,7 +36,7 @@ pub use solution_curve::solution_curve;
 pub use tensions::tensions;
 pub use timelines::timelines;
 pub use views::{solid, views};
-pub use vowel::{VowelPicture, vowel};
+pub use vowel::vowel;
 pub use work_precision::{PrecisionCurve, work_precision};
 
 /// Width of an ordinary figure, px. In a journal column of 85 mm, text of 24 px is 6.4 points high.

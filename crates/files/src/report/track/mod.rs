@@ -13,7 +13,7 @@ pub use assumptions::{
     placement_sentence, prior_interval_n, repeats_columns, repetitions_sentence,
 };
 #[cfg(feature = "files")]
-pub use page::TrackPage;
+pub use page::track_page;
 pub use tables::{contrasts, draws_csv, over_speakers, segments_csv, track_csv};
 
 use std::collections::BTreeMap;
