@@ -151,8 +151,8 @@ pub fn open_journal(
     if let Some(of) = &journal.replaced {
         output::note(&format!("the journal in this folder was of {of}: it was replaced by a new one"));
     }
-    if !journal.is_empty() {
-        output::note(&format!("resuming after {} of {mine} {what}", journal.len()));
+    if journal.finished() > 0 {
+        output::note(&format!("resuming after {} of {mine} {what}", journal.finished()));
     }
     interrupt::set_stop_message(Some(format!(
         "stopped; the finished {what} are kept in \"{}\": the same command resumes after them",

@@ -36,10 +36,6 @@ impl<'a, R: 'a> Column<'a, R> {
         Self::named(heading.clone(), value).with_heading(heading)
     }
 
-    pub(super) fn with_name(self, name: &'static str) -> Self {
-        Self { name: name.into(), ..self }
-    }
-
     pub fn with_heading(self, heading: impl Into<Cow<'static, str>>) -> Self {
         Self { heading: Some(heading.into()), ..self }
     }

@@ -106,7 +106,9 @@ pub(super) fn select_columns<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle
     let all = columns();
     let selected = Vec::from_iter(names.split(',').filter_map(|name| {
         let (name, shown) = name.split_once(' ').unwrap_or((name, name));
-        Some(all.iter().find(|c| c.name == name)?.clone().with_name(shown))
+        let mut column = all.iter().find(|c| c.name == name)?.clone();
+        column.name = shown.into();
+        Some(column)
     }));
     debug_assert_eq!(selected.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
     selected

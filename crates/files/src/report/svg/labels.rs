@@ -122,13 +122,11 @@ pub(super) fn point_at(line: &[Px], part: f64) -> Option<(Px, Px)> {
     None
 }
 
-fn samples(line: &[Px]) -> Vec<Px> {
-    Vec::from_iter(line.windows(2).flat_map(|pair: &[Px]| -> Vec<Px> {
-        (0..=20)
-            .map(|n| f64::from(n) / 20.0)
-            .map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
-            .collect()
-    }))
+fn samples(line: &[Px]) -> impl Iterator<Item = Px> {
+    let parts = (0..=20).map(|n| f64::from(n) / 20.0);
+    line.windows(2).flat_map(move |pair| {
+        parts.clone().map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
+    })
 }
 
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
