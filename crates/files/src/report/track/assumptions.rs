@@ -6,7 +6,7 @@ use std::io::Write;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::{TrackRecord, TrackResults, with_decimals};
+use super::{TrackRecord, TrackResults, tally, with_decimals};
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, csv, joined, names_or_none};
 use tongue_core::statistics::{TWO_SIDED_95, median};
@@ -179,12 +179,9 @@ pub struct FormantsRecord {
 
 impl FormantsRecord {
     pub fn new(tract: &Tract, lips: &Articulation, results: &TrackResults) -> Self {
-        let with_formants: Vec<&Tracked> =
-            results.frames().map(|(_, f)| f).filter(|f| !f.formants.is_empty()).collect();
-        let mut without = BTreeMap::new();
-        for (_, frame) in results.frames().filter(|(_, f)| f.formants.is_empty()) {
-            *without.entry(why_none(frame)).or_default() += 1;
-        }
+        let frames = results.frames().map(|(_, frame)| frame);
+        let (without, with_formants): (Vec<&Tracked>, Vec<&Tracked>) =
+            frames.partition(|f| f.formants.is_empty());
         let count = with_formants.first().map_or(0, |f| f.formants.len());
         let median =
             |of: &dyn Fn(&Tracked) -> f64| median(with_formants.iter().map(|f| of(f))).unwrap_or(f64::NAN);
@@ -193,7 +190,7 @@ impl FormantsRecord {
             lip_opening_mm: lips.lip_opening_mm,
             lip_protrusion_mm: lips.lip_protrusion_mm,
             frames: with_formants.len(),
-            without,
+            without: tally(without.into_iter().map(why_none)),
             sd_hz_is: "spread of the draws between walls that count as known",
             tract_sd_part: TRACT_SD,
             medians_hz: (0..count)

@@ -220,10 +220,10 @@ pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// How often each status occurs.
-pub fn tally(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
+/// How often each item occurs.
+pub fn tally<T: Ord>(items: impl IntoIterator<Item = T>) -> BTreeMap<T, usize> {
     let mut counts = BTreeMap::new();
-    statuses.into_iter().for_each(|status| *counts.entry(status).or_default() += 1);
+    items.into_iter().for_each(|item| *counts.entry(item).or_default() += 1);
     counts
 }
 
