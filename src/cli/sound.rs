@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
-use tongue_fit::inner::report::{self, Export, Json, Rows, VowelPicture, Wav};
+use tongue_fit::inner::report::{self, Export, Json, Rows, Wav};
 use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
 use tongue_fit::inner::scene::effects::Effects;
 use tongue_fit::inner::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
@@ -176,14 +176,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let title_of_picture =
         format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
-    let picture = report::vowel(&VowelPicture {
-        mesh: &found.mesh,
-        positions: &found.positions,
-        sound: &found.sound,
-        means: &means,
-        title: &title_of_picture,
-    })
-    .into_diagnostic()?;
+    let picture = report::vowel(&found.mesh, &found.positions, &found.sound, &means, &title_of_picture)
+        .into_diagnostic()?;
     let formants: Vec<Formant> = (found.sound.formants_hz.iter().zip(&found.sound.bandwidths_hz))
         .map(|(&frequency_hz, &bandwidth_hz)| Formant { frequency_hz, bandwidth_hz })
         .collect();

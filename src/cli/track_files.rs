@@ -10,8 +10,8 @@ use tongue_fit::body::json::MeshRecord;
 use tongue_fit::inner::adapt::Adaptation;
 use tongue_fit::inner::report::column;
 use tongue_fit::inner::report::{
-    Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackPage, TrackRecord, contrasts,
-    draws_csv, formants_csv, repeats_columns, segments_csv, timelines, track_csv,
+    Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackRecord, contrasts, draws_csv,
+    formants_csv, repeats_columns, segments_csv, timelines, track_csv, track_page,
 };
 use tongue_fit::system::Model;
 
@@ -71,7 +71,7 @@ pub fn write(
 ) -> miette::Result<Vec<PathBuf>> {
     let results = &record.results;
     let mut files: Vec<NamedExport<'_>> = vec![
-        ("track.html".to_owned(), Box::new(TrackPage(record))),
+        ("track.html".to_owned(), Box::new(track_page(record))),
         ("track.json".to_owned(), Box::new(Json(record))),
         ("track.csv".to_owned(), Box::new(track_csv(record))),
         ("body.json".to_owned(), Box::new(Json(body))),

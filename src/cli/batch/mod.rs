@@ -148,11 +148,11 @@ pub fn open_journal(
     (mine, what): (usize, &str),
 ) -> miette::Result<Journal> {
     let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs).into_diagnostic()?;
-    if let Some(of) = journal.replaced() {
+    if let Some(of) = &journal.replaced {
         output::note(&format!("the journal in this folder was of {of}: it was replaced by a new one"));
     }
-    if !journal.is_empty() {
-        output::note(&format!("resuming after {} of {mine} {what}", journal.len()));
+    if journal.finished() > 0 {
+        output::note(&format!("resuming after {} of {mine} {what}", journal.finished()));
     }
     interrupt::set_stop_message(Some(format!(
         "stopped; the finished {what} are kept in \"{}\": the same command resumes after them",

@@ -55,32 +55,28 @@ impl Table {
 
 impl Export for Table {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        write(out, by, self.columns.iter().map(String::as_str), self.rows.iter(), false)
+        write(out, by, &self.columns, self.rows.iter().cloned(), false)
     }
 }
 
 /// Writes a table row by row. The last columns are the provenance, in every row or, if the table `is_long`, only in the first one.
-pub(super) fn write<'a>(
+pub(super) fn write(
     out: &mut dyn Write,
     by: &Provenance,
-    columns: impl Iterator<Item = &'a str>,
-    rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<str>>>,
+    columns: impl IntoIterator<Item = impl AsRef<str>>,
+    rows: impl Iterator<Item = impl IntoIterator<Item = String>>,
     is_long: bool,
 ) -> io::Result<()> {
-    let (names, mut values): (Vec<_>, Vec<_>) = by.entries().unzip();
-    let mut writer = ::csv::Writer::from_writer(out);
-    writer.write_record(columns.chain(names).map(harmless).map(Cow::into_owned))?;
-    for row in rows {
-        row.into_iter().try_for_each(|cell| writer.write_field(harmless(cell.as_ref()).as_bytes()))?;
-        writer.write_record(&values)?;
-        if is_long {
-            values.iter_mut().for_each(String::clear);
-        }
-    }
-    writer.flush()
+    let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
+    let columns = columns.into_iter().map(|name| name.as_ref().to_owned());
+    let header = columns.chain(names.into_iter().map(str::to_owned)).collect();
+    let rows = rows.enumerate().map(|(number, row)| {
+        let by = values.iter().map(|v| if is_long && number > 0 { String::new() } else { v.clone() });
+        row.into_iter().chain(by).collect()
+    });
+    lines(out, std::iter::once(header).chain(rows))
 }
 
-#[cfg(feature = "files")]
 pub(super) fn lines(out: &mut dyn Write, lines: impl Iterator<Item = Vec<String>>) -> io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
     for line in lines {
@@ -107,11 +103,6 @@ fn harmless(cell: &str) -> Cow<'_, str> {
 pub struct Draws<'a>(pub &'a Posterior<'a>, pub usize);
 
 impl Draws<'_> {
-    fn measured_indices(&self) -> Vec<usize> {
-        let postures = &self.0.density.measurements.postures;
-        (0..postures.len()).filter(|i| postures[*i] == self.1).collect()
-    }
-
     /// At a draw, for each of these stretches the logarithm of its probability density given all other measured stretches, with which its
     /// errors are correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)`, with residuals `r` and the inverse `Q` of their covariance (Bürkner,
     /// Gabry and Vehtari 2021, Computational Statistics 36, section 2). Leave-one-out by importance sampling needs it.
@@ -136,9 +127,10 @@ impl Export for Draws<'_> {
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
-        let (measured, inverse) = (self.measured_indices(), self.0.density.factor.inverse());
-        let names = &self.0.density.measurements.names;
-        columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", names[i])));
+        let (measurements, inverse) = (&self.0.density.measurements, self.0.density.factor.inverse());
+        let measured = (0..measurements.names.len()).filter(|i| measurements.postures[*i] == posture);
+        let measured: Vec<usize> = measured.collect();
+        columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", measurements.names[i])));
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
         }
@@ -156,7 +148,7 @@ impl Export for Draws<'_> {
             let numbers = numbers.chain(of_others).map(|value| value.to_string());
             first.into_iter().chain(numbers).collect::<Vec<_>>()
         });
-        write(out, by, columns.iter().map(String::as_str), rows, false)
+        write(out, by, columns, rows, false)
     }
 }
 

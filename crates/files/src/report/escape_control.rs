@@ -34,8 +34,8 @@ impl<W: Write> Write for EscapeControl<W> {
                 }
             }
             self.begun = part.invalid().to_vec();
-            // Invalid bytes are written unchanged.
-            if !is_incomplete(&self.begun) {
+            // Bytes that no further ones can complete are written unchanged.
+            if !std::str::from_utf8(&self.begun).is_err_and(|e| e.error_len().is_none()) {
                 passed.append(&mut self.begun);
             }
         }
@@ -53,11 +53,6 @@ impl<W: Write> Write for EscapeControl<W> {
 fn is_command(character: char) -> bool {
     (character.is_control() && !matches!(character, '\n' | '\t'))
         || matches!(character, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-}
-
-/// Whether further bytes could complete a character.
-fn is_incomplete(bytes: &[u8]) -> bool {
-    std::str::from_utf8(bytes).is_err_and(|e| e.error_len().is_none())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use tongue_sound::voice;
 
 /// Version and command that made a file. Every format has them in its own way: fields of JSON, columns of CSV, metadata of SVG, an
 /// instruction in VTK's XML, comments of Gmsh, header lines of OpenSim.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Provenance {
     pub version: &'static str,
     /// The command line, or a description by a program that uses the library.
@@ -32,35 +32,24 @@ pub struct Provenance {
 
 impl Provenance {
     pub fn new(command: impl Into<String>) -> Self {
-        Self {
-            version: crate::VERSION,
-            command: command.into(),
-            tissue: None,
-            body: None,
-            chosen: None,
-            inputs_sha256: None,
-        }
+        Self { version: crate::VERSION, command: command.into(), ..Self::default() }
     }
 
-    pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
-        let (name, body) = match tissue {
-            TissueModel::MassSpring => ("springs", "springs"),
-            TissueModel::Continuum => ("continuum", "continuum"),
-            TissueModel::Hexahedra => ("hexahedra", "space"),
+    pub fn with_tissue(self, tissue: TissueModel) -> Self {
+        let (name, body, settings) = match tissue {
+            TissueModel::MassSpring => ("springs", "springs", None),
+            TissueModel::Continuum => ("continuum", "continuum", Some(&ContinuumSettings::default())),
+            TissueModel::Hexahedra => ("hexahedra", "space", None),
         };
-        (self.tissue, self.body) = (Some(name), Some(body));
-        let continuum = tissue == TissueModel::Continuum;
-        self.chosen = continuum.then(|| ContinuumSettings::default().to_string());
-        self
+        Self { tissue: Some(name), body: Some(body), ..self }.with_chosen(settings)
     }
 
     pub fn with_chosen(self, settings: Option<&ContinuumSettings>) -> Self {
         Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
     }
 
-    pub fn with_inputs(mut self, sha256: &str) -> Self {
-        self.inputs_sha256 = Some(sha256.to_owned());
-        self
+    pub fn with_inputs(self, sha256: &str) -> Self {
+        Self { inputs_sha256: Some(sha256.to_owned()), ..self }
     }
 
     /// Names and values, each value on one line.
@@ -75,6 +64,16 @@ impl Provenance {
         ];
         values.into_iter().filter_map(|(name, value)| Some((name, value?.replace(char::is_control, " "))))
     }
+}
+
+/// Items in one line of text.
+pub(crate) fn joined(items: impl IntoIterator<Item = impl ToString>, separator: &str) -> String {
+    items.into_iter().map(|item| item.to_string()).collect::<Vec<_>>().join(separator)
+}
+
+/// Names with commas; `none` without names.
+pub(crate) fn names_or_none(names: impl IntoIterator<Item = impl ToString>) -> String {
+    Some(joined(names, ", ")).filter(|text| !text.is_empty()).unwrap_or_else(|| "none".to_owned())
 }
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
@@ -139,8 +138,8 @@ pub struct Wav {
 
 impl Export for Wav {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let entries: Vec<String> = by.entries().map(|(name, value)| format!("{name}: {value}")).collect();
-        out.write_all(&voice::wav(&self.samples, self.rate_hz, &entries.join("; ")))
+        let entries = joined(by.entries().map(|(name, value)| format!("{name}: {value}")), "; ");
+        out.write_all(&voice::wav(&self.samples, self.rate_hz, &entries))
     }
 }
 
@@ -172,12 +171,6 @@ pub enum ReportError {
     Number { what: String, kind: &'static str, number: usize, count: usize },
     #[error("a motion needs at least one frame; got none")]
     NoFrame,
-    #[error(
-        "a chart needs at least one label and 1 to {most} series; got {labels} labels and {series} series"
-    )]
-    ChartShape { labels: usize, series: usize, most: usize },
-    #[error("the series \"{series}\" has {values} values for {labels} labels; give one value for each label")]
-    SeriesLength { series: String, values: usize, labels: usize },
     #[error(
         "the value of \"{label}\" in the series \"{series}\" is {value}; \
          a bar must be positive, finite and at most 100"

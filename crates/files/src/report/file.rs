@@ -6,7 +6,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use tempfile::{Builder, NamedTempFile, TempPath};
+use tempfile::{Builder, NamedTempFile};
 
 use super::ReportError;
 use super::escape_control::EscapeControl;
@@ -68,7 +68,10 @@ impl OutputDir {
     ) -> Result<Vec<PathBuf>, ReportError> {
         let mut ready = Vec::new();
         for (name, content) in files {
-            let path = self.place(name)?;
+            if Path::new(name).file_name().is_none_or(|plain| plain != *name) {
+                return Err(ReportError::Name { name: (*name).to_owned() });
+            }
+            let path = self.path.join(name);
             let fail = |source| ReportError::File { path: path.clone(), source };
             // Renaming onto a folder would fail after other files of the set were renamed.
             if path.is_dir() {
@@ -85,15 +88,16 @@ impl OutputDir {
             // Closed, to keep the number of open files below the limit of a process.
             ready.push((file.into_inner().map_err(|e| fail(e.into_error()))?.into_temp_path(), path));
         }
-        persist(ready)
-    }
-
-    fn place(&self, name: &str) -> Result<PathBuf, ReportError> {
-        if Path::new(name).file_name().is_some_and(|plain| plain == name) {
-            Ok(self.path.join(name))
-        } else {
-            Err(ReportError::Name { name: name.to_owned() })
-        }
+        // Locked until the end, so that an interruption cannot separate the files of a set.
+        let mut unfinished = unfinished();
+        let renamed = ready.into_iter().map(|(file, path)| {
+            unfinished.remove(&*file);
+            match file.persist(&path) {
+                Ok(()) => Ok(path),
+                Err(refused) => Err(ReportError::File { path, source: refused.error }),
+            }
+        });
+        renamed.collect()
     }
 }
 
@@ -115,24 +119,18 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// While it exists, no file is begun or renamed.
-#[derive(Debug)]
-pub struct InterruptGuard {
-    _lock: MutexGuard<'static, BTreeSet<PathBuf>>,
-}
-
 /// Removes all unfinished files in all folders; no file is begun or renamed while the result exists. For a program that is about to stop: a
 /// set of files ([`OutputDir::export`](super::OutputDir::export)) is then complete or absent.
 ///
 /// A thread that is writing a file fails, or waits for the end of the program.
 #[must_use = "files are begun again once it is dropped"]
-pub fn discard_unfinished() -> InterruptGuard {
+pub fn discard_unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     let mut unfinished = unfinished();
     for path in std::mem::take(&mut *unfinished) {
         // A file that cannot be removed stays, because the program is about to end.
         let _ = fs::remove_file(path);
     }
-    InterruptGuard { _lock: unfinished }
+    unfinished
 }
 
 /// Begins a file under a temporary name, which is removed unless it is renamed. It has the permissions of an ordinary file (by the umask),
@@ -146,20 +144,6 @@ fn begin(folder: &Path) -> io::Result<NamedTempFile> {
     let file = builder.tempfile_in(folder)?;
     unfinished.insert(file.path().to_owned());
     Ok(file)
-}
-
-/// Renames the files of a set, each to its path, and returns the paths.
-fn persist(ready: Vec<(TempPath, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
-    // Locked until the end, so that an interruption cannot separate the files of a set.
-    let mut unfinished = unfinished();
-    let renamed = ready.into_iter().map(|(file, path)| {
-        unfinished.remove(&*file);
-        match file.persist(&path) {
-            Ok(()) => Ok(path),
-            Err(refused) => Err(ReportError::File { path, source: refused.error }),
-        }
-    });
-    renamed.collect()
 }
 
 #[cfg(test)]

@@ -24,22 +24,23 @@ pub use csv::{Draws, Rows, Table};
 #[cfg(feature = "files")]
 pub use escape_control::EscapeControl;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
+pub(crate) use export::{joined, names_or_none};
 #[cfg(feature = "files")]
-pub use file::{InterruptGuard, OutputDir, discard_unfinished, write};
+pub use file::{OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
 pub use simulation::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use ssff::{Ssff, StoTable};
 pub use svg::{
-    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
-    changes, panels, parts, ridges, scatter, solid, solution_curve, timelines, tongue, views, vowel,
-    work_precision, wrap_text,
+    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, animation, changes, panels,
+    parts, ridges, scatter, solid, solution_curve, timelines, tongue, views, vowel, work_precision,
+    wrap_text,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::TonguePage;
 #[cfg(feature = "files")]
-pub use track::TrackPage;
+pub use track::track_page;
 pub use track::{
     FormantsRecord, MISSED_BY_PLANE, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns,
     draws_csv, formants_csv, held_out_columns, limit_of_plane, over_speakers, placement_sentence,

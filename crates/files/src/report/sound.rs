@@ -52,8 +52,7 @@ impl SoundRecord {
                 area_cm2: 1e4 * s.area_m2,
             }
         });
-        let across = sound.profile.across.iter();
-        let across_mm = across.map(|a| [a.outer, a.inner].map(|p| p.map(|x| 1e3 * x)));
+        let across_mm = sound.profile.across.iter().map(|a| [a.outer, a.inner].map(|p| p.map(|x| 1e3 * x)));
         Self {
             formants_hz: sound.formants.iter().map(|f| f.frequency_hz).collect(),
             bandwidths_hz: sound.formants.iter().map(|f| f.bandwidth_hz).collect(),

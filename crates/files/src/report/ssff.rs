@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use super::export::{Export, Provenance};
+use super::export::{Export, Provenance, joined};
 use tongue_core::statistics::median;
 
 /// A step between rows that is longer than this many usual steps is a hole, which has no values.
@@ -87,8 +87,7 @@ impl Export for StoTable {
             self.labels.join("\t")
         )?;
         for row in &self.rows {
-            let row: Vec<String> = row.iter().map(f64::to_string).collect();
-            writeln!(out, "{}", row.join("\t"))?;
+            writeln!(out, "{}", joined(row, "\t"))?;
         }
         Ok(())
     }

@@ -4,10 +4,10 @@ use std::io::{self, Write};
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use super::ReportError;
 use super::export::{Export, Provenance};
 use super::simulation::volume;
 use super::svg::{check, escape_xml};
+use super::{ReportError, joined};
 use tongue_core::body::space::mean_axis;
 use tongue_core::body::{Body, Bone, Mesh};
 use tongue_core::geometry::{hexahedron, simplex};
@@ -40,13 +40,9 @@ pub struct Vtu<'a, const D: usize> {
     hexahedral: Option<&'a Body<D>>,
 }
 
-/// Values of the cells of a grid, then of the connections of the muscles, one muscle after another.
-struct Array {
-    name: &'static str,
-    kind: &'static str,
-    components: usize,
-    values: Vec<String>,
-}
+/// Name and number of components of an array, and its values: of the cells of a grid, then of the connections of the muscles, one muscle
+/// after another. Those of `muscle` are integers.
+type Array = (&'static str, usize, Vec<String>);
 
 impl<'a, const D: usize> Vtu<'a, D> {
     /// A shape with the positions of all nodes, m, and the tensions of all muscles, N (in the plane per metre of thickness).
@@ -83,44 +79,45 @@ impl<'a, const D: usize> Vtu<'a, D> {
     fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
         let count = mesh.elements().count();
-        let parts = mesh.cells.len() / count.max(1);
-        // The parts have equal size at rest.
-        let mean = |values: Vec<f64>| {
-            Vec::from_iter(
-                values.chunks(parts.max(1)).map(|values| values.iter().sum::<f64>() / values.len() as f64),
-            )
-        };
+        let parts = (mesh.cells.len() / count.max(1)).max(1);
         let ratios = mesh.cells.iter().map(|cell| {
             simplex::measure(&simplex::corners(self.positions, cell))
                 / simplex::measure(&simplex::corners(&mesh.nodes, cell))
         });
+        let ratios: Vec<f64> = ratios.collect();
+        // The parts have equal size at rest.
+        let means = ratios.chunks(parts).map(|part| part.iter().sum::<f64>() / part.len() as f64);
         let length = |x: &[SVector<f64, D>], pair: &[usize]| (x[pair[1]] - x[pair[0]]).norm();
         let stretches =
             self.pairs().map(|(_, pair)| length(self.positions, pair) / length(&mesh.nodes, pair));
         let tensions = self.pairs().map(|(muscle, _)| self.tensions[muscle]);
         let [ratio, tension] =
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
+        let repeat = |value: &str, count| vec![value.to_owned(); count];
         let mut all = vec![
-            floats(ratio, 1, texts(mean(ratios.collect())), repeat("1", lines)),
-            floats("stretch", 1, repeat("1", count), texts(stretches)),
-            floats(tension, 1, repeat("0", count), texts(tensions)),
+            (ratio, 1, [texts(means), repeat("1", lines)].concat()),
+            ("stretch", 1, [repeat("1", count), texts(stretches)].concat()),
+            (tension, 1, [repeat("0", count), texts(tensions)].concat()),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
             let fibres = mesh.continuum.iter().flat_map(|c| c.fibres(self.positions)).step_by(parts);
-            let strain = stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
-            let cauchy = stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
-            let mises = texts(stresses.iter().map(|s| s.von_mises_pa));
-            let pressure = texts(stresses.iter().map(Stress::pressure_pa));
             let along = stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f)));
-            all.extend([
-                floats("strain", 9, strain, repeat(NO_TENSOR, lines)),
-                floats("cauchy_stress_pa", 9, cauchy, repeat(NO_TENSOR, lines)),
-                floats("von_mises_pa", 1, mises, repeat("0", lines)),
-                floats("pressure_pa", 1, pressure, repeat("0", lines)),
-                floats("fibre_stress_pa", 1, texts(along), repeat("0", lines)),
-            ]);
+            let tensors = |of: fn(&Stress<D>) -> String| stresses.iter().map(of).collect();
+            let of_cells = [
+                ("strain", 9, tensors(|s| tensor(&s.strain, 0.0))),
+                ("cauchy_stress_pa", 9, tensors(|s| tensor(&s.cauchy_pa, s.across_pa))),
+                ("von_mises_pa", 1, texts(stresses.iter().map(|s| s.von_mises_pa))),
+                ("pressure_pa", 1, texts(stresses.iter().map(Stress::pressure_pa))),
+                ("fibre_stress_pa", 1, texts(along)),
+            ];
+            all.extend(of_cells.map(|(name, components, values)| {
+                let none = vec!["0"; components].join(" ");
+                (name, components, [values, repeat(&none, lines)].concat())
+            }));
         }
+        let of_lines = self.pairs().map(|(muscle, _)| muscle.to_string()).collect();
+        all.push(("muscle", 1, [repeat("-1", count), of_lines].concat()));
         all
     }
 
@@ -139,11 +136,11 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let directions = fibres.iter().map(|f| point(&f.map_or_else(Vector3::zeros, |(_, along, _)| along)));
         let muscles = muscles.iter().map(|m| m.map_or_else(|| "-1".to_owned(), |m| m.to_string()));
         vec![
-            floats("volume_ratio", 1, texts(ratios), Vec::new()),
-            floats("activation", 1, texts(active), Vec::new()),
-            floats("stretch", 1, texts(stretches), Vec::new()),
-            floats("fibre", 3, directions.collect(), Vec::new()),
-            Array { name: "muscle", kind: "Int64", components: 1, values: muscles.collect() },
+            ("volume_ratio", 1, texts(ratios)),
+            ("activation", 1, texts(active)),
+            ("stretch", 1, texts(stretches)),
+            ("fibre", 3, directions.collect()),
+            ("muscle", 1, muscles.collect()),
         ]
     }
 
@@ -154,19 +151,9 @@ impl<'a, const D: usize> Vtu<'a, D> {
     }
 }
 
-fn repeat(value: &str, count: usize) -> Vec<String> {
-    vec![value.to_owned(); count]
-}
-
 fn texts(values: impl IntoIterator<Item = f64>) -> Vec<String> {
     values.into_iter().map(|v| v.to_string()).collect()
 }
-
-fn floats(name: &'static str, components: usize, cells: Vec<String>, lines: Vec<String>) -> Array {
-    Array { name, kind: "Float64", components, values: [cells, lines].concat() }
-}
-
-const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";
 
 /// The nine components in space, row by row; `across` is the component normal to the plane of a tensor in the plane.
 fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
@@ -175,25 +162,46 @@ fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
         (2, 2) => across,
         _ => 0.0,
     });
-    components.map(|c| c.to_string()).collect::<Vec<_>>().join(" ")
+    joined(components, " ")
 }
 
 impl<const D: usize> Export for Vtu<'_, D> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let mesh = self.mesh;
-        if let Some(body) = self.hexahedral {
-            let cells: Vec<_> = mesh.hexahedra.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
-            let arrays = self.arrays_of_hexahedra(body);
-            return write_grid(out, by, [&mesh.nodes, self.positions], &cells, &arrays);
+        let (cells, arrays): (Vec<_>, _) = if let Some(body) = self.hexahedral {
+            let cells = mesh.hexahedra.iter().map(|c| (c.as_slice(), HEXAHEDRON));
+            (cells.collect(), self.arrays_of_hexahedra(body))
+        } else {
+            let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
+            let lines = self.pairs().map(|(_, pair)| (pair, LINE));
+            (mesh.elements().map(|cell| (cell, kind)).chain(lines).collect(), self.arrays())
+        };
+        let (rest, positions) = (&mesh.nodes, self.positions);
+        begin(out, "UnstructuredGrid", by)?;
+        let (nodes, count) = (rest.len(), cells.len());
+        writeln!(
+            out,
+            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">\n<Points>"
+        )?;
+        array(out, "position", "Float64", 3, positions.iter().map(point))?;
+        out.write_all(b"</Points>\n<Cells>\n")?;
+        array(out, "connectivity", "Int64", 1, cells.iter().map(|(c, _)| joined(*c, " ")))?;
+        let ends = cells.iter().scan(0, |end, (c, _)| {
+            *end += c.len();
+            Some(*end)
+        });
+        array(out, "offsets", "Int64", 1, ends)?;
+        array(out, "types", "UInt8", 1, cells.iter().map(|(_, kind)| kind))?;
+        writeln!(out, "</Cells>\n<PointData Vectors=\"displacement_m\">")?;
+        let moved = positions.iter().zip(rest).map(|(x, rest)| point(&(x - rest)));
+        array(out, "displacement_m", "Float64", 3, moved)?;
+        // ParaView shows the first array.
+        writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", arrays[0].0)?;
+        for (name, components, values) in arrays {
+            let kind = if name == "muscle" { "Int64" } else { "Float64" };
+            array(out, name, kind, components, values)?;
         }
-        let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
-        let lines = self.pairs().map(|(_, pair)| (pair, LINE));
-        let cells: Vec<_> = mesh.elements().map(|cell| (cell, kind)).chain(lines).collect();
-        let of_tissue = mesh.elements().map(|_| "-1".to_owned());
-        let values = of_tissue.chain(self.pairs().map(|(m, _)| m.to_string())).collect();
-        let mut arrays = self.arrays();
-        arrays.push(Array { name: "muscle", kind: "Int64", components: 1, values });
-        write_grid(out, by, [&mesh.nodes, self.positions], &cells, &arrays)
+        out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
     }
 }
 
@@ -231,41 +239,6 @@ fn fibre<const D: usize>(
 /// The coordinates of a point; the third is zero in the plane.
 fn point<const D: usize>(p: &SVector<f64, D>) -> String {
     format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0))
-}
-
-/// Writes a grid: points at rest and now, m, cells with their nodes and VTK's type, and arrays, of which ParaView shows the first.
-fn write_grid<const D: usize>(
-    out: &mut dyn Write,
-    by: &Provenance,
-    [rest, positions]: [&[SVector<f64, D>]; 2],
-    cells: &[(&[usize], u8)],
-    arrays: &[Array],
-) -> io::Result<()> {
-    begin(out, "UnstructuredGrid", by)?;
-    let (nodes, count) = (rest.len(), cells.len());
-    writeln!(
-        out,
-        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">\n<Points>"
-    )?;
-    array(out, "position", "Float64", 3, positions.iter().map(point))?;
-    out.write_all(b"</Points>\n<Cells>\n")?;
-    let joined = cells.iter().map(|(c, _)| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" "));
-    array(out, "connectivity", "Int64", 1, joined)?;
-    let mut end = 0;
-    let ends = cells.iter().map(|(c, _)| {
-        end += c.len();
-        end.to_string()
-    });
-    array(out, "offsets", "Int64", 1, ends)?;
-    array(out, "types", "UInt8", 1, cells.iter().map(|(_, kind)| kind.to_string()))?;
-    writeln!(out, "</Cells>\n<PointData Vectors=\"displacement_m\">")?;
-    let moved = positions.iter().zip(rest).map(|(x, rest)| point(&(x - rest)));
-    array(out, "displacement_m", "Float64", 3, moved)?;
-    writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", arrays.first().map_or("", |a| a.name))?;
-    for Array { name, kind, components, values } in arrays {
-        array(out, name, kind, *components, values)?;
-    }
-    out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 }
 
 /// The provenance is a processing instruction, which readers ignore and which, unlike a comment, can contain every command line.

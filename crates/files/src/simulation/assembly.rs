@@ -176,7 +176,5 @@ impl Assembly<3> {
 
 fn nowhere(point: &[f64]) -> SimulationError {
     let value = point.iter().copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-    SimulationError::Refused(format!(
-        "the distance of the point from the surface is {value}; it must be a number"
-    ))
+    SimulationError::value("the distance of the point from the surface", value, "a number")
 }

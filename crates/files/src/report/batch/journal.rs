@@ -97,7 +97,8 @@ pub struct Journal {
     files: Vec<(PathBuf, File)>,
     end: u64,
     done: BTreeMap<usize, JournalPlace>,
-    replaced: Option<String>,
+    /// What the journal was of that was replaced.
+    pub replaced: Option<String>,
 }
 
 impl Journal {
@@ -199,21 +200,13 @@ impl Journal {
         Ok(None)
     }
 
-    /// What the journal was of that was replaced.
-    pub fn replaced(&self) -> Option<&str> {
-        self.replaced.as_deref()
-    }
-
     pub fn has(&self, job: usize) -> bool {
         self.done.contains_key(&job)
     }
 
-    pub fn len(&self) -> usize {
+    /// How many jobs are finished.
+    pub fn finished(&self) -> usize {
         self.done.len()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.done.is_empty()
     }
 
     pub fn append<T: Serialize>(&mut self, entry: &JournalEntry<T>) -> Result<(), ReportError> {
@@ -292,7 +285,7 @@ mod tests {
         for cut in whole..bytes.len() as u64 {
             std::fs::write(&path, &bytes[..cut as usize]).unwrap();
             let mut journal = open(folder.path(), "abc");
-            assert_eq!((journal.len(), journal.has(1), journal.replaced()), (2, false, None));
+            assert_eq!((journal.finished(), journal.has(1), journal.replaced.clone()), (2, false, None));
             assert_eq!(journal.read(2).unwrap(), Some(entry(2)));
             journal.append(&entry(1)).unwrap();
             assert_eq!(journal.read(1).unwrap(), Some(entry(1)));
@@ -301,7 +294,7 @@ mod tests {
         for cut in 0..header as usize {
             std::fs::write(&path, &bytes[..cut]).unwrap();
             let journal = open(folder.path(), "abc");
-            assert!(journal.is_empty() && journal.end == header, "a header that was cut: {cut}");
+            assert!(journal.finished() == 0 && journal.end == header, "a header that was cut: {cut}");
         }
     }
 
@@ -325,7 +318,7 @@ mod tests {
             lines.remove(2);
             std::fs::write(&path, lines.join("\n") + "\n").unwrap();
             let journal = open(folder.path(), "abc");
-            assert_eq!((journal.len(), journal.has(1)), (2, false));
+            assert_eq!((journal.finished(), journal.has(1)), (2, false));
         }
         let not_entries = whole.replace("\"result\"", "\"results\"");
         std::fs::write(&path, &not_entries).unwrap();
@@ -344,14 +337,14 @@ mod tests {
         let path = folder.path().join(NAME);
         open(folder.path(), "other").append(&entry(1)).unwrap();
         let mut journal = open(folder.path(), "abc");
-        assert!(journal.is_empty() && journal.replaced() == Some("other inputs"));
+        assert!(journal.finished() == 0 && journal.replaced.as_deref() == Some("other inputs"));
         journal.append(&entry(0)).unwrap();
         drop(journal);
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(text.lines().count(), 2);
         std::fs::write(&path, text.replace(crate::VERSION, "0.0.1 (f00)")).unwrap();
         let journal = open(folder.path(), "abc");
-        assert!(journal.is_empty() && journal.replaced() == Some("0.0.1 (f00)"));
+        assert!(journal.finished() == 0 && journal.replaced.as_deref() == Some("0.0.1 (f00)"));
     }
 
     #[test]

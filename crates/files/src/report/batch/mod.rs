@@ -64,12 +64,6 @@ impl FinishedFits<'_> {
         let entry: Option<JournalEntry<Fitted>> = self.journal.read(number)?;
         Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
     }
-
-    /// One of the tables of all fits, in pieces.
-    fn tables(&self, which: usize) -> impl Iterator<Item = Result<Table, ReportError>> {
-        let fits = self.digests.iter().filter_map(|(number, _)| self.read(*number).transpose());
-        fits.map(move |fit| fit.map(|(_, mut fit)| std::mem::take(&mut fit.tables[which])))
-    }
 }
 
 impl Serialize for FinishedFits<'_> {
@@ -161,11 +155,7 @@ pub fn fit_outputs(
             contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
             ..Digest::new(record)
         },
-        tables: [
-            tables::of_fit(record, muscles, provenance),
-            tables::of_muscles(record, provenance),
-            tables::of_posterior(record, provenance),
-        ],
+        tables: tables::of_fit(record, muscles, provenance),
         line: line(record),
         verdict: record.verdict().map(|verdict| format!("{}: {verdict}", record.row())),
         shown: shown.transpose()?,
@@ -225,8 +215,10 @@ pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
 fn table_of_fits<'b>(batch: &'b Batch<'b>, which: usize) -> impl Export + 'b {
     move |w: &mut dyn Write, _: &Provenance| {
         let without_fit = (which == 0).then(|| Ok(tables::of_rows_without_fit(batch)));
+        let fits = batch.fits.digests.iter().filter_map(|(number, _)| batch.fits.read(*number).transpose());
+        let tables = fits.map(|fit| fit.map(|(_, mut fit)| std::mem::take(&mut fit.tables[which])));
         let mut header = true;
-        for table in batch.fits.tables(which).chain(without_fit) {
+        for table in tables.chain(without_fit) {
             let Table { columns, rows } = table.map_err(io::Error::other)?;
             if !rows.is_empty() {
                 lines(w, std::mem::take(&mut header).then_some(columns).into_iter().chain(rows))?;

@@ -95,18 +95,19 @@ fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
     let target = &fit.matched.target;
     let error =
         |kind: TargetKind, simulated: &[f64]| target.passive_rms(kind, simulated, &target.measured_in(kind));
-    let no_change =
-        |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, target.reference);
+    let no_change = |kind: TargetKind| {
+        error(kind, &kind.values(&target.baseline_mm, &target.baseline_mm, target.reference))
+    };
     let thesis = thesis.filter(|t| t.simulated(target));
     let thesis_stretches =
         thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated(Stretch)[target.reference]));
     let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));
     Passive {
         rms_stretch: error(Stretch, &fit.simulated(Stretch)),
-        no_change_rms_stretch: error(Stretch, &no_change(Stretch)),
+        no_change_rms_stretch: no_change(Stretch),
         thesis_rms_stretch: thesis_stretches.and_then(|values| error(Stretch, &values)),
         rms_ratio: error(Ratio, &fit.simulated(Ratio)),
-        no_change_rms_ratio: error(Ratio, &no_change(Ratio)),
+        no_change_rms_ratio: no_change(Ratio),
         thesis_rms_ratio: thesis_ratios.and_then(|values| error(Ratio, &values)),
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use super::axes::{BELOW, LEFT};
 use super::body_view::{BodyView, bone};
 use super::labels::point_at;
-use super::section::{LegendContent, check, legend};
+use super::section::{SectionPicture, check, legend};
 use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -65,10 +65,11 @@ pub fn animation(
     let mut arrows = false;
     for (nth, f) in frames.iter().enumerate() {
         let visible = if nth + 1 == frames.len() { "visible" } else { "hidden" };
+        let [from, to] = [nth, nth + 1].map(|n| n as f64 / frames.len() as f64);
         let _ = writeln!(
             svg.elements,
-            "<g visibility=\"{visible}\">{}",
-            while_shown(nth, frames.len(), duration)
+            "<g visibility=\"{visible}\"><animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" \
+             repeatCount=\"indefinite\" values=\"hidden;visible;hidden\" keyTimes=\"0;{from:.5};{to:.5}\"/>"
         );
         body.draw_tissue(&mut svg, &f.positions);
         let muscles = body.muscles(&f.positions, &most);
@@ -98,18 +99,7 @@ pub fn animation(
         [&format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]), "y (mm)"],
     );
     let bottom = end[1] + BELOW + MARGIN;
-    let palate = (!palate.is_empty()).then_some(false);
-    let content =
-        LegendContent { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
-    let height = legend(&mut svg, &content, bottom);
+    let section = SectionPicture::new(mesh, &last.positions, &most, palate, title);
+    let height = legend(&mut svg, &section, arrows, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
-}
-
-/// Shows the group around it during this frame only.
-fn while_shown(nth: usize, count: usize, duration: f64) -> String {
-    let [from, to] = [nth, nth + 1].map(|n| n as f64 / count as f64);
-    format!(
-        "<animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" repeatCount=\"indefinite\" \
-         values=\"hidden;visible;hidden\" keyTimes=\"0;{from:.5};{to:.5}\"/>"
-    )
 }

@@ -66,7 +66,7 @@ impl Bounds {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PlotView {
     pub bounds: Bounds,
-    corner: Px,
+    pub corner: Px,
     /// px/m.
     pub scale: f64,
 }

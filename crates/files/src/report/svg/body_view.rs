@@ -4,11 +4,10 @@
 use nalgebra::{Matrix2, SVector};
 
 use super::axes::{Bounds, PlotView, ticks};
-use super::labels::{self, MuscleLabel, colours};
+use super::labels::{self, DrawnMuscle, colours};
 use super::plot::{Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed_paths, data};
 use tongue_core::body::Mesh;
-use tongue_core::geometry::topology;
 
 pub(super) const REST: &str = "#b4b4b4";
 pub(super) const REST_TISSUE: &str = "#f1f1f1";
@@ -21,9 +20,6 @@ const MOVED: f64 = 1e-5;
 const PALATE_THICKNESS: f64 = 0.0025;
 /// Margin around the tissue at rest, as a part of its longest side.
 const ROOM: f64 = 0.14;
-/// Line widths of contracting muscles, px: of the line, and how much wider its dark edge is.
-const CONTRACTING: [f64; 2] = [8.0, 2.5];
-const PASSIVE: [f64; 2] = [3.5, 2.0];
 
 /// A mesh, and the part of the plane in which its shapes are drawn. Positions are those of all nodes, m.
 pub(super) struct BodyView<'a> {
@@ -50,7 +46,7 @@ impl<'a> BodyView<'a> {
         let inside = mesh.in_tissue();
         let pairs = mesh.connections.iter().map(<[usize; 2]>::as_slice);
         let edges = pairs.filter(|pair| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n]));
-        Self { mesh, view, outlines: topology::outlines(mesh.cells.iter()), edges: edges.collect() }
+        Self { mesh, view, outlines: mesh.outlines(), edges: edges.collect() }
     }
 
     /// The outline of the tissue as the data of a path.
@@ -134,16 +130,7 @@ impl<'a> BodyView<'a> {
 
     /// The centre of every muscle's name, in the order of the lines; contracting muscles choose first.
     pub fn label_places(&self, lines: &[DrawnMuscle], bones: &[Px]) -> Vec<Option<Px>> {
-        let named: Vec<MuscleLabel<'_>> = lines
-            .iter()
-            .rev()
-            .map(|l| MuscleLabel { name: &l.name, face: l.face(), line: &l.seen })
-            .collect();
-        let bounds = &self.view.bounds;
-        let corner = self.view.place(&SVector::from([bounds.low[0], bounds.high[1]]));
-        let mut places = labels::place(&named, bones, [corner, self.view.end()]);
-        places.reverse();
-        places
+        labels::place(lines, bones, &Bounds { low: self.view.corner, high: self.view.end() })
     }
 
     /// Marks the places at rest of bones that have moved, each with a line to its present place.
@@ -179,52 +166,6 @@ impl<'a> BodyView<'a> {
         }
         (!stretches.is_empty()).then_some(scale)
     }
-}
-
-pub(super) struct DrawnMuscle {
-    /// Its index in the mesh.
-    pub index: usize,
-    pub name: String,
-    pub colour: String,
-    pub contracting: bool,
-    pub seen: Vec<Px>,
-    /// Where the muscle leaves the view: a point inside, and the point at the edge.
-    pub leaves: Option<[Px; 2]>,
-}
-
-impl DrawnMuscle {
-    pub fn draw(&self, svg: &mut Svg) {
-        muscle(svg, &data([self.seen.iter().copied()]), &self.colour, self.contracting);
-    }
-
-    /// Draws an arrow where it leaves the view.
-    pub fn draw_arrow(&self, svg: &mut Svg) {
-        if let Some([from, to]) = self.leaves {
-            arrow(svg, from, to, &self.colour);
-        }
-    }
-
-    pub fn face(&self) -> FontFace {
-        if self.contracting { FontFace::Bold } else { FontFace::Plain }
-    }
-}
-
-/// Draws a muscle over a slightly wider dark line, so that light colours have an edge on white paper.
-pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
-    let [width, edge] = if contracting { CONTRACTING } else { PASSIVE };
-    for (width, colour) in [(width + edge, INK), (width, colour)] {
-        if contracting { svg.stroke(d, colour, width) } else { svg.dashes(d, colour, width) }
-    }
-}
-
-pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
-    let way = [to[0] - from[0], to[1] - from[1]];
-    let length = way[0].hypot(way[1]).max(1e-9);
-    let [u, v] = [way[0] / length, way[1] / length];
-    let corner = |along: f64, across: f64| [to[0] + along * u - across * v, to[1] + along * v + across * u];
-    let head = closed_paths([[corner(0.0, 0.0), corner(-26.0, 10.0), corner(-26.0, -10.0)]]);
-    svg.fill(&head, colour);
-    svg.stroke(&head, INK, 1.2);
 }
 
 pub(super) fn bone(svg: &mut Svg, at: Px) {

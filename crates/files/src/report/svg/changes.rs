@@ -1,8 +1,8 @@
 //! Grouped bars (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
 use super::plot::{Axis, Plot, round_range};
-use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed_paths};
-use crate::report::ReportError;
+use super::{Anchor, FontFace, INK, LEGEND_ROW, Legend, MARGIN, Svg, WIDTH, closed_paths};
+use crate::report::{ReportError, joined};
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
 
@@ -47,30 +47,21 @@ fn chart(
 ) -> Result<Svg, ReportError> {
     check(labels, series, base)?;
     let (mut svg, top) = Svg::new(title, &description(labels, series, what), WIDTH);
-    let half = 0.5 * TEXT - 2.0;
-    let shown = series.iter().zip(FILLS).map(|(one, fill)| {
-        LegendEntry::new(SAMPLE, &one.name, move |svg, [x, y]| {
-            svg.rectangle([x, y - half], [x + SAMPLE - 10.0, y + half], fill, Some(INK));
-        })
-    });
-    let contracting = labels.iter().any(|l| l.ends_with('*'));
-    let contracting = contracting.then(|| LegendEntry::new(0.0, "* contracting", |_, _| ()));
     let top = top + 0.2 * LEGEND_ROW;
-    let top = top + svg.legend(shown.chain(contracting), [AXIS, WIDTH - MARGIN], top) + MARGIN;
+    let mut legend = Legend::new([AXIS, WIDTH - MARGIN], top);
+    for (one, fill) in series.iter().zip(FILLS) {
+        legend.area(&mut svg, SAMPLE, &one.name, fill);
+    }
+    if labels.iter().any(|l| l.ends_with('*')) {
+        legend.entry(&mut svg, 0.0, "* contracting", |_, _| ());
+    }
+    let top = top + legend.height() + MARGIN;
     bars(&mut svg, labels, series, (axis, base), top);
     Ok(svg.finish(top + PLOT + LABELS + MARGIN))
 }
 
 fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportError> {
-    if labels.is_empty() || series.is_empty() || series.len() > FILLS.len() {
-        let (labels, series) = (labels.len(), series.len());
-        return Err(ReportError::ChartShape { labels, series, most: FILLS.len() });
-    }
     for Series { name, values } in series {
-        if values.len() != labels.len() {
-            let (values, labels) = (values.len(), labels.len());
-            return Err(ReportError::SeriesLength { series: name.clone(), values, labels });
-        }
         for (&value, label) in values.iter().zip(labels) {
             if !((value > 0.0 || value == base) && value <= 100.0) {
                 return Err(ReportError::BarHeight { series: name.clone(), label: label.clone(), value });
@@ -82,10 +73,10 @@ fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportEr
 
 fn description(labels: &[String], series: &[Series], what: &str) -> String {
     let summary = series.iter().map(|s| {
-        let values: Vec<_> = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}")).collect();
-        format!("{}: {}.", s.name, values.join(", "))
+        let values = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}"));
+        format!("{}: {}.", s.name, joined(values, ", "))
     });
-    format!("{what} {}", summary.collect::<Vec<_>>().join(" "))
+    format!("{what} {}", joined(summary, " "))
 }
 
 fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str, f64), top: f64) {
@@ -139,7 +130,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         .map(|(n, s)| format!("{n} {:.0} ({:.0} to {:.0})", s.median, s.interval_95[0], s.interval_95[1]));
     let description = format!(
         "By how much more each muscle pulls than in the baseline, N per metre: median and 95 % interval. {}.",
-        summary.collect::<Vec<_>>().join(", ")
+        joined(summary, ", ")
     );
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let low = spreads.iter().map(|s| s.interval_95[0]).fold(-10.0, f64::min) * 1.15;

@@ -1,17 +1,63 @@
+//! Muscles as lines, and the places of their names.
+
 use nalgebra::SVector;
 use tongue_input::measured::muscles::Muscles;
 
 use super::axes::Bounds;
-use super::{FontFace, Px, TEXT};
+use super::{FontFace, INK, Px, Svg, TEXT, closed_paths, data};
 
 const GAP: f64 = 7.0;
 /// Candidate places of a name as parts of its line's length, best first.
 const PARTS: [f64; 9] = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2, 0.9, 0.1];
 
-pub(super) struct MuscleLabel<'a> {
-    pub name: &'a str,
-    pub face: FontFace,
-    pub line: &'a [Px],
+/// Line widths of contracting muscles, px: of the line, and how much wider its dark edge is.
+const CONTRACTING: [f64; 2] = [8.0, 2.5];
+const PASSIVE: [f64; 2] = [3.5, 2.0];
+
+pub(super) struct DrawnMuscle {
+    /// Its index in the mesh.
+    pub index: usize,
+    pub name: String,
+    pub colour: String,
+    pub contracting: bool,
+    pub seen: Vec<Px>,
+    /// Where the muscle leaves the view: a point inside, and the point at the edge.
+    pub leaves: Option<[Px; 2]>,
+}
+
+impl DrawnMuscle {
+    pub fn draw(&self, svg: &mut Svg) {
+        muscle(svg, &data([self.seen.iter().copied()]), &self.colour, self.contracting);
+    }
+
+    /// Draws an arrow where it leaves the view.
+    pub fn draw_arrow(&self, svg: &mut Svg) {
+        if let Some([from, to]) = self.leaves {
+            arrow(svg, from, to, &self.colour);
+        }
+    }
+
+    pub fn face(&self) -> FontFace {
+        if self.contracting { FontFace::Bold } else { FontFace::Plain }
+    }
+}
+
+/// Draws a muscle over a slightly wider dark line, so that light colours have an edge on white paper.
+pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
+    let [width, edge] = if contracting { CONTRACTING } else { PASSIVE };
+    for (width, colour) in [(width + edge, INK), (width, colour)] {
+        if contracting { svg.stroke(d, colour, width) } else { svg.dashes(d, colour, width) }
+    }
+}
+
+pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length = way[0].hypot(way[1]).max(1e-9);
+    let [u, v] = [way[0] / length, way[1] / length];
+    let corner = |along: f64, across: f64| [to[0] + along * u - across * v, to[1] + along * v + across * u];
+    let head = closed_paths([[corner(0.0, 0.0), corner(-26.0, 10.0), corner(-26.0, -10.0)]]);
+    svg.fill(&head, colour);
+    svg.stroke(&head, INK, 1.2);
 }
 
 fn around(middle: Px, half: Px) -> Bounds {
@@ -23,24 +69,22 @@ fn shared_area(a: &Bounds, b: &Bounds) -> f64 {
     width * height
 }
 
-/// The centre of every name, in the order of the lines; `None` for a line without length. Names avoid each other, the lines, `points` and
-/// the outside of the frame (two corners, px) as far as possible.
-pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
-    let frame = Bounds { low: frame[0], high: frame[1] };
+/// The centre of the name of every muscle; `None` for a line without length. Names avoid each other, the lines, `points` and the outside of
+/// the frame (px) as far as possible; contracting muscles, which are last, choose first.
+pub(super) fn place(muscles: &[DrawnMuscle], points: &[Px], frame: &Bounds) -> Vec<Option<Px>> {
     let obstacles: Vec<Px> =
-        lines.iter().flat_map(|l| samples(l.line)).chain(points.iter().copied()).collect();
+        muscles.iter().flat_map(|m| samples(&m.seen)).chain(points.iter().copied()).collect();
     let mut taken: Vec<Bounds> = Vec::new();
-    Vec::from_iter(lines.iter().map(|named| {
-        let half = [0.5 * named.face.width(named.name), 0.5 * TEXT];
+    let mut places = Vec::from_iter(muscles.iter().rev().map(|muscle| {
+        let half = [0.5 * muscle.face().width(&muscle.name), 0.5 * TEXT];
         let mut best: Option<(f64, Px)> = None;
         for (rank, part) in PARTS.into_iter().enumerate() {
-            let Some((on, along)) = point_at(named.line, part) else { continue };
+            let Some((on, along)) = point_at(&muscle.seen, part) else { continue };
             let across = [-along[1], along[0]];
             let reach = across[0].abs() * half[0] + across[1].abs() * half[1] + GAP;
             for side in [1.0, -1.0] {
                 let middle = [0, 1].map(|i| on[i] + side * reach * across[i]);
-                let area = around(middle, half);
-                let cost = cost(&area, &taken, &obstacles, &frame) + rank as f64;
+                let cost = cost(&around(middle, half), &taken, &obstacles, frame) + rank as f64;
                 if best.is_none_or(|(least, _)| cost < least) {
                     best = Some((cost, middle));
                 }
@@ -49,7 +93,9 @@ pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) ->
         let (_, middle) = best?;
         taken.push(around(middle, half.map(|h| h + 3.0)));
         Some(middle)
-    }))
+    }));
+    places.reverse();
+    places
 }
 
 fn cost(area: &Bounds, taken: &[Bounds], obstacles: &[Px], frame: &Bounds) -> f64 {
@@ -76,13 +122,11 @@ pub(super) fn point_at(line: &[Px], part: f64) -> Option<(Px, Px)> {
     None
 }
 
-fn samples(line: &[Px]) -> Vec<Px> {
-    Vec::from_iter(line.windows(2).flat_map(|pair: &[Px]| -> Vec<Px> {
-        (0..=20)
-            .map(|n| f64::from(n) / 20.0)
-            .map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
-            .collect()
-    }))
+fn samples(line: &[Px]) -> impl Iterator<Item = Px> {
+    let parts = (0..=20).map(|n| f64::from(n) / 20.0);
+    line.windows(2).flat_map(move |pair| {
+        parts.clone().map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
+    })
 }
 
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {

@@ -19,7 +19,7 @@ mod work_precision;
 use std::fmt::{self, Write as _};
 use std::io::{self, Write};
 
-use super::export::{Export, Provenance};
+use super::export::{Export, Provenance, joined};
 
 pub use animation::{AnimationFrame, animation};
 #[cfg(feature = "files")]
@@ -36,7 +36,7 @@ pub use solution_curve::solution_curve;
 pub use tensions::tensions;
 pub use timelines::timelines;
 pub use views::{solid, views};
-pub use vowel::{VowelPicture, vowel};
+pub use vowel::vowel;
 pub use work_precision::{PrecisionCurve, work_precision};
 
 /// Width of an ordinary figure, px. In a journal column of 85 mm, text of 24 px is 6.4 points high.
@@ -210,7 +210,7 @@ impl fmt::Display for Svg {
 impl Export for Svg {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let entries = by.entries().map(|(name, value)| format!("{name}: {}", escape_xml(&printable(&value))));
-        let metadata = format!("<metadata>{}</metadata>\n", entries.collect::<Vec<_>>().join("\n"));
+        let metadata = format!("<metadata>{}</metadata>\n", joined(entries, "\n"));
         let mut text = String::new();
         self.render(&mut text, &metadata).map_err(io::Error::other)?;
         out.write_all(text.as_bytes())
@@ -259,38 +259,41 @@ pub fn wrap_text(text: &str, most: usize) -> Vec<String> {
     lines
 }
 
-/// Draws the symbol of a legend entry from its left end on.
-type Symbol<'a> = Box<dyn Fn(&mut Svg, Px) + 'a>;
-
-/// The width of its symbol, px, its name, and its symbol.
-struct LegendEntry<'a>(f64, &'a str, Symbol<'a>);
-
-impl<'a> LegendEntry<'a> {
-    fn new(width: f64, name: &'a str, draw: impl Fn(&mut Svg, Px) + 'a) -> Self {
-        Self(width, name, Box::new(draw))
-    }
-}
-
 const LEGEND_ROW: f64 = 36.0;
 
-impl Svg {
-    /// Draws a legend in as many rows as needed between `left` and `right`, and returns the height of all rows.
-    fn legend<'a>(
-        &mut self,
-        entries: impl IntoIterator<Item = LegendEntry<'a>>,
-        [left, right]: [f64; 2],
-        top: f64,
-    ) -> f64 {
-        let [mut x, mut y] = [left, top + 0.5 * LEGEND_ROW];
-        for LegendEntry(symbol, name, draw) in entries {
-            let width = symbol + FontFace::Plain.width(name);
-            if x > left && x + width > right {
-                [x, y] = [left, y + LEGEND_ROW];
-            }
-            draw(self, [x, y]);
-            self.text([x + symbol, y], Anchor::Start, FontFace::Plain, name);
-            x += width + 2.0 * MARGIN;
+/// A legend in as many rows as needed between two edges, px.
+struct Legend {
+    edges: [f64; 2],
+    top: f64,
+    /// Where the next entry begins.
+    at: Px,
+}
+
+impl Legend {
+    fn new(edges: [f64; 2], top: f64) -> Self {
+        Self { edges, top, at: [edges[0], top + 0.5 * LEGEND_ROW] }
+    }
+
+    /// Draws an entry: its symbol of the width `symbol`, px, from its left end on, and its name.
+    fn entry(&mut self, svg: &mut Svg, symbol: f64, name: &str, draw: impl FnOnce(&mut Svg, Px)) {
+        let ([left, right], width) = (self.edges, symbol + FontFace::Plain.width(name));
+        if self.at[0] > left && self.at[0] + width > right {
+            self.at = [left, self.at[1] + LEGEND_ROW];
         }
-        if x > left { y + 0.5 * LEGEND_ROW - top } else { 0.0 }
+        let [x, y] = self.at;
+        draw(svg, [x, y]);
+        svg.text([x + symbol, y], Anchor::Start, FontFace::Plain, name);
+        self.at[0] += width + 2.0 * MARGIN;
+    }
+
+    fn area(&mut self, svg: &mut Svg, symbol: f64, name: &str, fill: &str) {
+        self.entry(svg, symbol, name, |svg, [x, y]| {
+            svg.rectangle([x, y - 10.0], [x + symbol - 10.0, y + 10.0], fill, Some(INK));
+        });
+    }
+
+    /// The height of all rows, px.
+    fn height(&self) -> f64 {
+        if self.at[0] > self.edges[0] { self.at[1] + 0.5 * LEGEND_ROW - self.top } else { 0.0 }
     }
 }

@@ -6,7 +6,7 @@ use super::axes::PlotView;
 use super::body_view::{BodyView, DEFORMED, bone, picture_bounds};
 use super::section::check;
 use super::{Anchor, FontFace, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
-use crate::report::ReportError;
+use crate::report::{ReportError, joined};
 use tongue_core::body::Mesh;
 
 const COLUMNS: usize = 4;
@@ -33,15 +33,10 @@ pub fn panels(
     title: &str,
 ) -> Result<Svg, ReportError> {
     panels.iter().try_for_each(|p| check(mesh, &p.positions, &p.tensions))?;
-    if panels.is_empty() {
-        return Err(ReportError::NoFrame);
-    }
     let columns = COLUMNS.min(panels.len());
     let width = 2.0 * MARGIN + columns as f64 * (PANEL + GAP) - GAP;
-    let summary: Vec<String> =
-        panels.iter().map(|p| format!("{}: {}.", p.title, p.lines.join(", "))).collect();
-    let description =
-        format!("Midsagittal sections, front to the left, all with the same axes. {}", summary.join(" "));
+    let summary = joined(panels.iter().map(|p| format!("{}: {}.", p.title, p.lines.join(", "))), " ");
+    let description = format!("Midsagittal sections, front to the left, all with the same axes. {summary}");
     let (mut svg, top) = Svg::new(title, &description, width);
     let bounds = picture_bounds(mesh, palate, panels.iter().map(|p| p.positions.as_slice()));
     let mut bottom = top;

@@ -2,7 +2,8 @@
 
 use super::axes::ticks;
 use super::labels::colours;
-use super::{Anchor, FontFace, INK, LegendEntry, MARGIN, Px, RULE, Svg, TEXT, data};
+use super::{Anchor, FontFace, INK, Legend, MARGIN, Px, RULE, Svg, TEXT, data};
+use crate::report::joined;
 
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
@@ -12,14 +13,8 @@ pub(super) struct Plot {
     pub x: [f64; 2],
     /// Values at the lower and at the upper edge; the second may be smaller.
     pub y: [f64; 2],
-    pub scale: Scale,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scale {
-    Linear,
-    /// Equal ratios are equal distances; the edges are powers of ten.
-    Logarithmic,
+    /// Whether values are logarithms to base ten, which are marked as powers of ten.
+    pub logarithmic: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,30 +26,17 @@ pub(super) enum Axis<'a> {
     Nothing,
 }
 
-impl Scale {
-    fn of(self, value: f64) -> f64 {
-        match self {
-            Self::Linear => value,
-            Self::Logarithmic => value.log10(),
-        }
+/// Marks between two edges, and their texts.
+fn tick_marks(edges: [f64; 2], logarithmic: bool) -> Vec<(f64, String)> {
+    let [low, high] = [edges[0].min(edges[1]), edges[0].max(edges[1])];
+    if logarithmic {
+        return (low as i32..=high as i32).map(|e| (f64::from(e), power(e))).collect();
     }
-
-    fn tick_marks(self, edges: [f64; 2]) -> Vec<(f64, String)> {
-        let [low, high] = [self.of(edges[0].min(edges[1])), self.of(edges[0].max(edges[1]))];
-        match self {
-            Self::Linear => {
-                let values = ticks(low..=high);
-                let step = values.get(1).map_or(1.0, |second| second - values[0]);
-                let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
-                let labels = values.iter().map(|v| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}"));
-                values.iter().copied().zip(labels).collect()
-            }
-            Self::Logarithmic => {
-                let [low, high] = [low.round() as i32, high.round() as i32];
-                (low..=high).map(|e| (10f64.powi(e), power(e))).collect()
-            }
-        }
-    }
+    let values = ticks(low..=high);
+    let step = values.get(1).map_or(1.0, |second| second - values[0]);
+    let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+    let labels = values.iter().map(|v| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}"));
+    values.iter().copied().zip(labels).collect()
 }
 
 fn power(exponent: i32) -> String {
@@ -73,15 +55,13 @@ pub(super) fn round_range(low: f64, high: f64) -> [f64; 2] {
 
 impl Plot {
     pub fn linear(corner: Px, size: [f64; 2], x: [f64; 2], y: [f64; 2]) -> Self {
-        Self { corner, size, x, y, scale: Scale::Linear }
+        Self { corner, size, x, y, logarithmic: false }
     }
 
     /// The position of a pair of values, px; a pair outside is moved to the edge.
     pub fn place(&self, x: f64, y: f64) -> Px {
-        let [x, y] = [(x, self.x), (y, self.y)].map(|(v, edges)| {
-            let [from, to] = edges.map(|edge| self.scale.of(edge));
-            ((self.scale.of(v) - from) / (to - from)).clamp(0.0, 1.0)
-        });
+        let [x, y] =
+            [(x, self.x), (y, self.y)].map(|(v, [from, to])| ((v - from) / (to - from)).clamp(0.0, 1.0));
         [self.corner[0] + self.size[0] * x, self.corner[1] + self.size[1] * (1.0 - y)]
     }
 
@@ -100,7 +80,7 @@ impl Plot {
     pub fn axes(&self, svg: &mut Svg, [x, y]: [Axis<'_>; 2]) {
         let [left, top] = self.corner;
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
-        for (value, label) in every(self.scale.tick_marks(self.x), 70.0 / self.size[0]) {
+        for (value, label) in every(tick_marks(self.x, self.logarithmic), 70.0 / self.size[0]) {
             let [at, _] = self.place(value, self.y[0]);
             if x != Axis::Nothing {
                 svg.line([at, top], [at, bottom], RULE, 1.0);
@@ -109,7 +89,7 @@ impl Plot {
                 svg.text([at, bottom + 20.0], Anchor::Middle, FontFace::Plain, &label);
             }
         }
-        for (value, label) in every(self.scale.tick_marks(self.y), 34.0 / self.size[1]) {
+        for (value, label) in every(tick_marks(self.y, self.logarithmic), 34.0 / self.size[1]) {
             let [_, at] = self.place(self.x[0], value);
             if y != Axis::Nothing {
                 svg.line([left, at], [right, at], RULE, 1.0);
@@ -154,16 +134,15 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     let ends = round_range(values.clone().fold(0.95, f64::min) - 0.02, values.fold(1.05, f64::max) + 0.02);
     let columns = COLUMNS.min(panels.len().max(1));
     let width = 2.0 * MARGIN + columns as f64 * (SIDE + AXIS);
-    let summary: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.line)).collect();
-    let description =
-        format!("Predicted against measured stretches of passive muscles. {}", summary.join(" "));
+    let summary = joined(panels.iter().map(|p| format!("{}: {}.", p.title, p.line)), " ");
+    let description = format!("Predicted against measured stretches of passive muscles. {summary}");
     let (mut svg, top) = Svg::new(title, &description, width);
     let paint = colours(muscles);
-    let entries = muscles
-        .iter()
-        .zip(&paint)
-        .map(|(name, c)| LegendEntry::new(26.0, name, move |svg, [x, y]| svg.dot([x + DOT, y], DOT, c, INK)));
-    let top = top + svg.legend(entries, [MARGIN + AXIS, width - MARGIN], top);
+    let mut legend = Legend::new([MARGIN + AXIS, width - MARGIN], top);
+    for (name, colour) in muscles.iter().zip(&paint) {
+        legend.entry(&mut svg, 26.0, name, |svg, [x, y]| svg.dot([x + DOT, y], DOT, colour, INK));
+    }
+    let top = top + legend.height();
     let mut bottom = top;
     for (nth, panel) in panels.iter().enumerate() {
         let left = MARGIN + AXIS + (nth % columns) as f64 * (SIDE + AXIS);
@@ -179,23 +158,4 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
         bottom = above + SIDE + FOOT;
     }
     svg.finish(bottom + MARGIN)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn equal_ratios_are_equal_distances_on_logarithmic_axes() {
-        let plot = Plot {
-            corner: [0.0, 0.0],
-            size: [400.0, 200.0],
-            x: [1e-2, 1e2],
-            y: [1.0, 1e4],
-            scale: Scale::Logarithmic,
-        };
-        let [a, b, c] = [1e-1, 1.0, 1e1].map(|x| plot.place(x, 1e2));
-        assert!(((b[0] - a[0]) - (c[0] - b[0])).abs() < 1e-9);
-        assert!((a[1] - 100.0).abs() < 1e-9);
-    }
 }

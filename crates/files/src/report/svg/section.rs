@@ -3,9 +3,10 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, LEFT};
-use super::body_view::{BodyView, DEFORMED, PALATE, REST, REST_TISSUE, arrow, bone, muscle, stretch_legend};
-use super::{LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, WIDTH, data};
-use crate::report::ReportError;
+use super::body_view::{BodyView, DEFORMED, PALATE, REST, REST_TISSUE, bone, stretch_legend};
+use super::labels::{arrow, muscle};
+use super::{LEGEND_ROW, Legend, MARGIN, Px, Svg, WIDTH, data};
+use crate::report::{ReportError, names_or_none};
 use tongue_core::body::Mesh;
 
 const REST_NAME: &str = "rest";
@@ -49,7 +50,7 @@ impl<'a> SectionPicture<'a> {
 /// depends only on the tissue at rest, so that pictures of one body have the same axes. A muscle from a bone outside the view has an arrow
 /// at the edge. Contracting muscles (tension above zero) are thick and solid.
 pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
-    let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
+    let SectionPicture { mesh, positions, tensions, palate, seen, stretch, grey, title, .. } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let body = BodyView::new(mesh, palate, [positions], [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
@@ -74,13 +75,11 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let arrows = muscles.iter().any(|muscle| muscle.leaves.is_some());
     body.draw_dots(&mut svg, seen);
     body.view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
-    let palate = (!palate.is_empty()).then_some(contact);
-    let content = LegendContent { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = body.view.end()[1] + BELOW + MARGIN;
     if let Some(scale) = scale {
         bottom = stretch_legend(&mut svg, scale, LEFT, bottom);
     }
-    let height = legend(&mut svg, &content, bottom);
+    let height = legend(&mut svg, section, arrows, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
@@ -122,8 +121,7 @@ fn description(section: &SectionPicture<'_>) -> String {
     let mesh = section.mesh;
     let [contracting, passive] = [true, false].map(|contracting| {
         let of = mesh.muscles.iter().zip(section.tensions).filter(|(_, t)| (**t > 0.0) == contracting);
-        let names: Vec<_> = of.map(|(m, _)| m.name.as_str()).collect();
-        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        names_or_none(of.map(|(m, _)| &m.name))
     });
     format!(
         "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at {} (grey) and deformed \
@@ -134,41 +132,38 @@ fn description(section: &SectionPicture<'_>) -> String {
     )
 }
 
-pub(super) struct LegendContent<'a> {
-    pub grey: &'a str,
-    pub tensions: &'a [f64],
-    pub arrows: bool,
-    /// Whether the palate stops the body; `None` without a palate.
-    pub palate: Option<bool>,
-    pub bones: bool,
-}
-
-pub(super) fn legend(svg: &mut Svg, content: &LegendContent<'_>, top: f64) -> f64 {
-    let contracting = content.tensions.iter().any(|t| *t > 0.0);
-    let passive = content.tensions.iter().any(|t| *t <= 0.0);
+/// Draws the legend of a picture; `arrows` says whether a muscle leaves the view. Returns its height, px.
+pub(super) fn legend(svg: &mut Svg, section: &SectionPicture<'_>, arrows: bool, top: f64) -> f64 {
+    let SectionPicture { mesh, tensions, palate, contact, grey, .. } = *section;
     let line = |[x, y]: Px| data([[[x, y], [x + SAMPLE, y]]]);
-    let boxed = |width: f64, fill: &'static str, edge: &'static str| {
-        let half = 0.25 * LEGEND_ROW;
-        move |svg: &mut Svg, [x, y]: Px| svg.rectangle([x, y - half], [x + width, y + half], fill, Some(edge))
-    };
     let muscle = |contracting| move |svg: &mut Svg, at: Px| muscle(svg, &line(at), "#ffffff", contracting);
-    let (long, short) = (SAMPLE + 12.0, 36.0);
-    let palate = |name| LegendEntry::new(short, name, boxed(24.0, PALATE, DEFORMED));
-    let entries = [
-        Some(LegendEntry::new(long, content.grey, boxed(SAMPLE, REST_TISSUE, REST))),
-        Some(LegendEntry::new(long, "deformed", |svg, at| svg.stroke(&line(at), DEFORMED, 2.6))),
-        content.bones.then(|| LegendEntry::new(short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]))),
-        content.palate.map(|stops| palate(if stops { "palate" } else { "palate, for orientation only" })),
-        passive.then(|| LegendEntry::new(long, "passive muscle", muscle(false))),
-        content.arrows.then(|| {
-            LegendEntry::new(long, "to its bone, out of view", |svg, [x, y]| {
-                muscle(false)(svg, [x, y]);
-                arrow(svg, [x, y], [x + SAMPLE, y], "#ffffff");
-            })
-        }),
-        contracting.then(|| {
-            LegendEntry::new(long, "contracting, with its tension in N per metre of thickness", muscle(true))
-        }),
-    ];
-    svg.legend(entries.into_iter().flatten(), [LEFT, WIDTH - MARGIN], top)
+    let (long, short, half) = (SAMPLE + 12.0, 36.0, 0.25 * LEGEND_ROW);
+    let mut legend = Legend::new([LEFT, WIDTH - MARGIN], top);
+    legend.entry(svg, long, grey, |svg, [x, y]| {
+        svg.rectangle([x, y - half], [x + SAMPLE, y + half], REST_TISSUE, Some(REST));
+    });
+    legend.entry(svg, long, "deformed", |svg, at| svg.stroke(&line(at), DEFORMED, 2.6));
+    if !mesh.fixed.is_empty() {
+        legend.entry(svg, short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]));
+    }
+    if !palate.is_empty() {
+        let name = if contact { "palate" } else { "palate, for orientation only" };
+        legend.entry(svg, short, name, |svg, [x, y]| {
+            svg.rectangle([x, y - half], [x + 24.0, y + half], PALATE, Some(DEFORMED));
+        });
+    }
+    if tensions.iter().any(|t| *t <= 0.0) {
+        legend.entry(svg, long, "passive muscle", muscle(false));
+    }
+    if arrows {
+        legend.entry(svg, long, "to its bone, out of view", |svg, [x, y]| {
+            muscle(false)(svg, [x, y]);
+            arrow(svg, [x, y], [x + SAMPLE, y], "#ffffff");
+        });
+    }
+    if tensions.iter().any(|t| *t > 0.0) {
+        let name = "contracting, with its tension in N per metre of thickness";
+        legend.entry(svg, long, name, muscle(true));
+    }
+    legend.height()
 }

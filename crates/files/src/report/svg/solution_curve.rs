@@ -1,6 +1,6 @@
 //! The curve of tensions that fit equally well: the tensions along it, and below them the errors of the other muscles.
 
-use crate::report::SolutionCurveRecord;
+use crate::report::{SolutionCurveRecord, joined};
 use tongue_input::measured::muscles::Muscles;
 
 use super::axes::BELOW;
@@ -24,10 +24,10 @@ pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
         let squares: f64 = (0..names.len()).map(|m| (tension(p, m) - tension(p - 1, m)).powi(2)).sum();
         way.push(way[p - 1] + squares.sqrt());
     }
-    let summary = curve.points.get(curve.answer).map_or(String::new(), |p| {
-        let all = names.iter().zip(&p.x).map(|(m, t)| format!("{m} {t:.1}"));
-        all.collect::<Vec<_>>().join(", ")
-    });
+    let summary = curve
+        .points
+        .get(curve.answer)
+        .map_or(String::new(), |p| joined(names.iter().zip(&p.x).map(|(m, t)| format!("{m} {t:.1}")), ", "));
     let description = format!(
         "Tensions along the curve on which the ratios to {reference} are met, {} points; the answer is {summary} N. It ends: {}; {}.",
         curve.points.len(),

@@ -3,6 +3,7 @@
 use super::labels::colours;
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT};
+use crate::report::joined;
 
 /// Least width of the labels of the fits, width of a column, gap between columns and height of a row, px.
 const NAMES: f64 = 190.0;
@@ -15,8 +16,12 @@ pub type FitTensions<'a> = (&'a str, &'a [Option<f64>]);
 
 pub fn tensions(muscles: &[String], fits: &[FitTensions<'_>], title: &str) -> Svg {
     let most = fits.iter().flat_map(|(_, tensions)| tensions.iter().flatten()).copied().fold(1.0, f64::max);
-    let summary: Vec<String> = fits.iter().map(|f| description_of_fit(muscles, f)).collect();
-    let description = format!("Tensions in N per metre of thickness. {}", summary.join(" "));
+    let summary = fits.iter().map(|(label, tensions)| {
+        let all = muscles.iter().zip(*tensions);
+        let all = all.filter_map(|(name, t)| Some(format!("{name} {:.1}", (*t)?)));
+        format!("{label}: {}.", joined(all, ", "))
+    });
+    let description = format!("Tensions in N per metre of thickness. {}", joined(summary, " "));
     let names = fits.iter().map(|(label, _)| FontFace::Plain.width(label) + GAP).fold(NAMES, f64::max);
     let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
     let (mut svg, top) = Svg::new(title, &description, width);
@@ -41,12 +46,6 @@ pub fn tensions(muscles: &[String], fits: &[FitTensions<'_>], title: &str) -> Sv
     let below = top + height + 56.0;
     svg.text([MARGIN + names, below], Anchor::Start, FontFace::Plain, "tension, N per metre of thickness");
     svg.finish(below + TEXT)
-}
-
-fn description_of_fit(muscles: &[String], (label, tensions): &FitTensions<'_>) -> String {
-    let all = muscles.iter().zip(*tensions);
-    let all: Vec<String> = all.filter_map(|(name, t)| Some(format!("{name} {:.1}", (*t)?))).collect();
-    format!("{label}: {}.", all.join(", "))
 }
 
 #[cfg(test)]

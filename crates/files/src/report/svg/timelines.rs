@@ -1,8 +1,8 @@
 //! Tensions over time with their 95 % intervals, a panel for each muscle, and the distance of measured from simulated points.
 
 use super::plot::{Axis, Plot, round_range};
-use super::{Anchor, FontFace, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed_paths};
-use crate::report::RecordingResult;
+use super::{Anchor, FontFace, Legend, MARGIN, Svg, TEXT, WIDTH, closed_paths};
+use crate::report::{RecordingResult, names_or_none};
 use tongue_infer::track::CourseSummary;
 
 const LEFT: f64 = 150.0;
@@ -27,25 +27,27 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let summary = format!(
         "Tension over time of {} muscles with 95 % intervals; known courses: {}; the others are hatched.",
         courses.len(),
-        if known.is_empty() { "none".to_owned() } else { known.join(", ") }
+        names_or_none(&known)
     );
     let (mut svg, top) = Svg::new(&one.seen.name, &summary, WIDTH);
     svg.elements += "<defs><pattern id=\"hatch\" width=\"9\" height=\"9\" patternUnits=\"userSpaceOnUse\" \
         patternTransform=\"rotate(45)\"><rect width=\"9\" height=\"9\" fill=\"#f7f7f7\"/>\
         <line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"9\" stroke=\"#bdbdbd\" stroke-width=\"3\"/></pattern></defs>\n";
-    let entry = |fill: &'static str, line: &'static str, name: &'static str| {
-        LegendEntry::new(48.0, name, move |svg, [x, y]| {
-            svg.rectangle([x, y - 10.0], [x + 40.0, y + 10.0], fill, None);
-            svg.line([x, y], [x + 40.0, y], line, 2.5);
-        })
-    };
-    let entries = [
-        Some(entry(BAND, LINE, "median tension, 95 % interval")),
-        (known.len() < courses.len()).then(|| entry(HATCH, GREY_LINE, "course not known")),
-        frames.iter().any(|f| !f.status.is_trusted()).then(|| entry(DOUBTFUL, "none", "frame not trusted")),
-    ];
     let top = top + MARGIN;
-    let top = top + svg.legend(entries.into_iter().flatten(), [LEFT, WIDTH - MARGIN], top);
+    let mut legend = Legend::new([LEFT, WIDTH - MARGIN], top);
+    for (is_there, fill, line, name) in [
+        (true, BAND, LINE, "median tension, 95 % interval"),
+        (known.len() < courses.len(), HATCH, GREY_LINE, "course not known"),
+        (frames.iter().any(|f| !f.status.is_trusted()), DOUBTFUL, "none", "frame not trusted"),
+    ] {
+        if is_there {
+            legend.entry(&mut svg, 48.0, name, |svg, [x, y]| {
+                svg.rectangle([x, y - 10.0], [x + 40.0, y + 10.0], fill, None);
+                svg.line([x, y], [x + 40.0, y], line, 2.5);
+            });
+        }
+    }
+    let top = top + legend.height();
     let first = times.first().copied().unwrap_or(0.0);
     let ends = [first, times.last().copied().unwrap_or(1.0).max(first + 1e-9)];
     let shown = one.shown_labels();

@@ -6,9 +6,7 @@ use nalgebra::Vector3;
 
 use super::axes::{Bounds, PlotView};
 use super::section::check;
-use super::{
-    Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, TEXT, WIDTH, closed_paths, data,
-};
+use super::{Anchor, FontFace, INK, LEGEND_ROW, Legend, MARGIN, Px, Svg, TEXT, WIDTH, closed_paths, data};
 use crate::report::ReportError;
 use crate::report::vtu::most_active;
 use crate::surgery::OperationRecord;
@@ -199,17 +197,14 @@ impl Drawing<'_> {
         }
         let bottom = below + per_m * above[1];
         scale(&mut svg, side[0], per_m, bottom + MARGIN);
-        let names = self.names.iter().map(|(name, colour)| {
-            let fill = shade(*colour, 1.0);
-            LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {
-                svg.rectangle([x, y - 10.0], [x + SAMPLE - 10.0, y + 10.0], &fill, Some(INK));
-            })
-        });
-        let tips = self.tips.iter().map(|(name, _, fill)| {
-            LegendEntry::new(SAMPLE, name, |svg, [x, y]| svg.dot([x + 12.0, y], 7.0, fill, INK))
-        });
-        let height = svg.legend(names.chain(tips), [right, WIDTH - MARGIN], below);
-        svg.finish((bottom + MARGIN).max(below + height) + LEGEND_ROW + 2.0 * MARGIN)
+        let mut legend = Legend::new([right, WIDTH - MARGIN], below);
+        for (name, colour) in &self.names {
+            legend.area(&mut svg, SAMPLE, name, &shade(*colour, 1.0));
+        }
+        for (name, _, fill) in &self.tips {
+            legend.entry(&mut svg, SAMPLE, name, |svg, [x, y]| svg.dot([x + 12.0, y], 7.0, fill, INK));
+        }
+        svg.finish((bottom + MARGIN).max(below + legend.height()) + LEGEND_ROW + 2.0 * MARGIN)
     }
 
     /// Draws the shape below, then the faces that are turned to the viewer, the farthest first.

@@ -6,7 +6,7 @@ use super::axes::{BELOW, Bounds, LEFT, PlotView};
 use super::body_view::{BodyView, DEFORMED, REST_TISSUE};
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
-use crate::report::{AreaRow, ReportError, SoundRecord};
+use crate::report::{AreaRow, ReportError, SoundRecord, joined};
 use tongue_core::body::Mesh;
 use tongue_infer::acoustics::MeanVowel;
 
@@ -16,42 +16,42 @@ const MEAN: &str = "#777777";
 const LOWER: f64 = 250.0;
 const CHART: f64 = 330.0;
 
-#[derive(Debug, Clone, Copy)]
-pub struct VowelPicture<'a> {
-    pub mesh: &'a Mesh<2>,
-    pub positions: &'a [SVector<f64, 2>],
-    pub sound: &'a SoundRecord,
-    pub means: &'a [MeanVowel],
-    pub title: &'a str,
-}
-
-pub fn vowel(picture: &VowelPicture<'_>) -> Result<Svg, ReportError> {
-    super::check(picture.mesh, picture.positions, &vec![0.0; picture.mesh.muscles.len()])?;
-    let (mut svg, top) = Svg::new(picture.title, &description(picture), WIDTH);
+/// Draws a body in the plane with its sound, beside published means of vowels. Positions are those of all nodes, m.
+pub fn vowel(
+    mesh: &Mesh<2>,
+    positions: &[SVector<f64, 2>],
+    sound: &SoundRecord,
+    means: &[MeanVowel],
+    title: &str,
+) -> Result<Svg, ReportError> {
+    super::check(mesh, positions, &vec![0.0; mesh.muscles.len()])?;
+    let formants = (1..).zip(sound.formants_hz.iter().zip(&sound.bandwidths_hz));
+    let formants = formants.map(|(n, (f, b))| format!("F{n} {f:.0} Hz (bandwidth {b:.0} Hz)"));
+    let (length, formants) = (sound.tract_length_mm, joined(formants, ", "));
+    let description = format!("A tongue in its vocal tract, {length:.0} mm long. Formants: {formants}.");
+    let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let top = top + MARGIN;
-    let below = tract(&mut svg, picture, top).max(chart(&mut svg, picture, top)) + 2.0 * MARGIN;
-    areas(&mut svg, &picture.sound.area_function, below);
+    let below = tract(&mut svg, (mesh, positions), sound, top).max(chart(&mut svg, sound, means, top));
+    let below = below + 2.0 * MARGIN;
+    areas(&mut svg, &sound.area_function, below);
     let lower = below + LOWER + BELOW;
-    transfer(&mut svg, picture.sound, lower);
+    transfer(&mut svg, sound, lower);
     Ok(svg.finish(lower + LOWER + BELOW))
 }
 
-fn description(picture: &VowelPicture<'_>) -> String {
-    let sound = picture.sound;
-    let formants = (1..).zip(sound.formants_hz.iter().zip(&sound.bandwidths_hz));
-    let each = formants.map(|(n, (f, b))| format!("F{n} {f:.0} Hz (bandwidth {b:.0} Hz)"));
-    let (length, each) = (sound.tract_length_mm, each.collect::<Vec<_>>().join(", "));
-    format!("A tongue in its vocal tract, {length:.0} mm long. Formants: {each}.")
-}
-
 /// Draws the midsagittal section; returns its lower end, px.
-fn tract(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
-    let across = picture.sound.across_mm.iter();
+fn tract(
+    svg: &mut Svg,
+    (mesh, positions): (&Mesh<2>, &[SVector<f64, 2>]),
+    sound: &SoundRecord,
+    top: f64,
+) -> f64 {
+    let across = sound.across_mm.iter();
     let across = across.map(|ends| ends.map(|[x, y]| SVector::from([1e-3 * x, 1e-3 * y])).into());
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
-    let bounds = Bounds::of_points(outer.iter().chain(&inner).chain(picture.positions)).outwards(0.003, 0.01);
+    let bounds = Bounds::of_points(outer.iter().chain(&inner).chain(positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
-    let tissue = BodyView::in_view(picture.mesh, view).outline(picture.positions);
+    let tissue = BodyView::in_view(mesh, view).outline(positions);
     svg.fill(&tissue, REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
         svg.line(view.place(o), view.place(i), RULE, 1.0);
@@ -65,9 +65,9 @@ fn tract(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
 }
 
 /// Draws the first formant against the second one with the axes of phonetics; returns the lower end, px.
-fn chart(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
-    let heard = [0, 1].map(|i| picture.sound.formants_hz.get(i).copied().unwrap_or(0.0));
-    let all = picture.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
+fn chart(svg: &mut Svg, sound: &SoundRecord, means: &[MeanVowel], top: f64) -> f64 {
+    let heard = [0, 1].map(|i| sound.formants_hz.get(i).copied().unwrap_or(0.0));
+    let all = means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
     let plot = Plot::linear(
         [0.5 * WIDTH + LEFT + MARGIN, top],
         [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
@@ -75,7 +75,7 @@ fn chart(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
         [round_range(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
-    for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in picture.means {
+    for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in means {
         svg.text(plot.place(*f2, *f1), Anchor::Middle, FontFace::Plain, vowel);
     }
     svg.dot(plot.place(heard[1], heard[0]), 9.0, ACCENT, ACCENT);
@@ -83,7 +83,7 @@ fn chart(svg: &mut Svg, picture: &VowelPicture<'_>, top: f64) -> f64 {
     let left = plot.corner[0] - LEFT + MARGIN;
     svg.dot([left + 9.0, foot], 9.0, ACCENT, ACCENT);
     svg.text([left + 28.0, foot], Anchor::Start, FontFace::Plain, "heard here");
-    if !picture.means.is_empty() {
+    if !means.is_empty() {
         let note = "letters: published means of men";
         svg.text([left, foot + 1.4 * TEXT], Anchor::Start, FontFace::Plain, note);
     }

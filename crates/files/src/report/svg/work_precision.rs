@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-use super::plot::{Axis, Plot, Scale};
-use super::{INK, LegendEntry, MARGIN, Px, Svg, WIDTH, closed_paths, data};
-use crate::report::ReportError;
+use super::plot::{Axis, Plot};
+use super::{INK, Legend, MARGIN, Px, Svg, WIDTH, closed_paths, data};
+use crate::report::{ReportError, joined};
 
 /// Colours of Okabe and Ito (2008) that contrast with white; neighbours in the list differ in lightness too.
 const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
@@ -36,40 +36,37 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
     }
     let summary = curves.iter().map(|(name, points)| {
-        let points: Vec<String> = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
-        format!("{name}: {}.", points.join(" "))
+        let points = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1));
+        format!("{name}: {}.", joined(points, " "))
     });
-    let described = format!("{y} against {x}. {}", summary.collect::<Vec<_>>().join(" "));
+    let described = format!("{y} against {x}. {}", joined(summary, " "));
     let (mut svg, top) = Svg::new(title, &described, WIDTH);
-    let entries = curves.iter().enumerate().map(|(number, (name, _))| {
-        LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {
+    let mut legend = Legend::new([LEFT, WIDTH - MARGIN], top);
+    for (number, (name, _)) in curves.iter().enumerate() {
+        legend.entry(&mut svg, SAMPLE, name, |svg, [x, y]| {
             svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
             mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
-        })
-    });
-    let height = svg.legend(entries, [LEFT, WIDTH - MARGIN], top);
+        });
+    }
     let all = curves.iter().flat_map(|(_, points)| points);
-    let plot = Plot {
-        corner: [LEFT, top + height + MARGIN],
-        size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
-        x: decades(all.clone().map(|p| p.0)),
-        y: decades(all.map(|p| p.1)),
-        scale: Scale::Logarithmic,
-    };
+    let corner = [LEFT, top + legend.height() + MARGIN];
+    let edges = [decades(all.clone().map(|p| p.0)), decades(all.map(|p| p.1))];
+    let plot = Plot::linear(corner, [WIDTH - LEFT - 2.0 * MARGIN, PLOT], edges[0], edges[1]);
+    let plot = Plot { logarithmic: true, ..plot };
     plot.axes(&mut svg, [Axis::Named(x), Axis::Named(y)]);
     for (number, (_, points)) in curves.iter().enumerate() {
-        let points: Vec<Px> = points.iter().map(|&(x, y)| plot.place(x, y)).collect();
+        let points: Vec<Px> = points.iter().map(|&(x, y)| plot.place(x.log10(), y.log10())).collect();
         svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
         points.into_iter().for_each(|p| mark(&mut svg, number, p));
     }
     Ok(svg.finish(plot.corner[1] + PLOT + BOTTOM))
 }
 
+/// The logarithms of the powers of ten around these values.
 fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));
-    let (low, high) = (low.floor() as i32, high.ceil() as i32);
-    [low, high.max(low + 1)].map(|e| 10f64.powi(e))
+    [low.floor(), high.ceil().max(low.floor() + 1.0)]
 }
 
 fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {

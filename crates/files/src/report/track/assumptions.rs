@@ -6,9 +6,9 @@ use std::io::Write;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::{TrackRecord, TrackResults, with_decimals};
+use super::{TrackRecord, TrackResults, tally, with_decimals};
 use crate::report::column::Column;
-use crate::report::{Export, Provenance, csv};
+use crate::report::{Export, Provenance, csv, joined, names_or_none};
 use tongue_core::statistics::{TWO_SIDED_95, median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
@@ -92,8 +92,8 @@ pub fn placement_sentence(placement: &Placement) -> String {
 }
 
 pub fn repetitions_sentence(repeats: &Repeatability) -> String {
-    let labels: Vec<String> = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
-    format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
+    let labels = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times"));
+    format!("repetitions of {}: {}", repeats.tier, joined(labels, ", "))
 }
 
 /// The columns of `repeats.csv`; the page and the terminal show those with a heading.
@@ -101,12 +101,12 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
     type RowColumn<'a> = Column<'a, (String, Repeated)>;
     let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
     fn number<'a>(name: &'static str, heading: &'static str, value: fn(&Repeated) -> f64) -> RowColumn<'a> {
-        let column = RowColumn::new(name, "", "", move |(_, r)| value(r).into());
+        let column = RowColumn::named(name, move |(_, r)| value(r).into());
         let column = column.with_heading(heading).with_text(move |(_, r)| with_decimals(value(r), 2));
         if heading.is_empty() { column.in_csv_alone() } else { column }
     }
     vec![
-        RowColumn::new("muscle", "", "", |(muscle, _)| muscle.as_str().into()),
+        RowColumn::named("muscle", |(muscle, _)| muscle.as_str().into()),
         number("icc", "ICC of its course", |r| r.icc),
         number("by_chance", "", |r| r.by_chance),
         number("chance_95", "95 % by shifts", |r| r.chance_95),
@@ -114,9 +114,9 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
         number("exchange_95", "by exchanges", |r| r.exchange_95),
         number("of_label", "ICC of the label", |r| r.of_label),
         number("of_label_95", "95 % by exchanges", |r| r.of_label_95),
-        RowColumn::new("tier", "", "", |_| repeats.tier.as_str().into()).in_csv_alone(),
-        RowColumn::new("labels", "", "", move |_| count.into()).in_csv_alone(),
-        RowColumn::new("repetitions", "", "", move |_| repetitions.into()).in_csv_alone(),
+        RowColumn::named("tier", |_| repeats.tier.as_str().into()).in_csv_alone(),
+        RowColumn::named("labels", move |_| count.into()).in_csv_alone(),
+        RowColumn::named("repetitions", move |_| repetitions.into()).in_csv_alone(),
     ]
 }
 
@@ -179,12 +179,9 @@ pub struct FormantsRecord {
 
 impl FormantsRecord {
     pub fn new(tract: &Tract, lips: &Articulation, results: &TrackResults) -> Self {
-        let with_formants: Vec<&Tracked> =
-            results.frames().map(|(_, f)| f).filter(|f| !f.formants.is_empty()).collect();
-        let mut without = BTreeMap::new();
-        for (_, frame) in results.frames().filter(|(_, f)| f.formants.is_empty()) {
-            *without.entry(why_none(frame)).or_default() += 1;
-        }
+        let frames = results.frames().map(|(_, frame)| frame);
+        let (without, with_formants): (Vec<&Tracked>, Vec<&Tracked>) =
+            frames.partition(|f| f.formants.is_empty());
         let count = with_formants.first().map_or(0, |f| f.formants.len());
         let median =
             |of: &dyn Fn(&Tracked) -> f64| median(with_formants.iter().map(|f| of(f))).unwrap_or(f64::NAN);
@@ -193,7 +190,7 @@ impl FormantsRecord {
             lip_opening_mm: lips.lip_opening_mm,
             lip_protrusion_mm: lips.lip_protrusion_mm,
             frames: with_formants.len(),
-            without,
+            without: tally(without.into_iter().map(why_none)),
             sd_hz_is: "spread of the draws between walls that count as known",
             tract_sd_part: TRACT_SD,
             medians_hz: (0..count)
@@ -204,13 +201,12 @@ impl FormantsRecord {
 
     pub fn sentence(&self, of: usize) -> String {
         let all = self.medians_hz.iter().enumerate();
-        let all: Vec<String> =
-            all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1)).collect();
+        let all = all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1));
         let without: String = self.without.iter().map(|(why, count)| format!(" ({count}: {why})")).collect();
         format!(
             "formants of {} of {of} frames{without}, medians {}; sd is the spread of the draws, to which errors of the walls ({}) add {:.0} %",
             self.frames,
-            if all.is_empty() { "none".to_owned() } else { all.join(", ") },
+            names_or_none(all),
             self.tract,
             100.0 * self.tract_sd_part
         )

@@ -13,7 +13,7 @@ pub use assumptions::{
     placement_sentence, prior_interval_n, repeats_columns, repetitions_sentence,
 };
 #[cfg(feature = "files")]
-pub use page::TrackPage;
+pub use page::track_page;
 pub use tables::{contrasts, draws_csv, over_speakers, segments_csv, track_csv};
 
 use std::collections::BTreeMap;
@@ -220,10 +220,10 @@ pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// How often each status occurs.
-pub fn tally(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
+/// How often each item occurs.
+pub fn tally<T: Ord>(items: impl IntoIterator<Item = T>) -> BTreeMap<T, usize> {
     let mut counts = BTreeMap::new();
-    statuses.into_iter().for_each(|status| *counts.entry(status).or_default() += 1);
+    items.into_iter().for_each(|item| *counts.entry(item).or_default() += 1);
     counts
 }
 

@@ -1,6 +1,6 @@
 //! The page of a run: one HTML file that needs no network. Its script draws the figure of a recording when it is opened.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use maud::{Markup, PreEscaped, html};
 use serde_json::Value;
@@ -16,12 +16,9 @@ use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
-#[derive(Debug)]
-pub struct TrackPage<'a>(pub &'a TrackRecord);
-
-impl Export for TrackPage<'_> {
-    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let Self(record) = self;
+/// The page of a run of tracking.
+pub fn track_page(record: &TrackRecord) -> impl Export {
+    move |out: &mut dyn Write, by: &Provenance| {
         let results = &record.results;
         let in_html = |value: Value| PreEscaped(value.to_string().replace('<', "\\u003c"));
         let body = html! {

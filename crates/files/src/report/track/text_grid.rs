@@ -7,9 +7,6 @@ use crate::report::ssff::LONGEST_STEP;
 use tongue_core::statistics::median;
 use tongue_infer::track::Tracked;
 
-/// A text, and the ends of its time span, s.
-type WordInterval = (&'static str, [f64; 2]);
-
 impl RecordingResult {
     /// Writes a tier for each muscle, with `above` or `below` over the times in which the 95 % interval of its course lies above or below 0
     /// in every frame and every frame can be trusted. Borders lie in the middle between frames. A step much longer than usual is a hole,
@@ -38,11 +35,11 @@ impl RecordingResult {
         Ok(())
     }
 
-    /// The whole recording in time spans in which all frames have the same text; a hole has none.
-    fn spans(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<WordInterval> {
+    /// The whole recording in time spans, s, in which all frames have the same text; a hole has none.
+    fn spans(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<(&'static str, [f64; 2])> {
         let times: Vec<f64> = self.tracked.frames.iter().map(|f| f.time_s).collect();
         let usual_s = median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
-        let mut out: Vec<WordInterval> = Vec::new();
+        let mut out: Vec<(&'static str, [f64; 2])> = Vec::new();
         let mut add = |word, ends: [f64; 2]| match out.last_mut() {
             Some((last, before)) if *last == word => before[1] = ends[1],
             _ if ends[0] < ends[1] => out.push((word, ends)),

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::batch::record::AssessedRecord;
 use crate::report::column::Column;
 use crate::report::tongue_page::cells;
-use crate::report::{ByMuscle, ReportError, probability, status_name};
+use crate::report::{ByMuscle, ReportError, joined, names_or_none, probability, status_name};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Certainty;
 
@@ -175,17 +175,12 @@ fn rms(value: Option<f64>) -> String {
     value.map_or("–".to_owned(), |x| format!("{x:.3}"))
 }
 
-fn names_or_none(names: &[String]) -> String {
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
-}
-
 fn own_simulation(value: Option<f64>) -> String {
     value.map(|t| format!(", the thesis's own simulation {t:.3}")).unwrap_or_default()
 }
 
 fn tensions(values: &ByMuscle<f64>) -> String {
-    let all: Vec<String> = values.0.iter().map(|(m, v)| format!("{m} {v:.1}")).collect();
-    all.join(", ") + " N"
+    joined(values.0.iter().map(|(m, v)| format!("{m} {v:.1}")), ", ") + " N"
 }
 
 /// Figure 4.9 of the thesis for this fit, with only a label as its title.
