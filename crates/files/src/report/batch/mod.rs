@@ -155,7 +155,11 @@ pub fn fit_outputs(
             contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
             ..Digest::new(record)
         },
-        tables: tables::of_fit(record, muscles, provenance),
+        tables: [
+            tables::of_fit(record, muscles, provenance),
+            tables::of_muscles(record, provenance),
+            tables::of_posterior(record, provenance),
+        ],
         line: line(record),
         verdict: record.verdict().map(|verdict| format!("{}: {verdict}", record.row())),
         shown: shown.transpose()?,
