@@ -29,7 +29,7 @@ impl Active {
     }
 
     /// Logarithm of one plus the mean tension over [`LEAST_TENSION`].
-    fn value(&self, values: &ParameterValues) -> f64 {
+    pub(super) fn value(&self, values: &ParameterValues) -> f64 {
         (self.mean(values) / LEAST_TENSION).ln_1p()
     }
 
@@ -161,23 +161,29 @@ impl AuxiliaryData {
         self.sources.iter().flat_map(|source| (0..source.len()).map(move |number| (source, number)))
     }
 
+    /// For every number that follows from a shape: the shape, as in [`super::PosteriorModel::load`], and the place of the number among those
+    /// of the shape, `lengths` lengths and then these numbers. `None` for a number that follows from tensions.
+    pub(super) fn places(&self, postures: usize, lengths: usize) -> Vec<Option<(usize, usize)>> {
+        let mut next = vec![lengths; postures + 1];
+        let each = self.numbers().map(|(source, _)| match source {
+            DataSource::Activity(_) => None,
+            DataSource::Shape(view) => {
+                let index = view.posture.unwrap_or(postures);
+                next[index] += 1;
+                Some((index, next[index] - 1))
+            }
+        });
+        each.collect()
+    }
+
     /// All numbers, from the tensions and the positions of all nodes (m) in each posture (`None`: the baseline).
     pub fn values<'p>(
         &self,
         values: &ParameterValues,
         shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>],
     ) -> Vec<f64> {
-        self.values_of_views(values, |view| view.values(shape(view.posture)))
-    }
-
-    /// All numbers, from the tensions and a function that gives those of each view.
-    pub(super) fn values_of_views(
-        &self,
-        values: &ParameterValues,
-        mut of_view: impl FnMut(&PostureView) -> Vec<f64>,
-    ) -> Vec<f64> {
         let each = self.sources.iter().flat_map(|source| match source {
-            DataSource::Shape(view) => of_view(view),
+            DataSource::Shape(view) => view.values(shape(view.posture)),
             DataSource::Activity(active) => vec![active.value(values)],
         });
         each.collect()

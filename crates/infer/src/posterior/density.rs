@@ -25,6 +25,8 @@ pub struct Density<'a> {
     pub geometry: DMatrix<f64>,
     /// Factor of [`Density::covariance`].
     pub factor: Cholesky<f64, Dyn>,
+    /// Inverse of the covariance.
+    pub(super) precision: DMatrix<f64>,
     /// [`Measurements::rows`] of the measurements.
     pub rows: Vec<usize>,
 }
@@ -85,8 +87,9 @@ impl<'a> Density<'a> {
         }
         let rows = measurements.rows(posterior_model.muscles.len());
         let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
-        let geometry = DMatrix::zeros(0, 0);
-        let mut density = Self { posterior_model, measurements, parameters, fixed, geometry, factor, rows };
+        let (geometry, precision) = (DMatrix::zeros(0, 0), DMatrix::zeros(0, 0));
+        let mut density =
+            Self { posterior_model, measurements, parameters, fixed, geometry, factor, precision, rows };
         density.set_geometry(DMatrix::zeros(density.numbers(), density.numbers()))?;
         Ok(density)
     }
@@ -102,6 +105,7 @@ impl<'a> Density<'a> {
     pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
         self.geometry = geometry;
         self.factor = Cholesky::new(self.covariance()).ok_or(PosteriorError::Covariance)?;
+        self.precision = self.factor.inverse();
         Ok(())
     }
 

@@ -146,7 +146,7 @@ pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> 
         return Vec::new();
     }
     let geometry = density.select_measured(&density.geometry);
-    let gain = &geometry * density.factor.inverse();
+    let gain = &geometry * &density.precision;
     let left = &geometry - &gain * &geometry;
     // If the geometry has no errors, the matrix is nearly singular, and rounding can make an eigenvalue slightly negative.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();

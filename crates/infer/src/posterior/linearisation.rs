@@ -72,15 +72,13 @@ impl DifferentiatedPoint<'_> {
         let (postures, muscles) = (self.density.postures(), self.density.posterior_model.muscles.len());
         let stretches = (0..postures * muscles)
             .map(|row| self.solved.stretch_rate(row, unit, |index, m| of_shapes[index][m]));
-        // The auxiliary numbers of a shape follow its lengths.
-        let mut next = vec![muscles; postures + 1];
-        let others = self.density.measurements.auxiliary.numbers().map(|(source, _)| match source {
-            DataSource::Shape(view) => {
-                let index = view.posture.unwrap_or(postures);
-                next[index] += 1;
-                unit * of_shapes[index][next[index] - 1]
+        let auxiliary = &self.density.measurements.auxiliary;
+        let places = auxiliary.places(postures, muscles);
+        let others = auxiliary.numbers().zip(places).map(|((source, _), place)| match (source, place) {
+            (DataSource::Activity(active), _) => unit * of_activity(active),
+            (DataSource::Shape(_), place) => {
+                place.map_or(0.0, |(index, number)| unit * of_shapes[index][number])
             }
-            DataSource::Activity(active) => unit * of_activity(active),
         });
         DVector::from_vec(stretches.chain(others).collect())
     }

@@ -105,9 +105,17 @@ impl QuadraticShape {
     pub fn gradient(&self, all: &[(f64, f64)], weights: &DVector<f64>) -> Vec<f64> {
         let own = self.standardised(all);
         let by_term = &self.coefficients * weights;
+        // The terms are in the order of `monomials`.
+        let mut next = by_term.iter().skip(1);
+        let mut slopes: Vec<f64> = next.by_ref().take(own.len()).copied().collect();
+        for i in 0..own.len() {
+            for (j, weight) in (0..=i).zip(next.by_ref()) {
+                slopes[i] += weight * own[j];
+                slopes[j] += weight * own[i];
+            }
+        }
         let mut by_load = vec![0.0; all.len()];
-        for (by, &(i, _, sd)) in self.inputs.iter().enumerate() {
-            let slope: f64 = derivatives(&own, by).zip(by_term.iter()).map(|(d, w)| d * w).sum();
+        for (slope, &(i, _, sd)) in slopes.iter().zip(&self.inputs) {
             by_load[i] = slope * all[i].1 / sd;
         }
         by_load

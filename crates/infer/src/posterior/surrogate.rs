@@ -4,7 +4,6 @@
 use nalgebra::DVector;
 
 use tongue_core::parallel;
-use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
@@ -26,6 +25,8 @@ const BRIEF: Settings = Settings { chains: 8, warm_up: 40, draws: 16, thin: 2, s
 /// Power of the likelihood in the approximation, whose tails must not be lighter than those of the density, because chains would stay there
 /// for long.
 const TEMPERED: f64 = 0.9;
+
+/// A likelihood of the residuals of all measured numbers.
 pub trait ResidualLikelihood: Sync {
     /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
@@ -33,7 +34,7 @@ pub trait ResidualLikelihood: Sync {
 
 impl ResidualLikelihood for Density<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
-        let pulls = self.factor.solve(residuals);
+        let pulls = &self.precision * residuals;
         (-0.5 * residuals.dot(&pulls), pulls)
     }
 }
@@ -83,13 +84,12 @@ impl Surrogate {
         let numbers: Vec<_> = self.0.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
         let lengths: Vec<f64> =
             numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
-        // The auxiliary numbers of a shape follow its lengths.
-        let mut next = vec![muscles; postures + 1];
-        let auxiliary = measurements.auxiliary.values_of_views(&values, |view| {
-            let index = view.posture.unwrap_or(postures);
-            next[index] += view.len();
-            numbers[index].as_slice()[next[index] - view.len()..next[index]].to_vec()
-        });
+        let places = measurements.auxiliary.places(postures, muscles);
+        let each = measurements.auxiliary.numbers().zip(&places);
+        let auxiliary: Vec<f64> = Vec::from_iter(each.map(|((source, _), place)| match (source, place) {
+            (DataSource::Activity(active), _) => active.value(&values),
+            (DataSource::Shape(_), place) => place.map_or(0.0, |(index, number)| numbers[index][number]),
+        }));
         let (log, weights) = errors.log(&density.residuals(&lengths, &auxiliary));
         let (log, weights) = (TEMPERED * log, weights * TEMPERED);
         // Derivatives of the logarithm by the numbers of each shape.
@@ -100,13 +100,9 @@ impl Surrogate {
             by_number[postures][m] -= weights[i] * stretch;
         }
         let of_auxiliary = &weights.as_slice()[measurements.len()..];
-        let mut next = vec![muscles; postures + 1];
-        for (source, own) in measurements.auxiliary.with_weights(of_auxiliary) {
-            let DataSource::Shape(view) = source else { continue };
-            let index = view.posture.unwrap_or(postures);
-            for weight in own {
-                by_number[index][next[index]] += weight;
-                next[index] += 1;
+        for (place, weight) in places.iter().zip(of_auxiliary) {
+            if let Some((index, number)) = place {
+                by_number[*index][*number] += weight;
             }
         }
         let shapes = self.0.iter().zip(&all).zip(&by_number);
@@ -129,13 +125,7 @@ fn drawn<'a>(
     density: &'a Density<'_>,
     whitened: &Whitened,
 ) -> Result<Vec<DifferentiatedPoint<'a>>, PosteriorError> {
-    let draws: Vec<DVector<f64>> = (0..DRAWS / 2)
-        .flat_map(|i| {
-            let mut random = fastrand::Rng::with_seed(seed_of(SEED, i));
-            let z = normals(density.parameters.len(), &mut random) * SPREAD;
-            [whitened.to_scores(&z), whitened.to_scores(&-z)]
-        })
-        .collect();
+    let draws: Vec<DVector<f64>> = whitened.mirrored_draws(DRAWS, SPREAD, SEED).map(|(_, x)| x).collect();
     let points = differentiated(density, &draws);
     if 2 * points.len() < DRAWS { Err(PosteriorError::NoMode) } else { Ok(points) }
 }

@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use tongue_core::random::{normals, seed_of};
+
 /// Acceptance to which the step is adapted.
 const WANTED: f64 = 0.8;
 /// First and longest step in whitened coordinates.
@@ -24,6 +26,23 @@ impl Whitened {
     pub(super) fn scores_of(&self, x: &DVector<f64>) -> DVector<f64> {
         let away = x - &self.centre;
         self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
+    }
+
+    /// Draws whose coordinates have this standard deviation, each followed by its mirror image about the centre: coordinates and scores.
+    pub(super) fn mirrored_draws(
+        &self,
+        count: usize,
+        spread: f64,
+        seed: u64,
+    ) -> impl Iterator<Item = (DVector<f64>, DVector<f64>)> {
+        (0..count / 2).flat_map(move |i| {
+            let mut random = fastrand::Rng::with_seed(seed_of(seed, i));
+            let z = normals(self.centre.len(), &mut random) * spread;
+            [z.clone(), -z].map(|z| {
+                let x = self.to_scores(&z);
+                (z, x)
+            })
+        })
     }
 
     /// Coordinates learned from visited points and the derivatives of the logarithm of the density there. The covariance `M` in the present

@@ -28,6 +28,13 @@ pub(crate) struct Local<const L: usize> {
     pub upright: [bool; L],
 }
 
+/// Twice the area of a triangle.
+#[inline(always)]
+fn twice_area<const L: usize>(a: SimdPair<L>, b: SimdPair<L>, c: SimdPair<L>) -> Simd<L> {
+    let (p, q) = (difference(a, b), difference(a, c));
+    p[0] * q[1] - p[1] * q[0]
+}
+
 /// Computes energy and forces at `x` with the tension of every edge, and `h` of every triangle.
 pub(crate) struct Evaluate<'a, const L: usize> {
     pub elements: &'a Elements,
@@ -49,9 +56,8 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
         let mut least = Simd::ONE;
         for (i, corners) in elements.cells.iter().enumerate() {
             let [a, b, c] = corners.map(|n| x[n as usize]);
-            let (p, q) = (difference(a, b), difference(a, c));
             let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
-            let ratio = half * (p[0] * q[1] - p[1] * q[0]) * inverse;
+            let ratio = half * twice_area(a, b, c) * inverse;
             let strain = ratio - Simd::ONE;
             cell_energy += kappa * (strain * strain);
             h[i] = half * kappa * inverse * strain;
@@ -87,8 +93,8 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
     }
 }
 
-/// Computes `h` of every triangle at `x` by its linear response to the step from `from`, from `h` at `x`: without the area of the triangle
-/// that the steps of the corners form.
+/// Computes the `h` of every triangle that the linear response to the step from `from` predicts: `h` at `x` without the term of second
+/// order, the area of the triangle that the steps of its corners form.
 pub(crate) struct PredictPressure<'a, const L: usize> {
     pub elements: &'a Elements,
     pub numbers: &'a ElementNumbers<L>,
@@ -107,10 +113,9 @@ impl<const L: usize> NullaryFnOnce for PredictPressure<'_, L> {
         let quarter = Simd::splat(0.25);
         for (i, corners) in elements.cells.iter().enumerate() {
             let [a, b, c] = corners.map(|n| difference(from[n as usize], x[n as usize]));
-            let (p, q) = (difference(a, b), difference(a, c));
             let inverse = numbers.inverse_area[i];
             let scale = quarter * numbers.kappa[i] * (inverse * inverse);
-            linear_h[i] = h[i] - scale * (p[0] * q[1] - p[1] * q[0]);
+            linear_h[i] = h[i] - scale * twice_area(a, b, c);
         }
     }
 }
