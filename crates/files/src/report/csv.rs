@@ -80,7 +80,8 @@ pub(super) fn write(
 pub(super) fn lines(out: &mut dyn Write, lines: impl Iterator<Item = Vec<String>>) -> io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
     for line in lines {
-        writer.write_record(line.iter().map(|cell| harmless(cell).into_owned()))?;
+        line.iter().try_for_each(|cell| writer.write_field(harmless(cell).as_bytes()))?;
+        writer.write_record(None::<&[u8]>)?;
     }
     writer.flush()
 }

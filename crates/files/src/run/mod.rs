@@ -1,7 +1,7 @@
 //! Runs as plain structs: a body from options ([`PlaneBody`], [`SpaceSource`]), an equilibrium ([`Equilibrium`], [`Solved`]), a motion
-//! ([`SampledMotion`]), each muscle alone ([`MuscleEffect`]), a sound ([`TongueSound`]), one fit ([`FitRun`]), a posterior ([`PosteriorRun`]), the
-//! fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the page fill them in. A
-//! scene is such a struct itself ([`crate::scene`]).
+//! ([`SampledMotion`]), each muscle alone ([`MuscleEffect`]), a sound ([`TongueSound`]), one fit ([`FitRun`]), a posterior
+//! ([`PosteriorRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the Python module and the
+//! page fill them in. A scene is such a struct itself ([`crate::scene`]).
 //!
 //! What holds which result: [`Equilibrium`] is a solution with its alarms; [`Solved`] adds positions, tensions and the system;
 //! [`Shape`](crate::simulation::Shape) reads it by names of muscles.

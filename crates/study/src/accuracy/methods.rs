@@ -29,7 +29,8 @@ const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
 /// Steps of explicit methods over the stability limit; a step of twice the limit is refused.
 const PARTS_OF_LIMIT: [f64; 3] = [2.0, 0.99, 0.01];
 
-/// The same along the trajectory.
+/// Times at which trajectories are compared, s, tolerances of the adaptive methods, m, and steps of explicit methods over the stability
+/// limit.
 const TIMES_ON_THE_WAY: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
 pub(super) const TOLERANCES_ON_THE_WAY: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 pub(super) const PARTS_ON_THE_WAY: [f64; 3] = [2.0, 0.99, 0.05];
@@ -37,6 +38,7 @@ pub(super) const PARTS_ON_THE_WAY: [f64; 3] = [2.0, 0.99, 0.05];
 /// the reference is a hundred times more accurate than the best run.
 const REFERENCE: [f64; 2] = [1e-12, 1e-11];
 
+/// Times at which a trajectory is stopped, s.
 const EARLY_TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 /// Error of a step, m, which is far below the distance from equilibrium.
 const EARLY_TOLERANCE: f64 = 1e-9;
