@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::io::{self, Write};
 
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -107,7 +106,8 @@ impl Draws<'_> {
     /// At a draw, for each of these stretches the logarithm of its probability density given all other measured stretches, with which its
     /// errors are correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)`, with residuals `r` and the inverse `Q` of their covariance (Bürkner,
     /// Gabry and Vehtari 2021, Computational Statistics 36, section 2). Leave-one-out by importance sampling needs it.
-    fn log_likelihoods(&self, inverse: &DMatrix<f64>, stretches: &[usize], draw: &Draw) -> Vec<f64> {
+    fn log_likelihoods(&self, stretches: &[usize], draw: &Draw) -> Vec<f64> {
+        let inverse = &self.0.density.precision;
         let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.auxiliary);
         let each = stretches.iter().map(|&i| {
             let precision = inverse[(i, i)];
@@ -128,7 +128,7 @@ impl Export for Draws<'_> {
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
-        let (measurements, inverse) = (&self.0.density.measurements, self.0.density.factor.inverse());
+        let measurements = &self.0.density.measurements;
         let measured = (0..measurements.names.len()).filter(|i| measurements.postures[*i] == posture);
         let measured: Vec<usize> = measured.collect();
         columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", measurements.names[i])));
@@ -144,7 +144,7 @@ impl Export for Draws<'_> {
             let numbers = numbers.chain([draw.values.tilt]);
             let numbers =
                 numbers.chain((0..muscles.len()).map(|m| draw.stretch(posture * muscles.len() + m)));
-            let numbers = numbers.chain(self.log_likelihoods(&inverse, &measured, draw));
+            let numbers = numbers.chain(self.log_likelihoods(&measured, draw));
             let of_others = others.iter().flat_map(|&p| draw.values.postures[p].tensions.iter().copied());
             let numbers = numbers.chain(of_others).map(|value| value.to_string());
             first.into_iter().chain(numbers).collect::<Vec<_>>()

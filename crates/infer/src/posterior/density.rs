@@ -26,7 +26,7 @@ pub struct Density<'a> {
     /// Factor of [`Density::covariance`].
     pub factor: Cholesky<f64, Dyn>,
     /// Inverse of the covariance.
-    pub(super) precision: DMatrix<f64>,
+    pub precision: DMatrix<f64>,
     /// [`Measurements::rows`] of the measurements.
     pub rows: Vec<usize>,
 }

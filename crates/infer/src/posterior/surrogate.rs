@@ -41,7 +41,11 @@ impl ResidualLikelihood for Density<'_> {
 
 /// Models of all shapes of a density: of each posture, then of the baseline.
 #[derive(Debug)]
-pub struct Surrogate(Vec<QuadraticShape>);
+pub struct Surrogate {
+    shapes: Vec<QuadraticShape>,
+    /// [`AuxiliaryData::places`](super::AuxiliaryData::places) of the measurements.
+    places: Vec<Option<(usize, usize)>>,
+}
 
 impl Surrogate {
     /// Models that are fitted to draws from the normal distribution of these coordinates.
@@ -67,7 +71,9 @@ impl Surrogate {
 
     fn fit(density: &Density<'_>, points: &[DifferentiatedPoint<'_>]) -> Result<Self, PosteriorError> {
         let shapes = (0..=density.postures()).map(|index| QuadraticShape::fit(density, points, index));
-        shapes.collect::<Option<_>>().map(Self).ok_or(PosteriorError::NoMode)
+        let shapes = shapes.collect::<Option<_>>().ok_or(PosteriorError::NoMode)?;
+        let muscles = density.posterior_model.muscles.len();
+        Ok(Self { shapes, places: density.measurements.auxiliary.places(density.postures(), muscles) })
     }
 
     /// Logarithm of the approximate density at these scores, and its derivatives.
@@ -81,11 +87,10 @@ impl Surrogate {
         let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
         let measurements = &density.measurements;
         let all: Vec<_> = (0..=postures).map(|index| inputs(density, &values, index)).collect();
-        let numbers: Vec<_> = self.0.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
+        let numbers: Vec<_> = self.shapes.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
         let lengths: Vec<f64> =
             numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
-        let places = measurements.auxiliary.places(postures, muscles);
-        let each = measurements.auxiliary.numbers().zip(&places);
+        let each = measurements.auxiliary.numbers().zip(&self.places);
         let auxiliary: Vec<f64> = Vec::from_iter(each.map(|((source, _), place)| match (source, place) {
             (DataSource::Activity(active), _) => active.value(&values),
             (DataSource::Shape(_), place) => place.map_or(0.0, |(index, number)| numbers[index][number]),
@@ -100,12 +105,12 @@ impl Surrogate {
             by_number[postures][m] -= weights[i] * stretch;
         }
         let of_auxiliary = &weights.as_slice()[measurements.len()..];
-        for (place, weight) in places.iter().zip(of_auxiliary) {
+        for (place, weight) in self.places.iter().zip(of_auxiliary) {
             if let Some((index, number)) = place {
                 by_number[*index][*number] += weight;
             }
         }
-        let shapes = self.0.iter().zip(&all).zip(&by_number);
+        let shapes = self.shapes.iter().zip(&all).zip(&by_number);
         let by_load: Vec<_> = shapes.map(|((shape, all), weights)| shape.gradient(all, weights)).collect();
         let gradient = DVector::from_fn(scores.len(), |i, _| {
             let parameter = density.parameters[i];

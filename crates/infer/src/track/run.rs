@@ -27,6 +27,10 @@ use crate::error_model::Knots;
 
 /// Residuals above this number of standard deviations are faults of the observations.
 const MOST_SD: f64 = 4.0;
+/// Factor of the own errors of points in the search that gives the second start. Of 200 recordings of 31 points on a body of known shape,
+/// whose hyoid was not seen, the first search ends in a higher minimum in 57, the second in one. With 5, 16 or 30 the results are the same
+/// to 0.5 % of the intervals.
+const WIDER: f64 = 10.0;
 
 /// What a search reports, and which recordings it searches.
 #[derive(Clone, Copy)]
@@ -176,6 +180,12 @@ fn fit_placed(
     usual: Option<f64>,
     progress: &dyn Fn(usize),
 ) -> (f64, Vec<Outliers>) {
+    if !smoother.holds {
+        let errors = recordings.iter_mut().flat_map(|recording| recording.errors.iter_mut().flatten());
+        errors.for_each(|errors| Arc::make_mut(errors).sds *= WIDER);
+        minimise(smoother, recordings, ROUNDS, progress);
+        recordings.iter_mut().for_each(|recording| smoother.take_errors(recording));
+    }
     minimise(smoother, recordings, ROUNDS, progress);
     let usual = usual.unwrap_or_else(|| {
         let far = recordings
