@@ -27,9 +27,9 @@ use crate::error_model::Knots;
 
 /// Residuals above this number of standard deviations are faults of the observations.
 const MOST_SD: f64 = 4.0;
-/// Factor of the own errors of points in the search that gives the second start. Of 200 recordings of 31 points on a body of known shape,
-/// whose hyoid was not seen, the first search ends in a higher minimum in 57, the second in one. With 5, 16 or 30 the results are the same
-/// to 0.5 % of the intervals.
+/// Factor of the own errors of points in the search that gives the start. Of 200 recordings of 31 points on a body of known shape, whose
+/// hyoid was not seen, a search from rest ends in a higher minimum in 57, and in a lower one in one. With 5, 16 or 30 the results are the
+/// same to 0.5 % of the intervals.
 const WIDER: f64 = 10.0;
 
 /// What a search reports, and which recordings it searches.
@@ -172,8 +172,9 @@ fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
 /// For every frame of a recording the faults that the search found in it, and whether the frame is lost.
 type Outliers = Vec<(Vec<Fault>, bool)>;
 
-/// Finds the most probable tensions on the placed body without outliers. Returns the usual residual, in standard deviations, found in these
-/// recordings if it is not given, and the outliers of every recording.
+/// Finds the most probable tensions on the placed body without outliers. The cost has several minima, so the search begins at the minimum
+/// for own errors [`WIDER`] times as large, unless the shared unknowns are held. Returns the usual residual, in standard deviations, found in
+/// these recordings if it is not given, and the outliers of every recording.
 fn fit_placed(
     smoother: &mut Smoother<'_>,
     recordings: &mut [SmoothedRecording],
