@@ -199,8 +199,7 @@ pub fn tracked_without(
     let is_seen = recordings.iter().any(|r| r.shows_bone(HYOID));
     let freed = (!is_seen).then(|| MovableBone::of(&placed.body, &model, &contracting, HYOID).unwrap());
     let freed = freed.as_slice();
-    let context =
-        TrackingContext { system: &system, followed: &placed.followed, freed, shape: Some(&shape) };
+    let context = TrackingContext { system: &system, followed: &placed.followed, freed, shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
     Some(Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap())
 }
