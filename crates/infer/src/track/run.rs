@@ -29,7 +29,7 @@ use crate::error_model::Knots;
 const MOST_SD: f64 = 4.0;
 /// Factor of the own errors of points in the search that gives the start.
 const WIDER: f64 = 10.0;
-/// Rounds of that search. Of a speaker's 430 frames, 2 to 6 rounds end in lower minima than no such search, and 8 or more in higher ones.
+/// Rounds of that search. In eleven searches over frames of a speaker, 3 to 5 rounds led to lower minima than 40 did.
 const WIDER_ROUNDS: usize = 4;
 
 /// What a search reports, and which recordings it searches.
