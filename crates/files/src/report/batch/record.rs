@@ -10,6 +10,7 @@ use crate::report::FitRecord;
 use tongue_infer::inverse::batch::{Job, PublishedFacts, rest_distance};
 use tongue_infer::inverse::{Fit, Optimum, optima};
 use tongue_infer::posterior::Verdict;
+use tongue_input::measured::Target;
 use tongue_input::measured::TargetKind::{self, Ratio, Stretch};
 use tongue_input::measured::lengths::rest_distance::RestDistance;
 use tongue_input::measured::published_patterns::PatternCheck;
@@ -68,21 +69,25 @@ impl AssessedRecord {
         &self.record.fit
     }
 
+    pub fn target(&self) -> &Target {
+        &self.fit().matched.target
+    }
+
     /// For example `S2 /a/`, with a mark if the baseline replaces a missing /ɯ/.
     pub fn row(&self) -> String {
-        let target = &self.fit().matched.target;
+        let target = self.target();
         format!("{}{} /{}/", target.subject, self.mark(), target.vowel)
     }
 
     /// For example `S2 /a/ ratio`.
     pub fn label(&self) -> String {
-        format!("{} {}", self.row(), self.fit().matched.target.kind)
+        format!("{} {}", self.row(), self.target().kind)
     }
 
     /// The verdict in sentences, without that on the hyoid.
     pub fn verdict(&self) -> Option<String> {
         let verdict = Verdict { hyoid_mm: None, ..self.record.verdict.clone()? };
-        Some(verdict.sentences(self.fit().matched.target.baseline.label()).join(" "))
+        Some(verdict.sentences(self.target().baseline.label()).join(" "))
     }
 
     pub fn mark(&self) -> &'static str {

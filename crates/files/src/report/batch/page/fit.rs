@@ -61,8 +61,8 @@ impl PageFit {
 
 fn first_cells(id: usize, r: &AssessedRecord) -> Markup {
     html! {
-        td { (r.fit().matched.target.subject) (r.mark()) }
-        td { a href={ "#fit-" (id) } { "/" (r.fit().matched.target.vowel) "/" } }
+        td { (r.target().subject) (r.mark()) }
+        td { a href={ "#fit-" (id) } { "/" (r.target().vowel) "/" } }
     }
 }
 
@@ -70,8 +70,8 @@ fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td { (r.fit().matched.target.kind) }
-            @let residuals = ByMuscle::new(&r.fit().matched.target.muscles, r.fit().residuals());
+            td { (r.target().kind) }
+            @let residuals = ByMuscle::new(&r.target().muscles, r.fit().residuals());
             @for m in muscles {
                 @match residuals.get(m) {
                     Some(residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
@@ -100,8 +100,8 @@ fn status(r: &AssessedRecord) -> String {
 pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
     type RowColumn<'a> = Column<'a, AssessedRecord>;
     let mut columns: Vec<RowColumn<'_>> = vec![
-        RowColumn::of_page("baseline", |r| format!("/{}/", r.fit().matched.target.baseline).into()),
-        RowColumn::of_page("target", |r| r.fit().matched.target.kind.name().into()),
+        RowColumn::of_page("baseline", |r| format!("/{}/", r.target().baseline).into()),
+        RowColumn::of_page("target", |r| r.target().kind.name().into()),
         RowColumn::of_page("status", |r| status(r).into()),
         RowColumn::of_page("misfit", |r| r.fit().answer.misfit.into())
             .with_text(|r| format!("{:.1e}", r.fit().answer.misfit)),
@@ -126,7 +126,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td title=(r.verdict().unwrap_or_default()) { "/" (r.fit().matched.target.baseline) "/" }
+            td title=(r.verdict().unwrap_or_default()) { "/" (r.target().baseline) "/" }
             @for m in muscles {
                 @match summary.and_then(|s| s.changes_n.get(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
@@ -185,7 +185,7 @@ fn tensions(values: &ByMuscle<f64>) -> String {
 
 /// Figure 4.9 of the thesis for this fit, with only a label as its title.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
-    let target = &r.fit().matched.target;
+    let target = r.target();
     let title =
         format!("{} /{}/ against /{}/, {}", target.subject, target.vowel, target.baseline, target.kind);
     Ok(r.record.changes(&title, "measured", None)?.to_string())
