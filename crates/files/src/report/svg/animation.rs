@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::SVector;
-
 use super::axes::{BELOW, LEFT};
 use super::body_view::{BodyView, bone};
 use super::labels::point_at;
@@ -11,11 +9,12 @@ use super::section::{SectionPicture, check, legend};
 use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
+use tongue_core::geometry::Point;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnimationFrame {
     pub time: f64,
-    pub positions: Vec<SVector<f64, 2>>,
+    pub positions: Vec<Point>,
     pub tensions: Vec<f64>,
 }
 
@@ -26,20 +25,19 @@ pub struct AnimationFrame {
 /// muscles are more opaque the larger their tension is. If `mirrored`, the face looks to the right, as in the recording.
 pub fn animation(
     mesh: &Mesh<2>,
-    palate: &[SVector<f64, 2>],
+    palate: &[Point],
     frames: &[AnimationFrame],
-    seen: &[Vec<SVector<f64, 2>>],
+    seen: &[Vec<Point>],
     mirrored: bool,
     title: &str,
 ) -> Result<Svg, ReportError> {
     let (side, ends) = if mirrored { (-1.0, ["back", "front"]) } else { (1.0, ["front", "back"]) };
-    let turned =
-        |points: &[SVector<f64, 2>]| Vec::from_iter(points.iter().map(|p| SVector::from([side * p.x, p.y])));
+    let turned = |points: &[Point]| Vec::from_iter(points.iter().map(|p| Point::from([side * p.x, p.y])));
     let mesh = &Mesh { nodes: turned(&mesh.nodes), ..mesh.clone() };
     let palate = &turned(palate);
     let frames = frames.iter().map(|f| AnimationFrame { positions: turned(&f.positions), ..f.clone() });
     let frames: Vec<AnimationFrame> = frames.collect();
-    let seen: Vec<Vec<SVector<f64, 2>>> = seen.iter().map(|points| turned(points)).collect();
+    let seen: Vec<Vec<Point>> = seen.iter().map(|points| turned(points)).collect();
     frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
     let duration = (last.time - first.time).max(0.1);

@@ -2,9 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::SVector;
-
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, data};
+use tongue_core::geometry::Point;
 
 /// Room for the numbers and the name of the vertical axis, and of the horizontal axis, px.
 pub(super) const LEFT: f64 = 84.0;
@@ -14,18 +13,15 @@ const TICK: f64 = 6.0;
 /// A rectangle in the plane, m, or on the sheet, px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::report) struct Bounds {
-    pub low: [f64; 2],
-    pub high: [f64; 2],
+    pub low: Point,
+    pub high: Point,
 }
 
 impl Bounds {
     /// The bounding rectangle of points, m; its low is above its high if there are none.
-    pub fn of_points<'a>(points: impl IntoIterator<Item = &'a SVector<f64, 2>>) -> Self {
-        let none = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-        points.into_iter().fold(none, |b, p| Self {
-            low: [b.low[0].min(p.x), b.low[1].min(p.y)],
-            high: [b.high[0].max(p.x), b.high[1].max(p.y)],
-        })
+    pub fn of_points<'a>(points: impl IntoIterator<Item = &'a Point>) -> Self {
+        let none = Self { low: Point::repeat(f64::INFINITY), high: Point::repeat(f64::NEG_INFINITY) };
+        points.into_iter().fold(none, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
     }
 
     pub fn size(&self) -> [f64; 2] {
@@ -33,10 +29,7 @@ impl Bounds {
     }
 
     pub fn union(self, other: Self) -> Self {
-        Self {
-            low: [0, 1].map(|i| self.low[i].min(other.low[i])),
-            high: [0, 1].map(|i| self.high[i].max(other.high[i])),
-        }
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// Extended by `margin` (m) on every side, and from there to the next multiple of `step` (m).
@@ -50,15 +43,12 @@ impl Bounds {
     /// Extended to an aspect ratio between 1 : 2 and 4 : 3, so that a figure of any body fits a page.
     pub(crate) fn with_page_proportions(self) -> Self {
         let [w, h] = self.size();
-        let size = [w.max(0.75 * h), h.max(0.5 * w)];
-        let middle = [0, 1].map(|i| 0.5 * (self.low[i] + self.high[i]));
-        Self {
-            low: [0, 1].map(|i| middle[i] - 0.5 * size[i]),
-            high: [0, 1].map(|i| middle[i] + 0.5 * size[i]),
-        }
+        let (middle, half) =
+            (0.5 * (self.low + self.high), 0.5 * Point::new(w.max(0.75 * h), h.max(0.5 * w)));
+        Self { low: middle - half, high: middle + half }
     }
 
-    pub fn contains(&self, p: &SVector<f64, 2>) -> bool {
+    pub fn contains(&self, p: &Point) -> bool {
         (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
     }
 }
@@ -81,18 +71,14 @@ impl PlotView {
         [self.corner[0] + w * self.scale, self.corner[1] + h * self.scale]
     }
 
-    pub fn place(&self, p: &SVector<f64, 2>) -> Px {
+    pub fn place(&self, p: &Point) -> Px {
         [
             self.corner[0] + (p.x - self.bounds.low[0]) * self.scale,
             self.corner[1] + (self.bounds.high[1] - p.y) * self.scale,
         ]
     }
 
-    pub fn path<'a>(
-        &self,
-        positions: &[SVector<f64, 2>],
-        chains: impl IntoIterator<Item = &'a [usize]>,
-    ) -> String {
+    pub fn path<'a>(&self, positions: &[Point], chains: impl IntoIterator<Item = &'a [usize]>) -> String {
         data(chains.into_iter().map(|c| c.iter().filter_map(|&n| Some(self.place(positions.get(n)?)))))
     }
 
@@ -102,14 +88,14 @@ impl PlotView {
         svg.stroke(&data([[[left, top], [left, bottom], [right, bottom]]]), INK, 1.5);
         let [x_mm, y_mm] = [0, 1].map(|i| 1e3 * self.bounds.low[i]..=1e3 * self.bounds.high[i]);
         for value in ticks(x_mm) {
-            let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
+            let [at, _] = self.place(&Point::new(1e-3 * value, 0.0));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
             // A number with a sign stays inside the sheet.
             let inside = right + MARGIN - 0.7 * FontFace::Plain.width(&tick(value));
             svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, FontFace::Plain, &tick(value));
         }
         for value in ticks(y_mm) {
-            let [_, at] = self.place(&SVector::from([0.0, 1e-3 * value]));
+            let [_, at] = self.place(&Point::new(0.0, 1e-3 * value));
             svg.line([left - TICK, at], [left, at], INK, 1.5);
             svg.text([left - TICK - 4.0, at], Anchor::End, FontFace::Plain, &tick(value));
         }
@@ -118,7 +104,7 @@ impl PlotView {
     }
 
     /// The visible part of a chain of points (m), and where it leaves the view if it does: a point inside, and the point at the edge.
-    pub fn visible(&self, points: &[SVector<f64, 2>]) -> (Vec<Px>, Option<[Px; 2]>) {
+    pub fn visible(&self, points: &[Point]) -> (Vec<Px>, Option<[Px; 2]>) {
         let mut seen = Vec::new();
         let mut leaves = None;
         for pair in points.windows(2) {
@@ -143,7 +129,7 @@ impl PlotView {
     }
 
     /// The point, m, at which the line from a visible point to an invisible one meets the edge.
-    fn exit(&self, from: &SVector<f64, 2>, to: &SVector<f64, 2>) -> SVector<f64, 2> {
+    fn exit(&self, from: &Point, to: &Point) -> Point {
         let way = to - from;
         let [x, y] = [0, 1].map(|i| {
             let edge = if way[i] > 0.0 { self.bounds.high[i] } else { self.bounds.low[i] };
@@ -174,11 +160,11 @@ mod tests {
 
     #[test]
     fn a_line_that_leaves_the_view_ends_at_its_edge() {
-        let view = PlotView::new(Bounds { low: [0.0, 0.0], high: [1.0, 1.0] }, [0.0, 0.0], 100.0);
-        let points = [[2.0, 0.5], [0.5, 0.5], [0.5, 0.25]].map(SVector::from);
+        let view = PlotView::new(Bounds { low: Point::zeros(), high: Point::repeat(1.0) }, [0.0, 0.0], 100.0);
+        let points = [[2.0, 0.5], [0.5, 0.5], [0.5, 0.25]].map(Point::from);
         let (seen, leaves) = view.visible(&points);
         assert_eq!(seen, [[100.0, 50.0], [50.0, 50.0], [50.0, 75.0]]);
         assert_eq!(leaves, Some([[50.0, 50.0], [100.0, 50.0]]));
-        assert_eq!(view.visible(&[[2.0, 2.0], [3.0, 3.0]].map(SVector::from)), (vec![], None));
+        assert_eq!(view.visible(&[[2.0, 2.0], [3.0, 3.0]].map(Point::from)), (vec![], None));
     }
 }

@@ -1,13 +1,14 @@
 //! A body in the plane on a sheet: its outline, the palate, its muscles as lines with their names, its bones, and the stretch of its tissue
 //! in colours.
 
-use nalgebra::{Matrix2, SVector};
+use nalgebra::Matrix2;
 
 use super::axes::{Bounds, PlotView, ticks};
 use super::labels::{self, DrawnMuscle, colours};
 use super::plot::{Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed_paths, data};
 use tongue_core::body::Mesh;
+use tongue_core::geometry::Point;
 
 pub(super) const REST: &str = "#b4b4b4";
 pub(super) const REST_TISSUE: &str = "#f1f1f1";
@@ -34,8 +35,8 @@ impl<'a> BodyView<'a> {
     /// The view with the bounds of a picture of these shapes; `corner` and `width` in px.
     pub fn new<'s>(
         mesh: &'a Mesh<2>,
-        palate: &[SVector<f64, 2>],
-        shapes: impl IntoIterator<Item = &'s [SVector<f64, 2>]>,
+        palate: &[Point],
+        shapes: impl IntoIterator<Item = &'s [Point]>,
         corner: Px,
         width: f64,
     ) -> Self {
@@ -49,8 +50,7 @@ impl<'a> BodyView<'a> {
         Self { mesh, view, outlines: mesh.outlines(), edges: edges.collect() }
     }
 
-    /// The outline of the tissue as the data of a path.
-    pub fn outline(&self, positions: &[SVector<f64, 2>]) -> String {
+    pub fn outline(&self, positions: &[Point]) -> String {
         closed_paths(
             self.outlines
                 .iter()
@@ -64,22 +64,21 @@ impl<'a> BodyView<'a> {
         svg.stroke(&outline, REST, 2.0);
     }
 
-    /// Draws the edges of the tissue and its outline.
-    pub fn draw_tissue(&self, svg: &mut Svg, positions: &[SVector<f64, 2>]) {
+    pub fn draw_tissue(&self, svg: &mut Svg, positions: &[Point]) {
         svg.stroke(&self.view.path(positions, self.edges.iter().copied()), EDGES, 1.0);
         svg.stroke(&self.outline(positions), DEFORMED, 2.6);
     }
 
-    pub fn draw_palate(&self, svg: &mut Svg, outline: &[SVector<f64, 2>]) {
+    pub fn draw_palate(&self, svg: &mut Svg, outline: &[Point]) {
         if outline.len() < 2 {
             return;
         }
         let nodes = &self.mesh.nodes;
-        let middle = nodes.iter().sum::<SVector<f64, 2>>() / nodes.len().max(1) as f64;
-        let turned = |a: &SVector<f64, 2>, b: &SVector<f64, 2>| SVector::from([a.y - b.y, b.x - a.x]);
+        let middle = nodes.iter().sum::<Point>() / nodes.len().max(1) as f64;
+        let turned = |a: &Point, b: &Point| Point::new(a.y - b.y, b.x - a.x);
         let off = outline.windows(2).map(|pair| turned(&pair[0], &pair[1]).dot(&(pair[0] - middle)));
         let side = if off.sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
-        let thick = |pair: &[SVector<f64, 2>]| {
+        let thick = |pair: &[Point]| {
             let across = turned(&pair[0], &pair[1]);
             across * (side * PALATE_THICKNESS / across.norm().max(1e-12))
         };
@@ -91,23 +90,20 @@ impl<'a> BodyView<'a> {
         for three in outline.windows(3) {
             corners.push(vec![three[1], three[1] + thick(&three[1..]), three[1] + thick(&three[..2])]);
         }
-        let [low, high] = [self.view.bounds.low, self.view.bounds.high];
-        let clamp = |p: &SVector<f64, 2>| {
-            self.view.place(&SVector::from([p.x.clamp(low[0], high[0]), p.y.clamp(low[1], high[1])]))
-        };
+        let Bounds { low, high } = self.view.bounds;
+        let clamp = |p: &Point| self.view.place(&p.sup(&low).inf(&high));
         svg.fill(&closed_paths(corners.iter().map(|c| c.iter().map(clamp).collect::<Vec<_>>())), PALATE);
         svg.stroke(&data([outline.iter().map(clamp)]), DEFORMED, 2.0);
     }
 
-    /// Draws measured points.
-    pub fn draw_dots(&self, svg: &mut Svg, seen: &[SVector<f64, 2>]) {
+    pub fn draw_dots(&self, svg: &mut Svg, seen: &[Point]) {
         for p in seen.iter().filter(|p| self.view.bounds.contains(p)) {
             svg.dot(self.view.place(p), 6.0, INK, "#ffffff");
         }
     }
 
     /// The muscles of a shape, contracting ones last; the name of a contracting one is followed by its tension.
-    pub fn muscles(&self, positions: &[SVector<f64, 2>], tensions: &[f64]) -> Vec<DrawnMuscle> {
+    pub fn muscles(&self, positions: &[Point], tensions: &[f64]) -> Vec<DrawnMuscle> {
         let coloured = self.mesh.muscles.iter().zip(colours(&self.mesh.muscle_names()));
         let all = coloured.zip(tensions).enumerate().map(|(index, ((muscle, colour), &tension))| {
             let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
@@ -123,18 +119,18 @@ impl<'a> BodyView<'a> {
     }
 
     /// The places of the bones in view.
-    pub fn bones(&self, positions: &[SVector<f64, 2>]) -> Vec<Px> {
+    pub fn bones(&self, positions: &[Point]) -> Vec<Px> {
         let seen = self.mesh.fixed.iter().filter_map(|&n| positions.get(n));
         seen.filter(|p| self.view.bounds.contains(p)).map(|p| self.view.place(p)).collect()
     }
 
     /// The centre of every muscle's name, in the order of the lines; contracting muscles choose first.
     pub fn label_places(&self, lines: &[DrawnMuscle], bones: &[Px]) -> Vec<Option<Px>> {
-        labels::place(lines, bones, &Bounds { low: self.view.corner, high: self.view.end() })
+        labels::place(lines, bones, &Bounds { low: self.view.corner.into(), high: self.view.end().into() })
     }
 
     /// Marks the places at rest of bones that have moved, each with a line to its present place.
-    pub fn mark_moved_bones(&self, svg: &mut Svg, positions: &[SVector<f64, 2>]) {
+    pub fn mark_moved_bones(&self, svg: &mut Svg, positions: &[Point]) {
         for &node in &self.mesh.fixed {
             let (Some(was), Some(is)) = (self.mesh.nodes.get(node), positions.get(node)) else { continue };
             if (is - was).norm() > MOVED && self.view.bounds.contains(was) {
@@ -147,7 +143,7 @@ impl<'a> BodyView<'a> {
 
     /// Fills triangles by their largest principal stretch; returns the ends of the scale, or `None` without tissue that has an area at
     /// rest.
-    pub fn fill_by_stretch(&self, svg: &mut Svg, positions: &[SVector<f64, 2>]) -> Option<[f64; 2]> {
+    pub fn fill_by_stretch(&self, svg: &mut Svg, positions: &[Point]) -> Option<[f64; 2]> {
         let mesh = self.mesh;
         let stretches = mesh.cells.iter().map(|cell| {
             let [now, rest] = [positions, &mesh.nodes]
@@ -179,16 +175,15 @@ fn square(svg: &mut Svg, [x, y]: Px, fill: &str, edge: Option<&str>) {
 /// The bounds of a picture: the tissue at rest with a margin and the palate near it, extended only for shapes that go beyond them.
 pub(in crate::report) fn picture_bounds<'a>(
     mesh: &Mesh<2>,
-    palate: &[SVector<f64, 2>],
-    shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>,
+    palate: &[Point],
+    shapes: impl IntoIterator<Item = &'a [Point]>,
 ) -> Bounds {
     let inside = mesh.in_tissue();
     let all = mesh.cells.is_empty();
-    let tissue = |x: &[SVector<f64, 2>]| {
-        Bounds::of_points(x.iter().zip(&inside).filter(|(_, t)| all || **t).map(|(p, _)| p))
-    };
+    let tissue =
+        |x: &[Point]| Bounds::of_points(x.iter().zip(&inside).filter(|(_, t)| all || **t).map(|(p, _)| p));
     if mesh.nodes.is_empty() {
-        return Bounds { low: [0.0; 2], high: [1e-3; 2] };
+        return Bounds { low: Point::zeros(), high: Point::repeat(1e-3) };
     }
     let rest = tissue(&mesh.nodes);
     let [w, h] = rest.size();

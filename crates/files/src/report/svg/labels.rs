@@ -1,10 +1,9 @@
 //! Muscles as lines, and the places of their names.
 
-use nalgebra::SVector;
-use tongue_input::measured::muscles::Muscles;
-
 use super::axes::Bounds;
 use super::{FontFace, INK, Px, Svg, TEXT, closed_paths, data};
+use tongue_core::geometry::Point;
+use tongue_input::measured::muscles::Muscles;
 
 const GAP: f64 = 7.0;
 /// Candidate places of a name as parts of its line's length, best first.
@@ -30,7 +29,6 @@ impl DrawnMuscle {
         muscle(svg, &data([self.seen.iter().copied()]), &self.colour, self.contracting);
     }
 
-    /// Draws an arrow where it leaves the view.
     pub fn draw_arrow(&self, svg: &mut Svg) {
         if let Some([from, to]) = self.leaves {
             arrow(svg, from, to, &self.colour);
@@ -61,7 +59,8 @@ pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
 }
 
 fn around(middle: Px, half: Px) -> Bounds {
-    Bounds { low: [0, 1].map(|i| middle[i] - half[i]), high: [0, 1].map(|i| middle[i] + half[i]) }
+    let (middle, half) = (Point::from(middle), Point::from(half));
+    Bounds { low: middle - half, high: middle + half }
 }
 
 fn shared_area(a: &Bounds, b: &Bounds) -> f64 {
@@ -102,7 +101,7 @@ fn cost(area: &Bounds, taken: &[Bounds], obstacles: &[Px], frame: &Bounds) -> f6
     let size = (area.high[0] - area.low[0]) * (area.high[1] - area.low[1]);
     let hidden: f64 = taken.iter().map(|t| shared_area(area, t)).sum::<f64>() / size;
     let outside = 1.0 - shared_area(area, frame) / size;
-    let crossed = obstacles.iter().filter(|p| area.contains(&SVector::from(**p))).count() as f64;
+    let crossed = obstacles.iter().filter(|p| area.contains(&Point::from(**p))).count() as f64;
     1e4 * (hidden + outside) + 4.0 * crossed
 }
 

@@ -1,13 +1,12 @@
 //! The effect of each muscle alone: a small picture for each, all with the same axes.
 
-use nalgebra::SVector;
-
-use super::axes::PlotView;
+use super::axes::{Bounds, PlotView};
 use super::body_view::{BodyView, DEFORMED, bone, picture_bounds};
 use super::section::check;
 use super::{Anchor, FontFace, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::{ReportError, joined};
 use tongue_core::body::Mesh;
+use tongue_core::geometry::Point;
 
 const COLUMNS: usize = 4;
 const PANEL: f64 = 400.0;
@@ -21,17 +20,12 @@ pub struct Panel {
     pub title: String,
     /// The effect, in at most two short lines.
     pub lines: Vec<String>,
-    pub positions: Vec<SVector<f64, 2>>,
+    pub positions: Vec<Point>,
     pub tensions: Vec<f64>,
 }
 
 /// Draws shapes of one body side by side, each with the tissue at rest (grey), the contracting muscles and the palate, m.
-pub fn panels(
-    mesh: &Mesh<2>,
-    palate: &[SVector<f64, 2>],
-    panels: &[Panel],
-    title: &str,
-) -> Result<Svg, ReportError> {
+pub fn panels(mesh: &Mesh<2>, palate: &[Point], panels: &[Panel], title: &str) -> Result<Svg, ReportError> {
     panels.iter().try_for_each(|p| check(mesh, &p.positions, &p.tensions))?;
     let columns = COLUMNS.min(panels.len());
     let width = 2.0 * MARGIN + columns as f64 * (PANEL + GAP) - GAP;
@@ -62,10 +56,10 @@ pub fn panels(
     Ok(svg.finish(y + 0.5 * LEGEND_ROW + MARGIN))
 }
 
-fn draw(svg: &mut Svg, body: &BodyView<'_>, palate: &[SVector<f64, 2>], panel: &Panel) {
+fn draw(svg: &mut Svg, body: &BodyView<'_>, palate: &[Point], panel: &Panel) {
     let view = &body.view;
-    let [low, high] = [view.bounds.low, view.bounds.high];
-    let point = |x: f64, y: f64| view.place(&SVector::from([x, y]));
+    let Bounds { low, high } = view.bounds;
+    let point = |x: f64, y: f64| view.place(&Point::from([x, y]));
     let [upright, level] = [0, 1].map(|i| {
         let first = (low[i] / GRID).ceil() as i32;
         (first..).map(|n| f64::from(n) * GRID).take_while(move |v| *v <= high[i])

@@ -8,6 +8,7 @@ use super::labels::{arrow, muscle};
 use super::{LEGEND_ROW, Legend, MARGIN, Px, Svg, WIDTH, data};
 use crate::report::{ReportError, names_or_none};
 use tongue_core::body::Mesh;
+use tongue_core::geometry::Point;
 
 const REST_NAME: &str = "rest";
 const SAMPLE: f64 = 62.0;
@@ -15,13 +16,13 @@ const SAMPLE: f64 = 62.0;
 #[derive(Debug, Clone, Copy)]
 pub struct SectionPicture<'a> {
     pub mesh: &'a Mesh<2>,
-    pub positions: &'a [SVector<f64, 2>],
+    pub positions: &'a [Point],
     /// N per metre of thickness, for every muscle of the mesh; one above zero is drawn as contracting.
     pub tensions: &'a [f64],
     /// m; empty without a palate.
-    pub palate: &'a [SVector<f64, 2>],
+    pub palate: &'a [Point],
     /// Measured points, m, drawn as dots.
-    pub seen: &'a [SVector<f64, 2>],
+    pub seen: &'a [Point],
     /// Whether the palate stops the body; otherwise it is drawn for orientation.
     pub contact: bool,
     pub stretch: bool,
@@ -34,9 +35,9 @@ impl<'a> SectionPicture<'a> {
     /// A shape over the body at rest, without measured points, contact or colours of stretch.
     pub fn new(
         mesh: &'a Mesh<2>,
-        positions: &'a [SVector<f64, 2>],
+        positions: &'a [Point],
         tensions: &'a [f64],
-        palate: &'a [SVector<f64, 2>],
+        palate: &'a [Point],
         title: &'a str,
     ) -> Self {
         let (contact, stretch, grey) = (false, false, REST_NAME);
@@ -110,11 +111,8 @@ pub(in crate::report) fn check<const D: usize>(
         named(&|| format!("muscle {}", muscle.name), &muscle.nodes)?;
     }
     named(&|| "the list of fixed nodes".to_owned(), &mesh.fixed)?;
-    let (number, count) = (tensions.len(), mesh.muscles.len());
-    if number == count {
-        return Ok(());
-    }
-    Err(ReportError::Number { what: "the list of tensions".to_owned(), kind: "muscle", number, count })
+    let (what, number, count) = ("the list of tensions".to_owned(), tensions.len(), mesh.muscles.len());
+    if number == count { Ok(()) } else { Err(ReportError::Number { what, kind: "muscle", number, count }) }
 }
 
 fn description(section: &SectionPicture<'_>) -> String {

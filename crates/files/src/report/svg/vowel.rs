@@ -1,13 +1,12 @@
 //! A vowel: the tongue in its vocal tract, the vowel chart, the areas and the transfer function.
 
-use nalgebra::SVector;
-
 use super::axes::{BELOW, Bounds, LEFT, PlotView};
 use super::body_view::{BodyView, DEFORMED, REST_TISSUE};
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord, joined};
 use tongue_core::body::Mesh;
+use tongue_core::geometry::Point;
 use tongue_infer::acoustics::MeanVowel;
 
 const WALL: &str = "#a04000";
@@ -19,7 +18,7 @@ const CHART: f64 = 330.0;
 /// Draws a body in the plane with its sound, beside published means of vowels. Positions are those of all nodes, m.
 pub fn vowel(
     mesh: &Mesh<2>,
-    positions: &[SVector<f64, 2>],
+    positions: &[Point],
     sound: &SoundRecord,
     means: &[MeanVowel],
     title: &str,
@@ -40,15 +39,10 @@ pub fn vowel(
 }
 
 /// Draws the midsagittal section; returns its lower end, px.
-fn tract(
-    svg: &mut Svg,
-    (mesh, positions): (&Mesh<2>, &[SVector<f64, 2>]),
-    sound: &SoundRecord,
-    top: f64,
-) -> f64 {
+fn tract(svg: &mut Svg, (mesh, positions): (&Mesh<2>, &[Point]), sound: &SoundRecord, top: f64) -> f64 {
     let across = sound.across_mm.iter();
-    let across = across.map(|ends| ends.map(|[x, y]| SVector::from([1e-3 * x, 1e-3 * y])).into());
-    let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
+    let across = across.map(|ends| ends.map(|[x, y]| Point::from([1e-3 * x, 1e-3 * y])).into());
+    let (outer, inner): (Vec<Point>, Vec<Point>) = across.unzip();
     let bounds = Bounds::of_points(outer.iter().chain(&inner).chain(positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
     let tissue = BodyView::in_view(mesh, view).outline(positions);
