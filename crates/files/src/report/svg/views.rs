@@ -28,8 +28,9 @@ const TISSUE: u32 = 0xd6cdcd;
 const SOLID: u32 = 0xcddef0;
 /// Muscles with a smaller activation keep the colour of the tissue.
 const ACTIVE: f64 = 5e-3;
-/// Colours of operated tissue, of the shape below, and of the operated part of the shape below.
+/// Colours of operated and of removed tissue, of the shape below, and of the operated part of the shape below.
 const FILLING: u32 = 0x6e6e6e;
+const REMOVED: u32 = 0xc4c4c4;
 const UNDER: &str = "#ececec";
 const GONE: &str = "#b0b0b0";
 const SAMPLE: f64 = 34.0;
@@ -59,17 +60,14 @@ pub fn views(
         let filled = is_filled && operated(&element);
         (nodes.to_vec(), if filled { FILLING } else { active.map_or(TISSUE, colour) })
     });
-    let names = groups.iter().map(|g| {
-        let of = body.muscles.iter().zip(activations).filter(|(m, _)| m.group == *g).map(|(m, a)| (m, *a));
-        let most = of.clone().map(|(_, a)| a).fold(0.0, f64::max);
-        let least = of.clone().map(|(_, a)| a).fold(f64::INFINITY, f64::min);
-        let name = match of.clone().find(|(_, a)| *a == most) {
-            Some((m, _)) if least < most => m.name.clone(),
-            _ => g.clone(),
-        };
-        (most > ACTIVE).then(|| format!("{name} {most:.2}"))
+    let names = groups.iter().zip(COLOURS.into_iter().cycle()).filter_map(|(g, colour)| {
+        let of = body.muscles.iter().zip(activations).filter(|(m, _)| m.group == *g);
+        let most = of.clone().map(|(_, a)| *a).fold(0.0, f64::max);
+        let least = of.clone().map(|(_, a)| *a).fold(f64::INFINITY, f64::min);
+        let strongest = of.clone().find(|(_, a)| **a == most).filter(|_| least < most);
+        let name = strongest.map_or(g, |(m, _)| &m.name);
+        (most > ACTIVE).then(|| (format!("{name} {most:.2}"), colour))
     });
-    let names = names.enumerate().filter_map(|(i, name)| Some((name?, COLOURS[i % COLOURS.len()])));
     let mut drawing = Drawing {
         what: format!("A tongue in space of {} hexahedra", body.mesh.hexahedra.len()),
         faces: faces.collect(),
@@ -90,21 +88,16 @@ pub fn views(
         let corners =
             region.outward_quadrilaterals().into_iter().map(|(_, face)| face.map(|n| (n, shape[n])));
         drawing.outlined = corners.collect();
-        drawing.names.push((
-            if is_filled { "operated" } else { "removed" }.to_owned(),
-            if is_filled { FILLING } else { 0xc4c4c4 },
-        ));
+        let (name, colour) = if is_filled { ("operated", FILLING) } else { ("removed", REMOVED) };
+        drawing.names.push((name.to_owned(), colour));
         let places = [
-            ("before", &before.positions[..], "#ffffff"),
-            ("after", positions, INK),
-            ("brought back", &before.made_up, "#ddcc77"),
+            ("tip before", &before.positions[..], "#ffffff"),
+            ("tip after", positions, INK),
+            ("tip brought back", &before.made_up, "#ddcc77"),
         ];
-        if let Some(tip) = before.body.tip() {
-            let tips = places
-                .into_iter()
-                .filter_map(|(name, x, fill)| Some((format!("tip {name}"), *x.get(tip)?, fill)));
-            drawing.tips = tips.collect();
-        }
+        let tip = before.body.tip();
+        let tips = places.into_iter().filter_map(|(name, x, fill)| Some((name, *x.get(tip?)?, fill)));
+        drawing.tips = tips.collect();
     }
     Ok(drawing.draw(title))
 }
@@ -137,7 +130,7 @@ struct Drawing<'a> {
     /// The faces of the region whose silhouette is drawn: index and position, m, of each corner.
     outlined: Vec<[(usize, Vector3<f64>); 4]>,
     /// Name, position, m, and fill of the tip's places, in the order in which a line joins them.
-    tips: Vec<(String, Vector3<f64>, &'static str)>,
+    tips: Vec<(&'static str, Vector3<f64>, &'static str)>,
 }
 
 /// A normal of a face that points out of the body; its length is twice the area of the face.
