@@ -91,9 +91,9 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 }
 
-pub(super) type NamedColumn<R> = (&'static str, fn(&R) -> Value);
-
-pub(super) fn columns<'a, R: 'a, const N: usize>(all: [NamedColumn<R>; N]) -> Vec<Column<'a, R>> {
+pub(super) fn columns<'a, R: 'a, const N: usize>(
+    all: [(&'static str, fn(&R) -> Value); N],
+) -> Vec<Column<'a, R>> {
     all.into_iter().map(|(name, value)| Column::named(name, value)).collect()
 }
 

@@ -45,8 +45,18 @@ fn chart(
     (axis, base): (&str, f64),
     [title, what]: [&str; 2],
 ) -> Result<Svg, ReportError> {
-    check(labels, series, base)?;
-    let (mut svg, top) = Svg::new(title, &description(labels, series, what), WIDTH);
+    for Series { name, values } in series {
+        for (&value, label) in values.iter().zip(labels) {
+            if !((value > 0.0 || value == base) && value <= 100.0) {
+                return Err(ReportError::BarHeight { series: name.clone(), label: label.clone(), value });
+            }
+        }
+    }
+    let summary = series.iter().map(|s| {
+        let values = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}"));
+        format!("{}: {}.", s.name, joined(values, ", "))
+    });
+    let (mut svg, top) = Svg::new(title, &format!("{what} {}", joined(summary, " ")), WIDTH);
     let top = top + 0.2 * LEGEND_ROW;
     let mut legend = Legend::new([AXIS, WIDTH - MARGIN], top);
     for (one, fill) in series.iter().zip(FILLS) {
@@ -58,25 +68,6 @@ fn chart(
     let top = top + legend.height() + MARGIN;
     bars(&mut svg, labels, series, (axis, base), top);
     Ok(svg.finish(top + PLOT + LABELS + MARGIN))
-}
-
-fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportError> {
-    for Series { name, values } in series {
-        for (&value, label) in values.iter().zip(labels) {
-            if !((value > 0.0 || value == base) && value <= 100.0) {
-                return Err(ReportError::BarHeight { series: name.clone(), label: label.clone(), value });
-            }
-        }
-    }
-    Ok(())
-}
-
-fn description(labels: &[String], series: &[Series], what: &str) -> String {
-    let summary = series.iter().map(|s| {
-        let values = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}"));
-        format!("{}: {}.", s.name, joined(values, ", "))
-    });
-    format!("{what} {}", joined(summary, " "))
 }
 
 fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str, f64), top: f64) {

@@ -53,6 +53,7 @@ const MARGIN: f64 = 16.0;
 
 const INK: &str = "#222222";
 const RULE: &str = "#dddddd";
+const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
 
 /// A point on the sheet, px, y downwards.
 type Px = [f64; 2];
@@ -182,11 +183,7 @@ impl Svg {
             escape_xml(&printable(text))
         );
     }
-}
 
-const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
-
-impl Svg {
     fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {
         let Self { title, description, width, height, elements } = self;
         write!(

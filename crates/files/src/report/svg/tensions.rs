@@ -11,10 +11,8 @@ const COLUMN: f64 = 150.0;
 const GAP: f64 = 36.0;
 const ROW: f64 = 34.0;
 
-/// The label of a fit, and the tension of every muscle, N per metre of thickness; `None` if the fit has none.
-pub type FitTensions<'a> = (&'a str, &'a [Option<f64>]);
-
-pub fn tensions(muscles: &[String], fits: &[FitTensions<'_>], title: &str) -> Svg {
+/// `fits` are the label of each fit and its tension of every muscle, N per metre of thickness; `None` if it has none.
+pub fn tensions(muscles: &[String], fits: &[(&str, &[Option<f64>])], title: &str) -> Svg {
     let most = fits.iter().flat_map(|(_, tensions)| tensions.iter().flatten()).copied().fold(1.0, f64::max);
     let summary = fits.iter().map(|(label, tensions)| {
         let all = muscles.iter().zip(*tensions);

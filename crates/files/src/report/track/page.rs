@@ -16,7 +16,6 @@ use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
-/// The page of a run of tracking.
 pub fn track_page(record: &TrackRecord) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let results = &record.results;
