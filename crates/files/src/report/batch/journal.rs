@@ -49,12 +49,12 @@ pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
     BufReader::new(file).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(fail)?;
     let header = JournalHeader::read(&line).map_err(fail)?;
-    if header.version != crate::VERSION {
-        return Err(fail(io::Error::other(format!(
-            "it was written by version {}, this is {}; merge it with the version that made it",
-            header.version,
-            crate::VERSION
-        ))));
+    let (JournalHeader { version, .. }, own) = (&header, crate::VERSION);
+    if version != own {
+        let why = format!(
+            "it was written by version {version}, this is {own}; merge it with the version that made it"
+        );
+        return Err(fail(io::Error::other(why)));
     }
     Ok(header.arguments)
 }
@@ -129,12 +129,8 @@ impl Journal {
         let (mut journal, header) = (Self::default(), JournalHeader::new(key, arguments));
         for path in paths {
             journal.add(path, OpenOptions::new().read(true), |journal| {
-                match journal.scan(&header, jobs)? {
-                    Some(of) => {
-                        Err(io::Error::other(format!("it is of {of}, so it is not part of this batch")))
-                    }
-                    None => Ok(()),
-                }
+                let Some(of) = journal.scan(&header, jobs)? else { return Ok(()) };
+                Err(io::Error::other(format!("it is of {of}, so it is not part of this batch")))
             })?;
         }
         Ok(journal)
@@ -170,13 +166,10 @@ impl Journal {
             number += 1;
             if number == 1 {
                 let found = JournalHeader::read(&line)?;
-                if found != *header {
-                    let is_of_this_version = found.version == header.version;
-                    return Ok(Some(if is_of_this_version {
-                        "other inputs".to_owned()
-                    } else {
-                        found.version
-                    }));
+                if found.version != header.version {
+                    return Ok(Some(found.version));
+                } else if found != *header {
+                    return Ok(Some("other inputs".to_owned()));
                 }
             } else {
                 let entry: Option<JournalEntry<IgnoredAny>> = serde_json::from_slice(&line).ok();
@@ -188,10 +181,8 @@ impl Journal {
             line.clear();
         }
         if line.len() as u64 == LONGEST_LINE {
-            return Err(io::Error::other(format!(
-                "line {} is longer than any job; move the file away",
-                number + 1
-            )));
+            let why = format!("line {} is longer than any job; move the file away", number + 1);
+            return Err(io::Error::other(why));
         }
         if number == 0 && !line.iter().zip(HEADER_START).all(|(a, b)| a == b) {
             return Err(io::Error::other(NO_JOURNAL));
@@ -204,7 +195,6 @@ impl Journal {
         self.done.contains_key(&job)
     }
 
-    /// How many jobs are finished.
     pub fn finished(&self) -> usize {
         self.done.len()
     }

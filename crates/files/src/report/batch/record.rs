@@ -45,6 +45,7 @@ pub struct Passive {
 
 impl AssessedRecord {
     pub fn new(job: &Job, record: FitRecord, known: &PublishedFacts) -> Self {
+        let PublishedFacts { thesis, patterns, muscles } = known;
         let fit = &record.fit;
         let target = &fit.matched.target;
         Self {
@@ -52,15 +53,10 @@ impl AssessedRecord {
             substitute_baseline: job.substitute,
             fitted: target.fitted.iter().map(|&m| target.muscles[m].clone()).collect(),
             cost: fit.answer.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
-            passive: passive(fit, known.thesis.as_ref()),
+            passive: passive(fit, thesis.as_ref()),
             rest_shape: rest_distance(fit),
             other_optima: optima(fit),
-            pattern: known.patterns.check(
-                &target.vowel,
-                &fit.matched.muscles,
-                &fit.tensions(),
-                &known.muscles,
-            ),
+            pattern: patterns.check(&target.vowel, &fit.matched.muscles, &fit.tensions(), muscles),
             record,
         }
     }
