@@ -119,8 +119,9 @@ impl Draws<'_> {
 
 impl Export for Draws<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let (muscles, posture) = (&self.0.density.posterior_model.muscles, self.1);
-        let labels = &self.0.density.measurements.labels;
+        let Self(Posterior { density, draws, .. }, posture) = *self;
+        let (muscles, measurements) = (&density.posterior_model.muscles, &density.measurements);
+        let labels = &measurements.labels;
         let others: Vec<usize> = (0..labels.len()).filter(|p| *p != posture).collect();
         let mut columns = vec!["chain".to_owned(), "draw".to_owned(), "log_density".to_owned()];
         for name in ["tension", "baseline_tension", "change"] {
@@ -128,22 +129,19 @@ impl Export for Draws<'_> {
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
-        let measurements = &self.0.density.measurements;
         let measured = (0..measurements.names.len()).filter(|i| measurements.postures[*i] == posture);
         let measured: Vec<usize> = measured.collect();
         columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", measurements.names[i])));
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
         }
-        let rows = self.0.draws.iter().map(|draw| {
+        let rows = draws.iter().map(|draw| {
             let first = [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()];
-            let own = &draw.values.postures[posture];
+            let (own, all) = (&draw.values.postures[posture], 0..muscles.len());
             let numbers = own.tensions.iter().chain(&draw.values.tones).copied();
-            let numbers = numbers.chain((0..muscles.len()).map(|m| draw.change(posture, m)));
-            let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d));
-            let numbers = numbers.chain([draw.values.tilt]);
-            let numbers =
-                numbers.chain((0..muscles.len()).map(|m| draw.stretch(posture * muscles.len() + m)));
+            let numbers = numbers.chain(all.clone().map(|m| draw.change(posture, m)));
+            let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d)).chain([draw.values.tilt]);
+            let numbers = numbers.chain(all.map(|m| draw.stretch(posture * muscles.len() + m)));
             let numbers = numbers.chain(self.log_likelihoods(&measured, draw));
             let of_others = others.iter().flat_map(|&p| draw.values.postures[p].tensions.iter().copied());
             let numbers = numbers.chain(of_others).map(|value| value.to_string());
@@ -159,25 +157,13 @@ mod tests {
 
     #[test]
     fn formulas_are_written_as_text_and_everything_else_as_it_was() {
-        for formula in
-            ["=1+1", "=cmd|' /C calc'!A0", "+cmd|x", "-2+3+cmd|x", "@SUM(1)", "\t=1", "=H(\"x\",\"a,b\")"]
+        for formula in ["=1+1", "=cmd|' /C calc'!A0", "+cmd|x", "-2+3+cmd|x", "@SUM(1)", "\t=1", "=H(\"x\")"]
         {
             assert_eq!(harmless(formula), format!("'{formula}"));
         }
-        for cell in [
-            "-3.5",
-            "+1e-3",
-            "-",
-            "",
-            "@",
-            "@`",
-            "-inf",
-            "a=b",
-            "a,\"b\"",
-            "tongue-fit --vowel a",
-            "ɯ",
-            "\"=1\"",
-        ] {
+        for cell in
+            ["-3.5", "+1e-3", "-", "", "@", "@`", "-inf", "a=b", "a,\"b\"", "tongue-fit -v", "ɯ", "\"=1\""]
+        {
             assert_eq!(harmless(cell), cell);
         }
     }
