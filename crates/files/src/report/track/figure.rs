@@ -108,7 +108,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     })
 }
 
-/// The sound between the first and the last frame: beginning and width of a bin, s, and smallest and largest sample of each bin. bin.
+/// The sound between the first and the last frame: beginning and width of a bin, s, and smallest and largest sample of each bin.
 fn drawn_sound(sound: &Waveform, frames: &[&Tracked]) -> Option<(f64, f64, [Packed; 2])> {
     const MOST_BINS: usize = 2000;
     let [from_s, to_s] = [frames.first()?, frames.last()?].map(|f| f.time_s);

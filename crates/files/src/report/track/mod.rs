@@ -32,7 +32,6 @@ use tongue_infer::track::{
 };
 use tongue_input::measured::recording::{AlignedRecording, Label, Waveform};
 
-/// A recording with its results.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingResult {
     pub seen: AlignedRecording,
@@ -144,7 +143,10 @@ impl TrackResults {
         });
         if let Some(fields) = record.as_object_mut() {
             let where_there_is_one = ["bones", "held_out", "reached_rms_mm", "formants", "faults"];
-            fields.retain(|name, value| !(where_there_is_one.contains(&name.as_str()) && is_empty(value)));
+            let nothing = [json!({}), json!([]), Value::Null];
+            fields.retain(|name, value| {
+                !(where_there_is_one.contains(&name.as_str()) && nothing.contains(value))
+            });
         }
         record
     }
@@ -170,14 +172,6 @@ const ENDS: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
 
 fn mm(metres: f64) -> f64 {
     metres * 1e3
-}
-
-fn is_empty(value: &Value) -> bool {
-    match value {
-        Value::Array(all) => all.is_empty(),
-        Value::Object(all) => all.is_empty(),
-        other => other.is_null(),
-    }
 }
 
 impl Serialize for TrackResults {
@@ -215,7 +209,6 @@ pub fn with_decimals(value: f64, decimals: usize) -> String {
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-/// The name of a status in outputs.
 pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
