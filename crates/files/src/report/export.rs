@@ -183,15 +183,10 @@ pub enum ReportError {
 /// Advice for a journal that cannot grow; other errors contain their advice.
 fn remedy_of_journal(refusal: &io::Error) -> String {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
-    match refusal.kind() {
-        StorageFull | QuotaExceeded | FileTooLarge => {
-            format!(
-                "; {}. The fits that it has are kept: the same command resumes after them",
-                remedy(refusal)
-            )
-        }
-        _ => String::new(),
+    if !matches!(refusal.kind(), StorageFull | QuotaExceeded | FileTooLarge) {
+        return String::new();
     }
+    format!("; {}. The fits that it has are kept: the same command resumes after them", remedy(refusal))
 }
 
 fn remedy(refusal: &io::Error) -> &'static str {

@@ -92,14 +92,8 @@ impl Export for TonguePage {
 const STYLE: &str = include_str!("page.css");
 
 pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> Markup {
-    html! {
-        div.scrolls tabindex="0" {
-            table {
-                thead { tr { @for heading in headings { th { (heading) } } } }
-                tbody { (rows) }
-            }
-        }
-    }
+    let headings = html! { @for heading in headings { th { (heading) } } };
+    html! { div.scrolls tabindex="0" { table { thead { tr { (headings) } } tbody { (rows) } } } }
 }
 
 pub fn table_of_columns<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Markup {
@@ -112,13 +106,9 @@ pub fn cells<'a, R: 'a>(columns: &[Column<'a, R>], row: &R) -> Markup {
 }
 
 pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {
+    let headings = html! { @for heading in headings { th { button type="button" { (heading) } } } };
     html! {
-        div.scrolls tabindex="0" {
-            table.sortable id=(id) {
-                thead { tr { @for heading in headings { th { button type="button" { (heading) } } } } }
-                tbody { (rows) }
-            }
-        }
+        div.scrolls tabindex="0" { table.sortable id=(id) { thead { tr { (headings) } } tbody { (rows) } } }
     }
 }
 
