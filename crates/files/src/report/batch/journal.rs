@@ -108,14 +108,10 @@ impl Journal {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
         let (mut journal, header) = (Self::default(), JournalHeader::new(key, arguments));
-        journal.replaced = journal.add(path, &options, |journal| {
-            let other = journal.scan(&header, jobs)?;
-            journal.files[0].1.set_len(journal.end)?;
-            if journal.end == 0 {
-                journal.append_line(&header)?;
-            }
-            Ok(other)
-        })?;
+        journal.replaced = journal.add(path, &options, &header, jobs)?;
+        let cut = journal.files[0].1.set_len(journal.end);
+        let begun = cut.and_then(|()| if journal.end == 0 { journal.append_line(&header) } else { Ok(0) });
+        begun.map_err(|source| journal.error_of(0, source))?;
         Ok(journal)
     }
 
@@ -128,21 +124,22 @@ impl Journal {
     ) -> Result<Self, ReportError> {
         let (mut journal, header) = (Self::default(), JournalHeader::new(key, arguments));
         for path in paths {
-            journal.add(path, OpenOptions::new().read(true), |journal| {
-                let Some(of) = journal.scan(&header, jobs)? else { return Ok(()) };
-                Err(io::Error::other(format!("it is of {of}, so it is not part of this batch")))
-            })?;
+            if let Some(of) = journal.add(path, OpenOptions::new().read(true), &header, jobs)? {
+                let why = format!("it is of {of}, so it is not part of this batch");
+                return Err(journal.error_of(journal.files.len() - 1, io::Error::other(why)));
+            }
         }
         Ok(journal)
     }
 
-    /// Opens and locks one more file, and does something with it.
-    fn add<T>(
+    /// Opens and locks one more file and reads its finished jobs. If it has another header, returns what it is of in words.
+    fn add(
         &mut self,
         path: PathBuf,
         options: &OpenOptions,
-        read: impl FnOnce(&mut Self) -> io::Result<T>,
-    ) -> Result<T, ReportError> {
+        header: &JournalHeader,
+        jobs: usize,
+    ) -> Result<Option<String>, ReportError> {
         let opened = regular(&path).and_then(|()| options.open(&path));
         let locked = opened.and_then(|file| match file.try_lock() {
             Ok(()) => Ok(file),
@@ -151,12 +148,12 @@ impl Journal {
         });
         let read = locked.and_then(|file| {
             self.files.push((path.clone(), file));
-            read(self)
+            self.scan(header, jobs)
         });
         read.map_err(|source| ReportError::Journal { path, source })
     }
 
-    /// Reads the finished jobs of the last file. If the file has another header, returns what it is of in words.
+    /// Reads the finished jobs of the last file.
     fn scan(&mut self, header: &JournalHeader, jobs: usize) -> io::Result<Option<String>> {
         let file = self.files.len() - 1;
         let mut reader = BufReader::new(self.files[file].1.try_clone()?);
@@ -219,8 +216,8 @@ impl Journal {
     }
 
     pub fn remove(self) -> Result<(), ReportError> {
-        self.files.iter().enumerate().try_for_each(|(number, (path, _))| {
-            std::fs::remove_file(path).map_err(|source| self.error_of(number, source))
+        self.files.into_iter().try_for_each(|(path, _)| {
+            std::fs::remove_file(&path).map_err(|source| ReportError::Journal { path, source })
         })
     }
 

@@ -151,10 +151,7 @@ pub fn fit_outputs(
     let shown = on_page.filter(|number| *number < page::MOST_FITS);
     let shown = shown.map(|number| page::PageFit::new(number, record, (mesh, muscles), ridges));
     Ok(Fitted {
-        digest: Digest {
-            contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
-            ..Digest::new(record)
-        },
+        digest: Digest::new(record, posterior.map(|p| p.contrasts.clone()).unwrap_or_default()),
         tables: [
             tables::of_fit(record, muscles, provenance),
             tables::of_muscles(record, provenance),

@@ -37,7 +37,7 @@ pub struct Digest {
 }
 
 impl Digest {
-    pub fn new(r: &AssessedRecord) -> Self {
+    pub fn new(r: &AssessedRecord, contrasts: Vec<Contrast>) -> Self {
         let (fit, target, alarms) = (r.fit(), r.target(), &r.record.alarms);
         let is_doubted = fit.answer.status == FitStatus::Converged && !fit.answer.is_trustworthy();
         Self {
@@ -48,7 +48,7 @@ impl Digest {
             has_posterior: r.record.posterior.is_some(),
             posterior_untold: alarms.iter().any(|alarm| matches!(alarm, Alarm::NoPosterior { .. })),
             contradicted: alarms.iter().any(|alarm| matches!(alarm, Alarm::Contradicted { .. })),
-            contrasts: Vec::new(),
+            contrasts,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::axes::{BELOW, LEFT};
+use super::axes::BELOW;
 use super::body_view::{BodyView, bone};
 use super::labels::point_at;
 use super::section::{SectionPicture, check, legend};
@@ -53,7 +53,7 @@ pub fn animation(
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
-    let body = BodyView::new(mesh, palate, shapes, [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let body = BodyView::new(mesh, palate, shapes, top + MARGIN);
     body.draw_rest(&mut svg);
     body.draw_palate(&mut svg, palate);
     // Names keep their distance from the middles of their lines.

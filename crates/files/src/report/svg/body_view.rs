@@ -3,7 +3,7 @@
 
 use nalgebra::Matrix2;
 
-use super::axes::{Bounds, PlotView, ticks};
+use super::axes::{Bounds, LEFT, PlotView, ticks};
 use super::labels::{self, DrawnMuscle, colours};
 use super::plot::{Plot, round_range};
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed_paths, data};
@@ -32,15 +32,15 @@ pub(super) struct BodyView<'a> {
 }
 
 impl<'a> BodyView<'a> {
-    /// The view with the bounds of a picture of these shapes; `corner` and `width` in px.
+    /// The view with the bounds of a picture of these shapes over the whole width of a sheet, from `top` on, px.
     pub fn new<'s>(
         mesh: &'a Mesh<2>,
         palate: &[Point],
         shapes: impl IntoIterator<Item = &'s [Point]>,
-        corner: Px,
-        width: f64,
+        top: f64,
     ) -> Self {
-        Self::in_view(mesh, PlotView::new(picture_bounds(mesh, palate, shapes), corner, width))
+        let bounds = picture_bounds(mesh, palate, shapes);
+        Self::in_view(mesh, PlotView::new(bounds, [LEFT, top], WIDTH - LEFT - MARGIN))
     }
 
     pub fn in_view(mesh: &'a Mesh<2>, view: PlotView) -> Self {

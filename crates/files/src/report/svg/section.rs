@@ -54,7 +54,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let SectionPicture { mesh, positions, tensions, palate, seen, stretch, grey, title, .. } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
-    let body = BodyView::new(mesh, palate, [positions], [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let body = BodyView::new(mesh, palate, [positions], top + MARGIN);
     svg.fill(&body.outline(&mesh.nodes), REST_TISSUE);
     let scale = stretch.then(|| body.fill_by_stretch(&mut svg, positions)).flatten();
     svg.stroke(&body.outline(&mesh.nodes), REST, 2.0);

@@ -39,13 +39,18 @@ impl PageFit {
         (mesh, muscles): (&Mesh<2>, &[String]),
         ridges: Option<&str>,
     ) -> Result<Self, ReportError> {
+        let target = r.target();
+        let title =
+            format!("{} /{}/ against /{}/, {}", target.subject, target.vowel, target.baseline, target.kind);
+        // Figure 4.9 of the thesis for this fit.
+        let figure = r.record.changes(&title, "measured", None)?.to_string();
         let ways = r.fit().answer.positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
         let posterior = r.record.posterior.as_ref();
         Ok(Self {
             number,
             heat_row: heat_row(number, r, muscles).into_string(),
             table_row: html! { tr { (first_cells(number, r)) (cells(&columns(muscles), r)) } }.into_string(),
-            detail: detail(number, r, &figure(r)?, ridges).into_string(),
+            detail: detail(number, r, &figure, ridges).into_string(),
             posterior_row: posterior
                 .map_or_else(String::new, |_| posterior_row(number, r, muscles).into_string()),
             moved: ways.map(|way| [way.x, way.y].map(micrometres)).collect(),
@@ -165,7 +170,7 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             }
             @if !r.other_optima.is_empty() {
                 p { "Other local optima:" }
-                ul { @for o in &r.other_optima { li { (tensions(&o.tensions_n)) ", cost " (format!("{:.1e}", o.cost)) " against " (format!("{:.1e}", r.cost)) } } }
+                ul { @for o in &r.other_optima { li { (joined(o.tensions_n.0.iter().map(|(m, v)| format!("{m} {v:.1}")), ", ")) " N, cost " (format!("{:.1e}", o.cost)) " against " (format!("{:.1e}", r.cost)) } } }
             }
         }
     }
@@ -177,16 +182,4 @@ fn rms(value: Option<f64>) -> String {
 
 fn own_simulation(value: Option<f64>) -> String {
     value.map(|t| format!(", the thesis's own simulation {t:.3}")).unwrap_or_default()
-}
-
-fn tensions(values: &ByMuscle<f64>) -> String {
-    joined(values.0.iter().map(|(m, v)| format!("{m} {v:.1}")), ", ") + " N"
-}
-
-/// Figure 4.9 of the thesis for this fit, with only a label as its title.
-fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
-    let target = r.target();
-    let title =
-        format!("{} /{}/ against /{}/, {}", target.subject, target.vowel, target.baseline, target.kind);
-    Ok(r.record.changes(&title, "measured", None)?.to_string())
 }
