@@ -23,15 +23,12 @@ impl Export for Ssff {
         // Rounded, because differences of times have rounding errors.
         let rate_hz = (1e6 / median(steps).unwrap_or(1.0)).round().max(1.0) / 1e6;
         let step_s = 1.0 / rate_hz;
+        let comment = title.replace(char::is_control, " ");
         write!(out, "SSFF -- (c) SHLRC\nMachine IBM-PC\nRecord_Freq {rate_hz}\nStart_Time {start_s}\n")?;
         for label in labels.iter().skip(1) {
             writeln!(out, "Column {} DOUBLE 1", label.replace(char::is_whitespace, "_"))?;
         }
-        writeln!(
-            out,
-            "Original_Freq DOUBLE {rate_hz}\nComment CHAR {}",
-            title.replace(char::is_control, " ")
-        )?;
+        writeln!(out, "Original_Freq DOUBLE {rate_hz}\nComment CHAR {comment}")?;
         for (name, value) in by.entries() {
             writeln!(out, "tongue_fit_{name} CHAR {value}")?;
         }
@@ -80,12 +77,8 @@ impl Export for StoTable {
         for (name, value) in by.entries() {
             writeln!(out, "tongue_fit_{name}={value}")?;
         }
-        let (rows, columns) = (self.rows.len(), self.labels.len());
-        writeln!(
-            out,
-            "nRows={rows}\nnColumns={columns}\ninDegrees=no\nendheader\n{}",
-            self.labels.join("\t")
-        )?;
+        let (rows, columns, labels) = (self.rows.len(), self.labels.len(), self.labels.join("\t"));
+        writeln!(out, "nRows={rows}\nnColumns={columns}\ninDegrees=no\nendheader\n{labels}")?;
         for row in &self.rows {
             writeln!(out, "{}", joined(row, "\t"))?;
         }

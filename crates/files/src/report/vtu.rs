@@ -179,10 +179,8 @@ impl<const D: usize> Export for Vtu<'_, D> {
         let (rest, positions) = (&mesh.nodes, self.positions);
         begin(out, "UnstructuredGrid", by)?;
         let (nodes, count) = (rest.len(), cells.len());
-        writeln!(
-            out,
-            "<UnstructuredGrid>\n<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">\n<Points>"
-        )?;
+        let piece = format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{count}\">");
+        writeln!(out, "<UnstructuredGrid>\n{piece}\n<Points>")?;
         array(out, "position", "Float64", 3, positions.iter().map(point))?;
         out.write_all(b"</Points>\n<Cells>\n")?;
         array(out, "connectivity", "Int64", 1, cells.iter().map(|(c, _)| joined(*c, " ")))?;

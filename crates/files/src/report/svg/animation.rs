@@ -31,7 +31,7 @@ pub fn animation(
     mirrored: bool,
     title: &str,
 ) -> Result<Svg, ReportError> {
-    let (side, ends) = if mirrored { (-1.0, ["back", "front"]) } else { (1.0, ["front", "back"]) };
+    let (side, [left, right]) = if mirrored { (-1.0, ["back", "front"]) } else { (1.0, ["front", "back"]) };
     let turned = |points: &[Point]| Vec::from_iter(points.iter().map(|p| Point::from([side * p.x, p.y])));
     let mesh = &Mesh { nodes: turned(&mesh.nodes), ..mesh.clone() };
     let palate = &turned(palate);
@@ -40,14 +40,10 @@ pub fn animation(
     let seen: Vec<Vec<Point>> = seen.iter().map(|points| turned(points)).collect();
     frames.iter().try_for_each(|f| check(mesh, &f.positions, &f.tensions))?;
     let (Some(first), Some(last)) = (frames.first(), frames.last()) else { return Err(ReportError::NoFrame) };
-    let duration = (last.time - first.time).max(0.1);
-    let description = format!(
-        "Midsagittal section of the tongue moving from {} s to {} s, {} to the left; {} frames.",
-        first.time,
-        last.time,
-        ends[0],
-        frames.len()
-    );
+    let (from_s, to_s, count) = (first.time, last.time, frames.len());
+    let duration = (to_s - from_s).max(0.1);
+    let moving = format!("Midsagittal section of the tongue moving from {from_s} s to {to_s} s");
+    let description = format!("{moving}, {left} to the left; {count} frames.");
     let most: Vec<f64> =
         (0..mesh.muscles.len()).map(|m| frames.iter().map(|f| f.tensions[m]).fold(0.0, f64::max)).collect();
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
@@ -92,10 +88,8 @@ pub fn animation(
         svg.text(at, Anchor::End, FontFace::Bold, &format!("{:.2} s", f.time));
         svg.elements += "</g>\n";
     }
-    body.view.axes(
-        &mut svg,
-        [&format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]), "y (mm)"],
-    );
+    let across = format!("{left} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {right}");
+    body.view.axes(&mut svg, [&across, "y (mm)"]);
     let bottom = end[1] + BELOW + MARGIN;
     let section = SectionPicture::new(mesh, &last.positions, &most, palate, title);
     let height = legend(&mut svg, &section, arrows, bottom);

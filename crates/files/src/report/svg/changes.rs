@@ -115,14 +115,13 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         .map(|m| posterior.draws.iter().map(move |d| d.change(posture, m)).collect())
         .collect();
     let spreads: Vec<Quantiles> = all.iter().map(|c| Quantiles::of(c.iter().copied())).collect();
-    let summary = names
-        .iter()
-        .zip(&spreads)
-        .map(|(n, s)| format!("{n} {:.0} ({:.0} to {:.0})", s.median, s.interval_95[0], s.interval_95[1]));
-    let description = format!(
-        "By how much more each muscle pulls than in the baseline, N per metre: median and 95 % interval. {}.",
-        joined(summary, ", ")
-    );
+    let summary = names.iter().zip(&spreads).map(|(name, s)| {
+        let (median, [low, high]) = (s.median, s.interval_95);
+        format!("{name} {median:.0} ({low:.0} to {high:.0})")
+    });
+    let what =
+        "By how much more each muscle pulls than in the baseline, N per metre: median and 95 % interval";
+    let description = format!("{what}. {}.", joined(summary, ", "));
     let (mut svg, top) = Svg::new(title, &description, WIDTH);
     let low = spreads.iter().map(|s| s.interval_95[0]).fold(-10.0, f64::min) * 1.15;
     let high = spreads.iter().map(|s| s.interval_95[1]).fold(10.0, f64::max) * 1.15;

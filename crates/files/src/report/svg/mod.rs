@@ -176,23 +176,21 @@ impl Svg {
         };
         let weight = if face == FontFace::Bold { " font-weight=\"bold\"" } else { "" };
         // The middle of a letter is about a third of the size above the baseline; viewers interpret `dominant-baseline` differently.
-        let (x, y) = (at[0], at[1] + 0.35 * size);
+        let (x, y, text) = (at[0], at[1] + 0.35 * size, escape_xml(&printable(text)));
         let _ = writeln!(
             self.elements,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}{more}>{}</text>",
-            escape_xml(&printable(text))
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\"{weight}{more}>{text}</text>"
         );
     }
 
     fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {
-        let Self { title, description, width, height, elements } = self;
+        let Self { width, height, elements, .. } = self;
+        let [title, description] = [&self.title, &self.description].map(|text| escape_xml(text));
         write!(
             out,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n<desc>{}</desc>\n{metadata}\
-             <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{elements}</svg>\n",
-            escape_xml(title),
-            escape_xml(description)
+             viewBox=\"0 0 {width} {height}\">\n<title>{title}</title>\n<desc>{description}</desc>\n{metadata}\
+             <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{elements}</svg>\n"
         )
     }
 }

@@ -116,17 +116,15 @@ pub(in crate::report) fn check<const D: usize>(
 }
 
 fn description(section: &SectionPicture<'_>) -> String {
-    let mesh = section.mesh;
+    let SectionPicture { mesh, grey, .. } = section;
     let [contracting, passive] = [true, false].map(|contracting| {
         let of = mesh.muscles.iter().zip(section.tensions).filter(|(_, t)| (**t > 0.0) == contracting);
         names_or_none(of.map(|(m, _)| &m.name))
     });
+    let (nodes, triangles) = (mesh.nodes.len(), mesh.cells.len());
     format!(
-        "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at {} (grey) and deformed \
-         (dark). Contracting muscles: {contracting}. Passive muscles: {passive}.",
-        mesh.nodes.len(),
-        mesh.cells.len(),
-        section.grey
+        "Midsagittal section, front to the left: a mesh of {nodes} nodes and {triangles} triangles at {grey} (grey) and deformed \
+         (dark). Contracting muscles: {contracting}. Passive muscles: {passive}."
     )
 }
 

@@ -16,7 +16,7 @@ const NAMES: f64 = 70.0;
 const APART: f64 = 26.0;
 
 pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
-    let (curve, names, ends) = (named.curve, &named.unknowns, named.ends());
+    let (curve, names, [before, after]) = (named.curve, &named.unknowns, named.ends());
     let tension = |p: usize, m: usize| curve.points[p].x[m];
     // Arc length along the curve, N.
     let mut way: Vec<f64> = vec![0.0];
@@ -28,12 +28,10 @@ pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
         .points
         .get(curve.answer)
         .map_or(String::new(), |p| joined(names.iter().zip(&p.x).map(|(m, t)| format!("{m} {t:.1}")), ", "));
-    let description = format!(
-        "Tensions along the curve on which the ratios to {reference} are met, {} points; the answer is {summary} N. It ends: {}; {}.",
-        curve.points.len(),
-        ends[0],
-        ends[1]
-    );
+    let met = format!("Tensions along the curve on which the ratios to {reference} are met");
+    let count = curve.points.len();
+    let description =
+        format!("{met}, {count} points; the answer is {summary} N. It ends: {before}; {after}.");
     let (mut svg, top) = Svg::new("Tensions that meet the target equally well", &description, WIDTH);
     let end = way.last().copied().unwrap_or(0.0).max(1e-9);
     let plot = |most: f64, top: f64, height: f64| {

@@ -24,11 +24,9 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let frames = &one.tracked.frames;
     let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
     let known: Vec<&str> = courses.iter().filter(|c| c.known).map(|c| c.muscle.as_str()).collect();
-    let summary = format!(
-        "Tension over time of {} muscles with 95 % intervals; known courses: {}; the others are hatched.",
-        courses.len(),
-        names_or_none(&known)
-    );
+    let (count, names) = (courses.len(), names_or_none(&known));
+    let what = format!("Tension over time of {count} muscles with 95 % intervals");
+    let summary = format!("{what}; known courses: {names}; the others are hatched.");
     let (mut svg, top) = Svg::new(&one.seen.name, &summary, WIDTH);
     svg.elements += "<defs><pattern id=\"hatch\" width=\"9\" height=\"9\" patternUnits=\"userSpaceOnUse\" \
         patternTransform=\"rotate(45)\"><rect width=\"9\" height=\"9\" fill=\"#f7f7f7\"/>\

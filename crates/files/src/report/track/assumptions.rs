@@ -67,27 +67,22 @@ pub(super) fn placement<S: Serializer>(
 pub const MISSED_BY_PLANE: f64 = 0.20;
 
 pub fn limit_of_plane() -> String {
-    let percent = 100.0 * MISSED_BY_PLANE;
-    format!(
-        "A plane misses {percent:.0} % of the motion of a tongue in space (the median muscle; results/plane)."
-    )
+    let missed =
+        format!("A plane misses {:.0} % of the motion of a tongue in space", 100.0 * MISSED_BY_PLANE);
+    missed + " (the median muscle; results/plane)."
 }
 
 pub fn placement_sentence(placement: &Placement) -> String {
-    let [back, up, turn, scale] = placement.intervals();
+    let [back, up, turn, [scale, smallest, largest]] = placement.intervals();
     let [back, up] = [back, up].map(|[_, low, high]| 0.5 * (1e3 * high - 1e3 * low));
     let [turn, low, high] = turn.map(f64::to_degrees);
-    let mut coils: Vec<_> =
-        placement.coils.iter().map(|(name, m)| format!("{name} {:.0}", 1e3 * m)).collect();
+    let coils = placement.coils.iter().map(|(name, m)| format!("{name} {:.0}", 1e3 * m));
+    let mut coils: Vec<String> = coils.collect();
     coils.sort();
+    let (known_mm, coils) = (back.max(up), coils.join(", "));
     format!(
-        "placed by coils: scale {:.2} ({:.2} to {:.2}), turned by {turn:.0}° ({low:.0} to {high:.0}), known to {:.0} mm; coils behind the \
-         tip, mm: {}",
-        scale[0],
-        scale[1],
-        scale[2],
-        back.max(up),
-        coils.join(", ")
+        "placed by coils: scale {scale:.2} ({smallest:.2} to {largest:.2}), turned by {turn:.0}° ({low:.0} to {high:.0}), known to \
+         {known_mm:.0} mm; coils behind the tip, mm: {coils}"
     )
 }
 
@@ -203,12 +198,11 @@ impl FormantsRecord {
         let all = self.medians_hz.iter().enumerate();
         let all = all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1));
         let without: String = self.without.iter().map(|(why, count)| format!(" ({count}: {why})")).collect();
+        let (Self { frames, tract, .. }, medians, percent) =
+            (self, names_or_none(all), 100.0 * self.tract_sd_part);
         format!(
-            "formants of {} of {of} frames{without}, medians {}; sd is the spread of the draws, to which errors of the walls ({}) add {:.0} %",
-            self.frames,
-            names_or_none(all),
-            self.tract,
-            100.0 * self.tract_sd_part
+            "formants of {frames} of {of} frames{without}, medians {medians}; sd is the spread of the draws, to which errors of the walls \
+             ({tract}) add {percent:.0} %"
         )
     }
 }

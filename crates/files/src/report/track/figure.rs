@@ -11,7 +11,7 @@ use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, V
 use tongue_core::body::Mesh;
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Interval, Tracked};
-use tongue_input::measured::recording::Waveform;
+use tongue_input::measured::recording::{AlignedRecording, Waveform};
 
 const MOST_FRAMES: usize = 2000;
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
@@ -138,11 +138,10 @@ impl TrackResults {
         let shapes: Vec<AnimationFrame> = shown.map(|f| self.shape(f)).collect();
         let marks: Vec<Vec<Point>> =
             one.marks().map(|points| points.into_iter().flatten().collect()).collect();
-        let title = format!(
-            "{}: measured (dots) and simulated; muscles coloured by tension, with their largest",
-            one.seen.name
-        );
-        animation(&self.mesh(one), &self.palate, &shapes, &marks, one.seen.mirrored, &title)
+        let AlignedRecording { name, mirrored, .. } = &one.seen;
+        let title =
+            format!("{name}: measured (dots) and simulated; muscles coloured by tension, with their largest");
+        animation(&self.mesh(one), &self.palate, &shapes, &marks, *mirrored, &title)
     }
 
     pub fn write_vtu(
