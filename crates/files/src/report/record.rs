@@ -119,11 +119,10 @@ impl FitRecord {
         let (decided_by, trusted, text) = match (contradiction, verdict, posterior, cause) {
             (Some(alarm), ..) => (DecidedBy::Posterior, false, alarm.to_string()),
             (_, Some(_), ..) => (DecidedBy::Verdict, true, beside("verdict")),
-            (.., Some(report), _) if report.summary.is_none() => (
-                DecidedBy::Posterior,
-                false,
-                format!("the chains of the posterior have not mixed: {}", report.diagnostics.why),
-            ),
+            (.., Some(report), _) if report.summary.is_none() => {
+                let why = &report.diagnostics.why;
+                (DecidedBy::Posterior, false, format!("the chains of the posterior have not mixed: {why}"))
+            }
             (.., Some(_), _) => (DecidedBy::Posterior, true, beside("posterior")),
             (.., None) => {
                 let text = "Without a verdict these tensions ignore errors of anatomy and model";

@@ -78,8 +78,8 @@ impl PlotView {
         ]
     }
 
-    pub fn path<'a>(&self, positions: &[Point], chains: impl IntoIterator<Item = &'a [usize]>) -> String {
-        data(chains.into_iter().map(|c| c.iter().filter_map(|&n| Some(self.place(positions.get(n)?)))))
+    pub fn chain(&self, positions: &[Point], nodes: &[usize]) -> impl Iterator<Item = Px> {
+        nodes.iter().filter_map(|&n| Some(self.place(positions.get(n)?)))
     }
 
     pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {

@@ -51,11 +51,7 @@ impl<'a> BodyView<'a> {
     }
 
     pub fn outline(&self, positions: &[Point]) -> String {
-        closed_paths(
-            self.outlines
-                .iter()
-                .map(|l| Vec::from_iter(l.iter().filter_map(|&n| Some(self.view.place(positions.get(n)?))))),
-        )
+        closed_paths(self.outlines.iter().map(|ring| self.view.chain(positions, ring)))
     }
 
     pub fn draw_rest(&self, svg: &mut Svg) {
@@ -65,7 +61,7 @@ impl<'a> BodyView<'a> {
     }
 
     pub fn draw_tissue(&self, svg: &mut Svg, positions: &[Point]) {
-        svg.stroke(&self.view.path(positions, self.edges.iter().copied()), EDGES, 1.0);
+        svg.stroke(&data(self.edges.iter().map(|pair| self.view.chain(positions, pair))), EDGES, 1.0);
         svg.stroke(&self.outline(positions), DEFORMED, 2.6);
     }
 
@@ -154,9 +150,7 @@ impl<'a> BodyView<'a> {
         let scale = [1.0, round_range(1.0, stretches.iter().copied().fold(1.01, f64::max))[1]];
         for paint in COLOURS {
             let of = mesh.cells.iter().zip(&stretches).filter(|(_, s)| colour(**s, scale) == paint);
-            let d = closed_paths(
-                of.map(|(cell, _)| Vec::from_iter(cell.iter().map(|&n| self.view.place(&positions[n])))),
-            );
+            let d = closed_paths(of.map(|(cell, _)| self.view.chain(positions, cell)));
             // A stroke of the same colour closes the gaps between triangles that rounding leaves.
             svg.path(&d, &format!(r#"fill="{paint}" stroke="{paint}" stroke-width="0.6""#));
         }

@@ -73,12 +73,8 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     for (nth, TimelinePanel(name, unit, is_known, values)) in panels.iter().enumerate() {
         let most =
             values.iter().filter(|v| v.iter().all(|x| x.is_finite())).map(|v| v[2]).fold(1e-3, f64::max);
-        let plot = Plot::linear(
-            [LEFT, top + (PANEL + GAP) * nth as f64],
-            [x(ends[1]) - LEFT, PANEL],
-            ends,
-            round_range(0.0, most),
-        );
+        let (corner, size) = ([LEFT, top + (PANEL + GAP) * nth as f64], [x(ends[1]) - LEFT, PANEL]);
+        let plot = Plot::linear(corner, size, ends, round_range(0.0, most));
         for i in (0..times.len()).filter(|i| !frames[*i].status.is_trusted()) {
             let side =
                 |j: Option<usize>| j.and_then(|j| times.get(j)).map_or(times[i], |t| 0.5 * (t + times[i]));

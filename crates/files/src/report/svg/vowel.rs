@@ -62,12 +62,10 @@ fn tract(svg: &mut Svg, (mesh, positions): (&Mesh<2>, &[Point]), sound: &SoundRe
 fn chart(svg: &mut Svg, sound: &SoundRecord, means: &[MeanVowel], top: f64) -> f64 {
     let heard = [0, 1].map(|i| sound.formants_hz.get(i).copied().unwrap_or(0.0));
     let all = means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
-    let plot = Plot::linear(
-        [0.5 * WIDTH + LEFT + MARGIN, top],
-        [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
-        [round_range(600.0, all.clone().map(|f| f[1]).fold(2400.0, f64::max))[1], 600.0],
-        [round_range(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
-    );
+    let (corner, width) = ([0.5 * WIDTH + LEFT + MARGIN, top], 0.5 * WIDTH - LEFT - 3.0 * MARGIN);
+    let most_f2 = round_range(600.0, all.clone().map(|f| f[1]).fold(2400.0, f64::max))[1];
+    let most_f1 = round_range(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1];
+    let plot = Plot::linear(corner, [width, CHART], [most_f2, 600.0], [most_f1, 200.0]);
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in means {
         svg.text(plot.place(*f2, *f1), Anchor::Middle, FontFace::Plain, vowel);

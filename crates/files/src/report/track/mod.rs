@@ -66,9 +66,9 @@ impl RecordingResult {
         const MOST: usize = 60;
         let [first, last] =
             [self.tracked.frames.first(), self.tracked.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
-        let shown: Vec<&Label> = Vec::from_iter(
-            self.seen.labels.iter().filter(|l| l.tier != "prompt" && l.to_s >= first && l.from_s <= last),
-        );
+        let labels = self.seen.labels.iter();
+        let shown = labels.filter(|l| l.tier != "prompt" && l.to_s >= first && l.from_s <= last);
+        let shown: Vec<&Label> = shown.collect();
         if shown.len() > MOST { Vec::new() } else { shown }
     }
 }

@@ -5,6 +5,7 @@ mod fit;
 use std::io::{self, Write};
 
 use maud::{Markup, PreEscaped, html};
+use serde_json::{Value, json};
 
 use super::Batch;
 use super::summary::PassiveGroup;
@@ -163,15 +164,13 @@ fn with_muscle_headings<'a>(first: &'a [&str], muscles: &'a [String]) -> impl It
 fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
     let rest: Vec<[i64; 2]> = mesh.nodes.iter().map(|p| [p.x, p.y].map(fit::micrometres)).collect();
     let coloured = mesh.muscles.iter().zip(colours(&mesh.muscle_names()));
-    let muscles: Vec<_> = coloured
-        .map(|(m, colour)| serde_json::json!({"name": m.name, "nodes": m.nodes, "colour": colour}))
-        .collect();
+    let muscles = coloured.map(|(m, colour)| json!({"name": m.name, "nodes": m.nodes, "colour": colour}));
+    let muscles: Vec<Value> = muscles.collect();
     let view = picture_bounds(mesh, &[], []);
     let [low, high] = [view.low, view.high].map(|corner| corner.map(fit::micrometres));
-    let shapes = Vec::from_iter(
-        fits.iter().map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active})),
-    );
-    serde_json::json!({
+    let shapes = fits.iter().map(|f| json!({"fit": f.number, "moved": f.moved, "active": f.active}));
+    let shapes: Vec<Value> = shapes.collect();
+    json!({
         "view": [low[0], -high[1], high[0] - low[0], high[1] - low[1]], "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
     })
     .to_string()
