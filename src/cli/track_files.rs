@@ -120,9 +120,7 @@ pub fn write(
             for (t, frame) in shown.enumerate() {
                 let name = format!("shapes_{number}_{t:04}.vtu");
                 moments.push((frame.time_s, name.clone()));
-                let made =
-                    move |out: &mut dyn io::Write, by: &Provenance| results.write_vtu(one, frame, out, by);
-                others.push((name, Box::new(made)));
+                others.push((name, Box::new(results.vtu(one, frame))));
             }
             files.push((format!("shapes_{number}.pvd"), Box::new(Pvd(moments))));
         }

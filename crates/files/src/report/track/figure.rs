@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::{ENDS, RecordingResult, TrackRecord, TrackResults};
 use crate::report::svg::colours;
-use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, Vtu, animation};
+use crate::report::{AnimationFrame, Export, Provenance, ReportError, Svg, Vtu, animation};
 use tongue_core::body::Mesh;
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Interval, Tracked};
@@ -144,16 +144,12 @@ impl TrackResults {
         animation(&self.mesh(one), &self.palate, &shapes, &marks, *mirrored, &title)
     }
 
-    pub fn write_vtu(
-        &self,
-        one: &RecordingResult,
-        frame: &Tracked,
-        out: &mut dyn io::Write,
-        by: &Provenance,
-    ) -> io::Result<()> {
-        let (mesh, shape) = (self.mesh(one), self.shape(frame));
-        let vtu = Vtu::new(&mesh, &shape.positions, &shape.tensions).map_err(io::Error::other)?;
-        vtu.write(out, by)
+    pub fn vtu(&self, one: &RecordingResult, frame: &Tracked) -> impl Export {
+        move |out: &mut dyn io::Write, by: &Provenance| {
+            let (mesh, shape) = (self.mesh(one), self.shape(frame));
+            let vtu = Vtu::new(&mesh, &shape.positions, &shape.tensions).map_err(io::Error::other)?;
+            vtu.write(out, by)
+        }
     }
 }
 

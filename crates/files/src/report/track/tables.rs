@@ -19,15 +19,12 @@ pub fn track_csv(record: &TrackRecord) -> impl Export {
         let TrackRecord { courses, results, .. } = record;
         let rows = results.frames().flat_map(|(recording, frame)| {
             let status = status_name(&frame.status);
+            let rms_mm = frame.rms_m.map_or_else(String::new, |r| (r * 1e3).to_string());
             courses.iter().enumerate().map(move |(i, course)| {
                 let numbers = [&frame.tensions[i], &frame.courses[i]].map(|r| [r.median, r.low, r.high]);
                 let begin = [recording.seen.name.clone(), frame.time_s.to_string(), course.muscle.clone()];
-                let end = [
-                    course.known.to_string(),
-                    status.clone(),
-                    frame.resolved.to_string(),
-                    frame.rms_m.map_or_else(String::new, |r| (r * 1e3).to_string()),
-                ];
+                let known = course.known.to_string();
+                let end = [known, status.clone(), frame.resolved.to_string(), rms_mm.clone()];
                 begin.into_iter().chain(numbers.into_iter().flatten().map(|v| v.to_string())).chain(end)
             })
         });
