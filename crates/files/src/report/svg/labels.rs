@@ -76,20 +76,17 @@ pub(super) fn place(muscles: &[DrawnMuscle], points: &[Px], frame: &Bounds) -> V
     let mut taken: Vec<Bounds> = Vec::new();
     let mut places = Vec::from_iter(muscles.iter().rev().map(|muscle| {
         let half = [0.5 * muscle.face().width(&muscle.name), 0.5 * TEXT];
-        let mut best: Option<(f64, Px)> = None;
-        for (rank, part) in PARTS.into_iter().enumerate() {
-            let Some((on, along)) = point_at(&muscle.seen, part) else { continue };
+        let points =
+            PARTS.into_iter().enumerate().filter_map(|(n, part)| Some((n, point_at(&muscle.seen, part)?)));
+        let candidates = points.flat_map(|(rank, (on, along))| {
             let across = [-along[1], along[0]];
             let reach = across[0].abs() * half[0] + across[1].abs() * half[1] + GAP;
-            for side in [1.0, -1.0] {
+            [1.0, -1.0].map(|side| {
                 let middle = [0, 1].map(|i| on[i] + side * reach * across[i]);
-                let cost = cost(&around(middle, half), &taken, &obstacles, frame) + rank as f64;
-                if best.is_none_or(|(least, _)| cost < least) {
-                    best = Some((cost, middle));
-                }
-            }
-        }
-        let (_, middle) = best?;
+                (cost(&around(middle, half), &taken, &obstacles, frame) + rank as f64, middle)
+            })
+        });
+        let (_, middle) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
         taken.push(around(middle, half.map(|h| h + 3.0)));
         Some(middle)
     }));

@@ -76,9 +76,8 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         let (corner, size) = ([LEFT, top + (PANEL + GAP) * nth as f64], [x(ends[1]) - LEFT, PANEL]);
         let plot = Plot::linear(corner, size, ends, round_range(0.0, most));
         for i in (0..times.len()).filter(|i| !frames[*i].status.is_trusted()) {
-            let side =
-                |j: Option<usize>| j.and_then(|j| times.get(j)).map_or(times[i], |t| 0.5 * (t + times[i]));
-            let [a, b] = [side(i.checked_sub(1)), side(Some(i + 1))];
+            let neighbours = [i.checked_sub(1).map(|before| times[before]), times.get(i + 1).copied()];
+            let [a, b] = neighbours.map(|other| other.map_or(times[i], |t| 0.5 * (t + times[i])));
             plot.rectangle(&mut svg, [[a, plot.y[0]], [b, plot.y[1]]], DOUBTFUL, None);
         }
         let is_rms = nth == courses.len();
