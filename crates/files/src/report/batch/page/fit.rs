@@ -45,20 +45,17 @@ impl PageFit {
         // Figure 4.9 of the thesis for this fit.
         let figure = r.record.changes(&title, "measured", None)?.to_string();
         let ways = r.fit().answer.positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
-        let posterior = r.record.posterior.as_ref();
+        let names = r.fit().active_names();
+        let tensions = muscles.iter().map(|m| r.fit().tension(m).filter(|_| names.contains(m)));
         Ok(Self {
             number,
             heat_row: heat_row(number, r, muscles).into_string(),
             table_row: html! { tr { (first_cells(number, r)) (cells(&columns(muscles), r)) } }.into_string(),
             detail: detail(number, r, &figure, ridges).into_string(),
-            posterior_row: posterior
-                .map_or_else(String::new, |_| posterior_row(number, r, muscles).into_string()),
+            posterior_row: posterior_row(number, r, muscles).into_string(),
             moved: ways.map(|way| [way.x, way.y].map(micrometres)).collect(),
             active: muscles.iter().filter(|m| r.fit().tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
-            tensions: muscles
-                .iter()
-                .map(|m| r.fit().tension(m).filter(|_| r.fit().active_names().contains(m)))
-                .collect(),
+            tensions: tensions.collect(),
             label: r.label(),
         })
     }
@@ -123,23 +120,23 @@ pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
     columns
 }
 
-/// A row of the posterior: the change of every tension from the baseline, in deeper colour the surer its sign.
+/// A row of the posterior, if there is one: the change of every tension from the baseline, in deeper colour the surer its sign.
 fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     // Adding zero turns -0 into 0.
     let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
-    let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
+    let Some(posterior) = &r.record.posterior else { return html! {} };
     html! {
         tr {
             (first_cells(id, r))
             td title=(r.verdict().unwrap_or_default()) { "/" (r.target().baseline) "/" }
             @for m in muscles {
-                @match summary.and_then(|s| s.changes_n.get(m)) {
+                @match posterior.summary.as_ref().and_then(|s| s.changes_n.get(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
                         (Certainty::of(change.probability_rises).text().replace(" harder", ""))
                         br;
                         span.interval { (probability(change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },
-                    None => td title=(r.record.posterior.as_ref().map_or("", |p| p.diagnostics.why.as_str())) { "not mixed" },
+                    None => td title=(posterior.diagnostics.why) { "not mixed" },
                 }
             }
         }
