@@ -70,8 +70,7 @@ mod tests {
     fn commands_to_the_terminal_are_shown_and_not_obeyed() {
         let name = "\u{1b}]0;title\u{7}\u{9b}2J\r\u{202e}x\u{7f}";
         for cut in 1..=4 {
-            let text = escaped(name, cut);
-            assert_eq!(text, r"\u001b]0;title\u0007\u009b2J\u000d\u202ex\u007f");
+            assert_eq!(escaped(name, cut), r"\u001b]0;title\u0007\u009b2J\u000d\u202ex\u007f");
         }
     }
 

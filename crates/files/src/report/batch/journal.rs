@@ -49,12 +49,9 @@ pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
     BufReader::new(file).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(fail)?;
     let header = JournalHeader::read(&line).map_err(fail)?;
-    let (JournalHeader { version, .. }, own) = (&header, crate::VERSION);
-    if version != own {
-        let why = format!(
-            "it was written by version {version}, this is {own}; merge it with the version that made it"
-        );
-        return Err(fail(io::Error::other(why)));
+    if header.version != crate::VERSION {
+        let why = format!("it was written by version {}, this is {}", header.version, crate::VERSION);
+        return Err(fail(io::Error::other(why + "; merge it with the version that made it")));
     }
     Ok(header.arguments)
 }

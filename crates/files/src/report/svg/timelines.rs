@@ -66,8 +66,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         for x in [a, b] {
             svg.dashes(&super::data([[[x, top - 8.0], [x, foot]]]), "#9a9a9a", 1.0);
         }
-        let fits = FontFace::Plain.width(&label.name) < b - a;
-        let name = if fits { label.name.clone() } else { shorten(&label.name, b - a) };
+        let name = shorten(&label.name, b - a);
         svg.text([0.5 * (a + b), top - 22.0], Anchor::Middle, FontFace::Plain, &name);
     }
     for (nth, TimelinePanel(name, unit, is_known, values)) in panels.iter().enumerate() {
@@ -105,6 +104,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
 fn shorten(name: &str, width: f64) -> String {
     let letters = (width / FontFace::Plain.width("m")) as usize;
     match letters {
+        _ if FontFace::Plain.width(name) < width => name.to_owned(),
         0 | 1 => String::new(),
         _ => name.chars().take(letters - 1).chain(['\u{2026}']).collect(),
     }
