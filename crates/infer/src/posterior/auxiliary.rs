@@ -95,13 +95,13 @@ pub enum DataSource {
     Activity(Active),
 }
 
-impl DataSource {
-    fn len(&self) -> usize {
-        match self {
-            Self::Shape(view) => view.len(),
-            Self::Activity(_) => 1,
-        }
-    }
+/// Where a number comes from.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Origin<'a> {
+    /// A shape, numbered as in [`super::PosteriorModel::load`], and the place of the number among those of the shape: all lengths, then
+    /// these numbers.
+    Shape(usize, usize),
+    Activity(&'a Active),
 }
 
 #[derive(Debug, Clone, Default)]
@@ -158,22 +158,23 @@ impl AuxiliaryData {
 
     /// For every number its source, and its index in that.
     pub fn numbers(&self) -> impl Iterator<Item = (&DataSource, usize)> {
-        self.sources.iter().flat_map(|source| (0..source.len()).map(move |number| (source, number)))
+        self.sources.iter().flat_map(|source| {
+            let count = if let DataSource::Shape(view) = source { view.len() } else { 1 };
+            (0..count).map(move |number| (source, number))
+        })
     }
 
-    /// For every number that follows from a shape: the shape, as in [`super::PosteriorModel::load`], and the place of the number among those
-    /// of the shape, `lengths` lengths and then these numbers. `None` for a number that follows from tensions.
-    pub(super) fn places(&self, postures: usize, lengths: usize) -> Vec<Option<(usize, usize)>> {
+    /// The origin of every number, for this number of postures and of lengths in a shape.
+    pub(super) fn origins(&self, postures: usize, lengths: usize) -> impl Iterator<Item = Origin<'_>> {
         let mut next = vec![lengths; postures + 1];
-        let each = self.numbers().map(|(source, _)| match source {
-            DataSource::Activity(_) => None,
+        self.numbers().map(move |(source, _)| match source {
+            DataSource::Activity(active) => Origin::Activity(active),
             DataSource::Shape(view) => {
                 let index = view.posture.unwrap_or(postures);
                 next[index] += 1;
-                Some((index, next[index] - 1))
+                Origin::Shape(index, next[index] - 1)
             }
-        });
-        each.collect()
+        })
     }
 
     /// All numbers, from the tensions and the positions of all nodes (m) in each posture (`None`: the baseline).
@@ -198,23 +199,11 @@ impl AuxiliaryData {
         own.flatten().collect()
     }
 
-    /// Each source with the weights of its numbers.
-    pub(super) fn with_weights<'a>(
-        &'a self,
-        weights: &'a [f64],
-    ) -> impl Iterator<Item = (&'a DataSource, &'a [f64])> {
-        self.sources.iter().scan(weights, |left, source| {
-            let (own, rest) = left.split_at(source.len());
-            *left = rest;
-            Some((source, own))
-        })
-    }
-
     /// Derivative of the sum of `weights` times the numbers by a tension at fixed shapes.
     pub(super) fn slope(&self, values: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
-        let each = self.with_weights(weights).map(|(source, own)| match source {
+        let each = self.numbers().zip(weights).map(|((source, _), weight)| match source {
             DataSource::Shape(_) => 0.0,
-            DataSource::Activity(active) => own[0] * active.slope(values, parameter),
+            DataSource::Activity(active) => weight * active.slope(values, parameter),
         });
         each.sum()
     }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::statics::lanes::Adjoint;
 
-use super::auxiliary::{Active, DataSource};
+use super::auxiliary::{Active, Origin};
 use super::density::Density;
 use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 
@@ -72,13 +72,10 @@ impl DifferentiatedPoint<'_> {
         let (postures, muscles) = (self.density.postures(), self.density.posterior_model.muscles.len());
         let stretches = (0..postures * muscles)
             .map(|row| self.solved.stretch_rate(row, unit, |index, m| of_shapes[index][m]));
-        let auxiliary = &self.density.measurements.auxiliary;
-        let places = auxiliary.places(postures, muscles);
-        let others = auxiliary.numbers().zip(places).map(|((source, _), place)| match (source, place) {
-            (DataSource::Activity(active), _) => unit * of_activity(active),
-            (DataSource::Shape(_), place) => {
-                place.map_or(0.0, |(index, number)| unit * of_shapes[index][number])
-            }
+        let origins = self.density.measurements.auxiliary.origins(postures, muscles);
+        let others = origins.map(|origin| match origin {
+            Origin::Activity(active) => unit * of_activity(active),
+            Origin::Shape(index, number) => unit * of_shapes[index][number],
         });
         DVector::from_vec(stretches.chain(others).collect())
     }

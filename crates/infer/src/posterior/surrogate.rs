@@ -7,7 +7,7 @@ use tongue_core::parallel;
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
-use super::auxiliary::DataSource;
+use super::auxiliary::Origin;
 use super::density::Density;
 use super::evaluator::Evaluator;
 use super::hmc::{self, SampledDensity, Settings, Whitened};
@@ -41,11 +41,7 @@ impl ResidualLikelihood for Density<'_> {
 
 /// Models of all shapes of a density: of each posture, then of the baseline.
 #[derive(Debug)]
-pub struct Surrogate {
-    shapes: Vec<QuadraticShape>,
-    /// [`AuxiliaryData::places`](super::AuxiliaryData::places) of the measurements.
-    places: Vec<Option<(usize, usize)>>,
-}
+pub struct Surrogate(Vec<QuadraticShape>);
 
 impl Surrogate {
     /// Models that are fitted to draws from the normal distribution of these coordinates.
@@ -71,9 +67,7 @@ impl Surrogate {
 
     fn fit(density: &Density<'_>, points: &[DifferentiatedPoint<'_>]) -> Result<Self, PosteriorError> {
         let shapes = (0..=density.postures()).map(|index| QuadraticShape::fit(density, points, index));
-        let shapes = shapes.collect::<Option<_>>().ok_or(PosteriorError::NoMode)?;
-        let muscles = density.posterior_model.muscles.len();
-        Ok(Self { shapes, places: density.measurements.auxiliary.places(density.postures(), muscles) })
+        shapes.collect::<Option<_>>().map(Self).ok_or(PosteriorError::NoMode)
     }
 
     /// Logarithm of the approximate density at these scores, and its derivatives.
@@ -87,14 +81,14 @@ impl Surrogate {
         let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
         let measurements = &density.measurements;
         let all: Vec<_> = (0..=postures).map(|index| inputs(density, &values, index)).collect();
-        let numbers: Vec<_> = self.shapes.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
+        let numbers: Vec<_> = self.0.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
         let lengths: Vec<f64> =
             numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
-        let each = measurements.auxiliary.numbers().zip(&self.places);
-        let auxiliary: Vec<f64> = Vec::from_iter(each.map(|((source, _), place)| match (source, place) {
-            (DataSource::Activity(active), _) => active.value(&values),
-            (DataSource::Shape(_), place) => place.map_or(0.0, |(index, number)| numbers[index][number]),
-        }));
+        let origins = measurements.auxiliary.origins(postures, muscles).map(|origin| match origin {
+            Origin::Activity(active) => active.value(&values),
+            Origin::Shape(index, number) => numbers[index][number],
+        });
+        let auxiliary: Vec<f64> = origins.collect();
         let (log, weights) = errors.log(&density.residuals(&lengths, &auxiliary));
         let (log, weights) = (TEMPERED * log, weights * TEMPERED);
         // Derivatives of the logarithm by the numbers of each shape.
@@ -105,12 +99,12 @@ impl Surrogate {
             by_number[postures][m] -= weights[i] * stretch;
         }
         let of_auxiliary = &weights.as_slice()[measurements.len()..];
-        for (place, weight) in self.places.iter().zip(of_auxiliary) {
-            if let Some((index, number)) = place {
-                by_number[*index][*number] += weight;
+        for (origin, weight) in measurements.auxiliary.origins(postures, muscles).zip(of_auxiliary) {
+            if let Origin::Shape(index, number) = origin {
+                by_number[index][number] += weight;
             }
         }
-        let shapes = self.shapes.iter().zip(&all).zip(&by_number);
+        let shapes = self.0.iter().zip(&all).zip(&by_number);
         let by_load: Vec<_> = shapes.map(|((shape, all), weights)| shape.gradient(all, weights)).collect();
         let gradient = DVector::from_fn(scores.len(), |i, _| {
             let parameter = density.parameters[i];
