@@ -87,17 +87,17 @@ pub fn derivatives(
     from: &SolvedPoint,
     h: f64,
 ) -> Vec<(usize, usize, f64, f64)> {
-    let (linear, here) = Evaluator::new(density).linearise(at, from).unwrap();
+    let LinearisationPoint { jacobian, solved, .. } = Evaluator::new(density).linearise(at, from).unwrap();
     let side = |i: usize, by: f64| {
         let mut x = at.clone();
         x[i] += by;
-        computed(density, &x, &here)
+        computed(density, &x, &solved)
     };
     let each = (0..at.len()).flat_map(|i| {
         let near = (side(i, h) - side(i, -h)) * 8.0;
         let difference = (near - side(i, 2.0 * h) + side(i, -2.0 * h)) / (12.0 * h);
         let rows = density.rows.iter().zip(&difference).enumerate();
-        rows.map(|(row, (&number, d))| (row, i, linear.jacobian[(number, i)], *d)).collect::<Vec<_>>()
+        rows.map(|(row, (&number, d))| (row, i, jacobian[(number, i)], *d)).collect::<Vec<_>>()
     });
     each.collect()
 }
@@ -136,7 +136,7 @@ fn the_quadratic_model_is_near_the_density_and_its_gradient_is_exact() {
 
 /// The linearisation of the stretches at a mode, including geometry.
 pub fn at_mode(density: &Density<'_>, map_estimate: &MapEstimate) -> LinearisationPoint {
-    Evaluator::new(density).linearise(&map_estimate.scores, &map_estimate.solved).unwrap().0
+    Evaluator::new(density).linearise(&map_estimate.scores, &map_estimate.solved).unwrap()
 }
 
 #[test]

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use nalgebra::{DVector, SVector};
 
-use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup};
+use tongue_core::statics::lanes::{Adjoint, LaneGroup};
 
 use super::auxiliary::DataSource;
 use super::density::{Density, is_found};
 use super::finite_differences;
 use super::from_rest::shapes_reached_from_rest;
-use super::linearisation::{DifferentiatedPoint, FiniteDifferences, LinearisationPoint};
+use super::linearisation::{DifferentiatedPoint, LinearisationPoint};
 use super::parameters::{ParameterValues, SolvedPoint};
 use super::rest_shape;
 
@@ -37,11 +37,9 @@ impl<'a> Evaluator<'a> {
             group.solve(&loads, density.settings());
         }
         let each = points.iter().enumerate().map(|(point, (values, _))| {
-            let found: Vec<&LaneEquilibrium<2>> =
-                self.shapes.iter().map(|group| &group.answers()[point]).collect();
-            let is_solved = found.iter().all(|shape| is_found(shape));
-            is_solved
-                .then(|| density.solved(values, found.into_iter().map(|s| s.positions.clone()).collect()))?
+            let found = self.shapes.iter().map(|group| &group.answers()[point]);
+            let shapes = found.map(|shape| is_found(shape).then(|| shape.positions.clone()));
+            density.solved(values, shapes.collect::<Option<_>>()?)
         });
         each.collect()
     }
@@ -61,30 +59,25 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The linearisation at a point, solved from `begin`; `None` where the density is zero.
-    pub fn linearise(
-        &mut self,
-        scores: &DVector<f64>,
-        begin: &SolvedPoint,
-    ) -> Option<(LinearisationPoint, SolvedPoint)> {
-        self.linearise_all(&[(scores, begin)], true).pop()?
+    pub fn linearise(&mut self, scores: &DVector<f64>, begin: &SolvedPoint) -> Option<LinearisationPoint> {
+        self.linearise_all(&[(scores, begin)]).pop()?
     }
 
     /// Linearisations at up to as many points as there are lanes, `None` where the density is zero. The sensitivities to geometry cost more
-    /// than everything else and are computed only if `geometry` is set.
+    /// than everything else.
     pub(super) fn linearise_all(
         &mut self,
         points: &[(&DVector<f64>, &SolvedPoint)],
-        geometry: bool,
-    ) -> Vec<Option<(LinearisationPoint, SolvedPoint)>> {
-        let density = self.density;
+    ) -> Vec<Option<LinearisationPoint>> {
+        let is_of_springs = self.density.posterior_model.is_of_springs();
         let each = self.differentiate(points).into_iter().map(|point| {
             let point = point?;
-            let geometry = match (geometry, density.posterior_model.is_of_springs()) {
-                (true, true) => rest_shape::of_springs(&point)?,
-                (true, false) => finite_differences::answers(&point)?,
-                (false, _) => FiniteDifferences::none(density.numbers()),
+            let geometry = if is_of_springs {
+                rest_shape::of_springs(&point)?
+            } else {
+                finite_differences::answers(&point)?
             };
-            Some((LinearisationPoint { jacobian: point.jacobian(), geometry }, point.solved))
+            Some(LinearisationPoint { jacobian: point.jacobian(), geometry, solved: point.solved })
         });
         each.collect()
     }

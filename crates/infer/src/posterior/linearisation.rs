@@ -14,6 +14,7 @@ pub struct LinearisationPoint {
     /// Derivatives by the scores of the stretches of all muscles of the body, posture by posture, then of the auxiliary data.
     pub jacobian: DMatrix<f64>,
     pub geometry: FiniteDifferences,
+    pub solved: SolvedPoint,
 }
 
 /// Changes of all computed numbers for one standard deviation of each source of error; one row for each number.
@@ -24,13 +25,6 @@ pub struct FiniteDifferences {
     pub kappa: DMatrix<f64>,
     pub width: DMatrix<f64>,
     pub patch: DMatrix<f64>,
-}
-
-impl FiniteDifferences {
-    pub(super) fn none(numbers: usize) -> Self {
-        let none = || DMatrix::zeros(numbers, 0);
-        Self { ends: none(), outline: none(), kappa: none(), width: none(), patch: none() }
-    }
 }
 
 pub(super) struct DifferentiatedPoint<'a> {

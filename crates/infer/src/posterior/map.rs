@@ -89,12 +89,12 @@ impl MapEstimate {
         let (n, rest) = (density.parameters.len(), density.rest());
         let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
             let start = DVector::from_element(n, score);
-            let (linear, solved) = Evaluator::new(density).linearise(&start, &rest)?;
-            Some((start, linear, solved))
+            let linear = Evaluator::new(density).linearise(&start, &rest)?;
+            Some((start, linear))
         });
-        let (start, linear, solved) = begin.ok_or(PosteriorError::NoMode)?;
+        let (start, linear) = begin.ok_or(PosteriorError::NoMode)?;
         density.set_geometry(covariance(&linear))?;
-        let mut map_estimate = Self::new(density, start, linear.jacobian, solved);
+        let mut map_estimate = Self::new(density, start, linear.jacobian, linear.solved);
         for _ in 0..ROUNDS {
             map_estimate.climb(density, CENTRE_TOLERANCE);
             map_estimate.average(density)?;
@@ -159,9 +159,9 @@ impl MapEstimate {
         let groups: Vec<_> = draws.chunks(LANES).collect();
         let found = parallel::map(&groups, |group| {
             let points: Vec<_> = group.iter().map(|(x, _)| (x, &self.solved)).collect();
-            let linear = Evaluator::new(density).linearise_all(&points, true);
+            let linear = Evaluator::new(density).linearise_all(&points);
             let each = group.iter().zip(linear).filter_map(|((scores, log), linear)| {
-                Some(DrawAround { scores: scores.clone(), log: *log, geometry: covariance(&linear?.0) })
+                Some(DrawAround { scores: scores.clone(), log: *log, geometry: covariance(&linear?) })
             });
             each.collect::<Vec<_>>()
         });
@@ -191,14 +191,11 @@ impl MapEstimate {
         };
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;
-            let (linear, solved) =
-                evaluator.linearise_all(&[(&next, &here.solved)], false).pop().flatten()?;
-            Some(Self::new(density, next, linear.jacobian, solved))
+            let point = evaluator.differentiate(&[(&next, &here.solved)]).pop().flatten()?;
+            Some(Self::new(density, next, point.jacobian(), point.solved))
         };
-        let mode =
-            descend(begin, &Rule { step_tolerance, ..CLIMB }, |map_estimate| -map_estimate.log, step, moved)
-                .here;
-        *self = Self { around, ..mode };
+        let rule = Rule { step_tolerance, ..CLIMB };
+        *self = Self { around, ..descend(begin, &rule, |here| -here.log, step, moved).here };
     }
 
     /// Coordinates in which the posterior is nearly standard normal.

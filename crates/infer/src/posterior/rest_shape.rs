@@ -128,6 +128,7 @@ pub(super) fn of_springs(point: &DifferentiatedPoint<'_>) -> Option<FiniteDiffer
         ends: of_fields(&posterior_model.ends),
         outline: of_fields(&posterior_model.outline),
         kappa: finite_differences::by_kappa(point)?,
-        ..FiniteDifferences::none(point.density.numbers())
+        width: point.matrix(&[]),
+        patch: point.matrix(&[]),
     })
 }
