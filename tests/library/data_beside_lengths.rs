@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
-use tongue_core::random::normals;
+use tongue_core::random::{normal, normals};
 use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::{Body, ContinuumSettings, Mesh};
@@ -131,17 +131,16 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
         };
         let h = 1e-3;
         let [mut of_stretches, mut of_others]: [f64; 2] = [0.0; 2];
-        for (which, derivative) in [&answers.ends, &answers.outline].into_iter().enumerate() {
-            for f in (0..derivative.ncols()).step_by(3) {
+        let of_fields =
+            [(&answers.ends, &posterior_model.ends), (&answers.outline, &posterior_model.outline)];
+        for (derivative, fields) in of_fields {
+            for (f, field) in fields.iter().enumerate().step_by(3) {
                 let side = |by: f64| {
-                    let mut fields =
-                        [vec![0.0; posterior_model.ends.len()], vec![0.0; posterior_model.outline.len()]];
-                    fields[which][f] = by;
-                    let body = posterior_model.displaced(&fields[0], &fields[1]).unwrap();
+                    let body = posterior_model.displaced([(field, by)]).unwrap();
                     values(&body.mesh, &posterior_model.model)
                 };
                 let difference = (side(h) - side(-h)) / (2.0 * h);
-                agree(derivative.column(f), &difference, &format!("{which} {f}"));
+                agree(derivative.column(f), &difference, &format!("{f} of {}", fields.len()));
                 of_stretches = of_stretches.max(difference.rows(0, all.len()).amax());
                 of_others = of_others.max(difference.rows_range(all.len()..).amax());
             }
@@ -313,9 +312,8 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
         let (values, _) = density.parameter_values(scores);
-        let ends = normals(posterior_model.ends.len(), &mut random);
-        let outline = normals(posterior_model.outline.len(), &mut random);
-        let body = posterior_model.displaced(ends.as_slice(), outline.as_slice())?;
+        let fields = posterior_model.ends.iter().chain(&posterior_model.outline);
+        let body = posterior_model.displaced(fields.map(|field| (field, normal(&mut random))))?;
         let system = System::new(&body.mesh, &posterior_model.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
             let shape = density.lanes().solve(&[load], density.settings()).remove(0);

@@ -194,9 +194,8 @@ fn of_other_widths(usual: &PosteriorModel, random: &mut fastrand::Rng) -> Poster
 /// The system of a body with ends, outline and kappa drawn from the priors; `None` where a cell would fold.
 fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<System<2>> {
     let all: Vec<usize> = (0..truth.muscles.len()).collect();
-    let ends = normals(truth.ends.len(), random);
-    let outline = normals(truth.outline.len(), random);
-    let body = truth.displaced(ends.as_slice(), outline.as_slice())?;
+    let fields = truth.ends.iter().chain(&truth.outline);
+    let body = truth.displaced(fields.map(|field| (field, normal(random))))?;
     let kappa = (truth.priors.compressibility.sd_ln_kappa * normal(random)).exp();
     System::new(&body.mesh, &less_compressible(truth, kappa), &all).ok()
 }

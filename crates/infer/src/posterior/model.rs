@@ -84,13 +84,12 @@ impl PosteriorModel {
         self.sides.is_none()
     }
 
-    /// The body at rest displaced by fields, each multiplied by a number of standard deviations; the parts of muscles outside the tissue
-    /// stay straight. `None` where a cell would fold.
-    pub fn displaced(&self, ends: &[f64], outline: &[f64]) -> Option<Body<2>> {
+    /// The body at rest displaced by fields, each with its number of standard deviations; the parts of muscles outside the tissue stay
+    /// straight. `None` where a cell would fold.
+    pub fn displaced<'f>(&self, fields: impl IntoIterator<Item = (&'f Field, f64)>) -> Option<Body<2>> {
         let mut body = self.body.clone();
-        let fields = self.ends.iter().zip(ends).chain(self.outline.iter().zip(outline));
         for (field, by) in fields {
-            body.mesh.nodes.iter_mut().zip(field).for_each(|(x, d)| *x += d * *by);
+            body.mesh.nodes.iter_mut().zip(field).for_each(|(x, d)| *x += d * by);
         }
         for path in self.system.paths() {
             let [a, b] = path.ends();
@@ -132,29 +131,26 @@ fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, Po
 const LEAST_RATIO: f64 = 0.1;
 
 /// Fields of every distinct muscle end along every axis: this end moves by one standard deviation, and the others stay.
-fn attachment_fields(
-    body: &Body<2>,
-    MuscleEndsPrior { sd_mm, reach_mm, off }: &MuscleEndsPrior,
-) -> Vec<Field> {
+fn attachment_fields(body: &Body<2>, prior: &MuscleEndsPrior) -> Vec<Field> {
     let (nodes, muscles) = (&body.mesh.nodes, &body.mesh.muscles);
     let places = distant(nodes, muscles.iter().flat_map(|m| m.ends()), SAME_POINT_M);
-    let reach = 1e-3 * reach_mm;
+    let reach = 1e-3 * prior.reach_mm;
     // These weights are one at an end and zero at all others.
-    let weights = if *off { None } else { kernel(&places, reach).try_inverse() };
-    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * sd_mm))))
+    let weights = if prior.off { None } else { kernel(&places, reach).try_inverse() };
+    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * prior.sd_mm))))
 }
 
 /// Independent fields whose sum is a Gaussian random displacement of the outline with the covariance of the priors.
-fn outline_fields(body: &Body<2>, OutlinePrior { sd_mm, reach_mm, off }: &OutlinePrior) -> Vec<Field> {
+fn outline_fields(body: &Body<2>, prior: &OutlinePrior) -> Vec<Field> {
     let nodes = &body.mesh.nodes;
-    let reach = 1e-3 * reach_mm;
+    let reach = 1e-3 * prior.reach_mm;
     let places = distant(nodes, body.mesh.outlines().into_iter().flatten(), CARRIERS_APART * reach);
     // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K); the weights are the inverse of the transposed Cholesky factor of K.
     let n = places.len();
-    let factor = if *off { None } else { kernel(&places, reach).cholesky() };
+    let factor = if prior.off { None } else { kernel(&places, reach).cholesky() };
     let weights =
         factor.and_then(|factor| factor.l().transpose().solve_upper_triangular(&DMatrix::identity(n, n)));
-    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * sd_mm))))
+    weights.map_or_else(Vec::new, |weights| fields(nodes, &places, reach, &(weights * (1e-3 * prior.sd_mm))))
 }
 
 /// Places, m, of nodes that are farther than `apart`, m, from every place kept before.
@@ -237,8 +233,8 @@ pub struct PerturbedBodies {
 
 impl PerturbedBody {
     fn new(posterior_model: &PosteriorModel, body: &Body<2>) -> Result<Self, PosteriorError> {
-        let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
-        let system = System::new(&body.mesh, &posterior_model.model, &all)?;
+        let all = posterior_model.system.contracting();
+        let system = System::new(&body.mesh, &posterior_model.model, all)?;
         let hyoid = body.bone(HYOID).to_vec();
         let turn = if hyoid == posterior_model.hyoid {
             posterior_model.turn.clone()
@@ -256,14 +252,10 @@ impl PerturbedBodies {
             let side = |by: f64| PerturbedBody::new(posterior_model, &changed(by)?);
             Ok::<PerturbedPair, PosteriorError>(([side(-by)?, side(by)?], step))
         };
-        // A pair for each field; `which` is 0 for ends and 1 for the outline.
-        let fields = |which: usize| {
-            let counts = [posterior_model.ends.len(), posterior_model.outline.len()];
-            let pairs = parallel::map(&Vec::from_iter(0..counts[which]), |&f| {
+        let fields = |fields: &[Field]| {
+            let pairs = parallel::map(fields, |field| {
                 pair(STEP, STEP, &|by| {
-                    let mut along = counts.map(|count| vec![0.0; count]);
-                    along[which][f] = by;
-                    posterior_model.displaced(&along[0], &along[1]).ok_or_else(|| {
+                    posterior_model.displaced([(field, by)]).ok_or_else(|| {
                         PosteriorError::Refused("a cell of this body is nearly folded at rest".to_owned())
                     })
                 })
@@ -282,35 +274,30 @@ impl PerturbedBodies {
             pair.transpose()
         };
         Ok(Self {
-            ends: fields(0)?,
-            outline: fields(1)?,
+            ends: fields(&posterior_model.ends)?,
+            outline: fields(&posterior_model.outline)?,
             width: laid(priors.sd_ln_width(), |settings, times| settings.bundle_width_m *= times)?,
             patch: laid(priors.sd_ln_patch(), |settings, times| settings.patch_radius_m *= times)?,
         })
     }
 }
 
-/// Systems with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
+/// Systems with kappa one standard deviation of its logarithm lower and higher, and the same second Lamé constant; `None` where it is known.
 fn with_other_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2>; 2]>, PosteriorError> {
     let prior = &posterior_model.priors.compressibility;
     if prior.off {
         return Ok(None);
     }
-    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-    let [low, high] = [-prior.sd_ln_kappa, prior.sd_ln_kappa].map(|ln| {
-        let constants = with_kappa(posterior_model, ln.exp());
-        System::new(&posterior_model.body.mesh, &Model { constants }, &all)
-    });
-    Ok(Some([low?, high?]))
-}
-
-/// Constants with `times` the kappa of the body and the same second Lamé constant. Kappa is the difference of the Lamé constants in
-/// springs, and the first one in other tissue.
-fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
     let constants = posterior_model.model.constants;
     let (lambda, mu) = constants.lame();
+    // Kappa is the difference of the Lamé constants in springs, and the first one in other tissue.
     let is_of_springs = posterior_model.body.mesh.continuum.is_none();
-    let lambda = if is_of_springs { mu + (lambda - mu) * times } else { lambda * times };
-    let poisson_ratio = lambda / (2.0 * (lambda + mu));
-    Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
+    let [low, high] = [-prior.sd_ln_kappa, prior.sd_ln_kappa].map(f64::exp).map(|times| {
+        let lambda = if is_of_springs { mu + (lambda - mu) * times } else { lambda * times };
+        let poisson_ratio = lambda / (2.0 * (lambda + mu));
+        let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
+        let constants = Constants { poisson_ratio, young_modulus, ..constants };
+        System::new(&posterior_model.body.mesh, &Model { constants }, posterior_model.system.contracting())
+    });
+    Ok(Some([low?, high?]))
 }
