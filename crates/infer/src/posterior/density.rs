@@ -159,30 +159,15 @@ impl<'a> Density<'a> {
     pub fn parameter_values(&self, scores: &DVector<f64>) -> (ParameterValues, Vec<f64>) {
         let priors = &self.posterior_model.priors;
         let mut values = self.fixed.clone();
-        let half_normal = |scale: f64, g: f64| {
-            let (value, slope) = parameters::tension(g);
-            (scale * value, scale * slope)
-        };
-        let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| match *p {
-            Parameter::Tension(posture, m) => {
-                let (value, slope) = half_normal(priors.tension.scale_n_per_m, g);
-                values.postures[posture].tensions[m] = value;
-                slope
-            }
-            Parameter::Tone(m) => {
-                let (value, slope) = half_normal(priors.baseline.scale_n_per_m, g);
-                values.tones[m] = value;
-                slope
-            }
-            Parameter::Hyoid(posture, axis) => {
-                let sd = 1e-3 * priors.hyoid.sd_mm;
-                values.postures[posture].hyoid[axis] = sd * g;
-                sd
-            }
-            Parameter::Tilt => {
-                values.tilt = priors.hyoid_tilt.sd_rad_per_m * g;
-                priors.hyoid_tilt.sd_rad_per_m
-            }
+        let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| {
+            let (scale, (value, slope)) = match p {
+                Parameter::Tension(..) => (priors.tension.scale_n_per_m, parameters::tension(g)),
+                Parameter::Tone(_) => (priors.baseline.scale_n_per_m, parameters::tension(g)),
+                Parameter::Hyoid(..) => (1e-3 * priors.hyoid.sd_mm, (g, 1.0)),
+                Parameter::Tilt => (priors.hyoid_tilt.sd_rad_per_m, (g, 1.0)),
+            };
+            *values.get_mut(*p) = scale * value;
+            scale * slope
         });
         let slopes = each.collect();
         (values, slopes)

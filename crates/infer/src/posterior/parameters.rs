@@ -73,6 +73,15 @@ pub struct ParameterValues {
     pub tilt: f64,
 }
 
+    pub(super) fn get_mut(&mut self, parameter: Parameter) -> &mut f64 {
+        match parameter {
+            Parameter::Tension(posture, m) => &mut self.postures[posture].tensions[m],
+            Parameter::Tone(m) => &mut self.tones[m],
+            Parameter::Hyoid(posture, axis) => &mut self.postures[posture].hyoid[axis],
+            Parameter::Tilt => &mut self.tilt,
+        }
+    }
+
 impl ParameterValues {
     /// Tensions and displacements multiplied by `part`; the tilt, an angle for each metre of displacement, is kept.
     pub fn scaled(&self, part: f64) -> Self {
