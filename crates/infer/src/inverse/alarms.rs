@@ -103,16 +103,13 @@ fn branch(ends_at: Option<f64>) -> String {
 
 impl Serialize for Alarm {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        fn fields<S: Serializer>(alarm: &&Alarm, serializer: S) -> Result<S::Ok, S::Error> {
-            Alarm::serialize(alarm, serializer)
-        }
         #[derive(Serialize)]
-        struct WithText<'a> {
-            #[serde(flatten, serialize_with = "fields")]
-            alarm: &'a Alarm,
+        struct WithText {
+            #[serde(flatten, with = "Alarm")]
+            alarm: Alarm,
             text: String,
         }
-        Serialize::serialize(&WithText { alarm: self, text: self.to_string() }, serializer)
+        Serialize::serialize(&WithText { alarm: self.clone(), text: self.to_string() }, serializer)
     }
 }
 

@@ -95,10 +95,7 @@ pub fn solve<const D: usize>(
     let (shapes, starts): (Vec<_>, Vec<Start>) =
         searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
     // The first of equally good starts is taken, so that the order in which they finish does not matter.
-    let (best, shape) = starts
-        .iter()
-        .zip(&shapes)
-        .min_by(|(a, _), (b, _)| a.cost.total_cmp(&b.cost))
+    let (best, shape) = least_by(starts.iter().zip(&shapes), |(start, _)| start.cost)
         .ok_or_else(|| FitError::Search("no start was made".into()))?;
 
     let mut forward = Forward::new(problem, settings);

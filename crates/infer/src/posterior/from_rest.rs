@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use tongue_core::statics::lanes::{LaneGroup, Load};
+use tongue_core::statics::lanes::LaneGroup;
 use tongue_core::statics::{Connection, SolveSettings};
 
 use super::density::{Density, is_found};
@@ -54,14 +54,9 @@ fn follow(
     let mut good = vec![true; values.len()];
     for step in 1..=steps {
         let part = step as f64 / steps as f64;
-        let loads: Vec<Load<'_, 2>> = values
-            .iter()
-            .zip(&shapes)
-            .map(|(m, positions)| {
-                let start = (step > 1).then_some(positions.as_slice());
-                Load { start, ..posterior_model.load(&m.scaled(part), posture, None) }
-            })
-            .collect();
+        let loads = Vec::from_iter(values.iter().zip(&shapes).map(|(m, positions)| {
+            posterior_model.load(&m.scaled(part), posture, (step > 1).then_some(positions.as_slice()))
+        }));
         let last = density.settings();
         let tolerance = if step < steps { ON_THE_WAY_N } else { last.tolerance };
         let answers = group.solve(&loads, &SolveSettings { tolerance, ..*last });

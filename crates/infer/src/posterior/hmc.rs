@@ -11,7 +11,6 @@
 //! section 3.2).
 
 use std::f64::consts::FRAC_PI_2;
-use std::ops::Range;
 
 use nalgebra::DVector;
 
@@ -232,9 +231,9 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         if !self.has_begun() {
             return;
         }
-        for block in blocks(count, IN_WARM_UP) {
+        for first in (0..count).step_by(IN_WARM_UP) {
             self.corrected(|group| {
-                for number in block {
+                for number in first..count.min(first + IN_WARM_UP) {
                     let ends = group.trajectory(group.step.trial);
                     group.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
                     // The first third may still be far from the bulk of the density.
@@ -350,11 +349,6 @@ enum End {
     Rejected,
     /// The density is zero there.
     Zero,
-}
-
-/// Ranges of up to `each` of `count` trajectories.
-fn blocks(count: usize, each: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..count).step_by(each).map(move |first| first..count.min(first + each))
 }
 
 impl TrajectoryPoint {

@@ -12,15 +12,7 @@ pub struct Quantiles {
 
 /// Part of the values that are above zero; a zero counts as half.
 pub(super) fn part_above_zero(values: &[f64]) -> f64 {
-    let parts = values.iter().map(|&v| {
-        if v > 0.0 {
-            1.0
-        } else if v == 0.0 {
-            0.5
-        } else {
-            0.0
-        }
-    });
+    let parts = values.iter().map(|&v| 0.5 * (f64::from(v > 0.0) + f64::from(v >= 0.0)));
     parts.sum::<f64>() / values.len().max(1) as f64
 }
 

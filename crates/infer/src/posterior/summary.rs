@@ -86,13 +86,9 @@ impl Report {
     pub fn of_each(posterior: &Posterior<'_>, leave_out: bool, seed: u64) -> Vec<Self> {
         let Posterior { density, map_estimate, draws, .. } = posterior;
         let mixed = posterior.is_mixed();
+        let left_out = (leave_out && mixed).then(|| predict_each_from_others(density, map_estimate));
         // Where that sampling fails, the rest is reported without it.
-        let left_out =
-            (leave_out && mixed).then(|| predict_each_from_others(density, map_estimate).ok()).flatten();
-        let left_out = left_out.map_or_else(
-            || vec![None; density.measurements.len()],
-            |all| all.into_iter().map(|l| Some(l).filter(|l| l.spread.mean.is_finite())).collect(),
-        );
+        let left_out = left_out.and_then(Result::ok).unwrap_or_default();
         let fitted = if mixed { fitted_stretches(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
         let all = All { posterior, left_out, fitted, scaled: Scaled::new(density, draws), seed };
         Vec::from_iter((0..density.postures()).map(|posture| Self {
@@ -107,7 +103,7 @@ impl Report {
 
 struct All<'a> {
     posterior: &'a Posterior<'a>,
-    left_out: Vec<Option<LeftOut>>,
+    left_out: Vec<LeftOut>,
     fitted: Vec<Quantiles>,
     scaled: Scaled,
     seed: u64,
@@ -170,7 +166,7 @@ impl Summary {
         let stretches = own.iter().map(|&i| StretchSummary {
             measured: density.measurements.stretches[i],
             fitted: all.fitted[i],
-            left_out: all.left_out[i].clone(),
+            left_out: all.left_out.get(i).filter(|l| l.spread.mean.is_finite()).cloned(),
         });
         Self {
             changes_n: ByMuscle::new(muscles, changes),

@@ -30,9 +30,9 @@ pub(super) fn intervals_95(
     let n = answer.len();
     let precision = jacobian.tr_mul(jacobian) + DMatrix::from_diagonal_element(n, n, prior_sd.powi(-2));
     let axes = precision.clone().symmetric_eigen().eigenvectors;
-    let directions: Vec<DVector<f64>> =
-        axes.column_iter().chain(DMatrix::identity(n, n).column_iter()).map(|d| d.into_owned()).collect();
-    let directions: Vec<_> = directions.into_iter().map(|d| (&precision * &d, d)).collect();
+    let unit = DMatrix::identity(n, n);
+    let directions = axes.column_iter().chain(unit.column_iter()).map(|d| d.into_owned());
+    let directions: Vec<_> = directions.map(|d| (&precision * &d, d)).collect();
     if !directions.iter().all(|(p, d)| p.dot(d) > 0.0) {
         return Vec::new();
     }
