@@ -156,21 +156,18 @@ fn bounded_step(
         }
         let pull = curvature * &step + &here.gradient;
         let solved = matrix.cholesky()?.solve(&-pull.select_rows(&free));
-        let mut cut = false;
-        for (k, &i) in free.iter().enumerate() {
+        let mut inside = Vec::new();
+        for (&i, by) in free.iter().zip(solved.iter()) {
             let (lower, upper) = (unknowns[i].lower, unknowns[i].upper);
-            step[i] = (here.x[i] + solved[k]).clamp(lower, upper) - here.x[i];
-            cut |= step[i] != solved[k] && (here.x[i] + solved[k] < lower || here.x[i] + solved[k] > upper);
+            let x = here.x[i] + by;
+            step[i] = x.clamp(lower, upper) - here.x[i];
+            inside.extend((lower..=upper).contains(&x).then_some(i));
         }
-        if !cut {
+        if inside.len() == free.len() {
             break;
         }
-        let inside =
-            |i: usize, s: f64| here.x[i] + s >= unknowns[i].lower && here.x[i] + s <= unknowns[i].upper;
-        let still: Vec<usize> =
-            free.iter().zip(solved.iter()).filter(|(i, s)| inside(**i, **s)).map(|(i, _)| *i).collect();
-        still.iter().for_each(|&i| step[i] = 0.0);
-        free = still;
+        inside.iter().for_each(|&i| step[i] = 0.0);
+        free = inside;
     }
     Some(step)
 }
