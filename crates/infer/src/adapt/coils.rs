@@ -17,7 +17,7 @@ use tongue_core::statistics::TWO_SIDED_95;
 use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
 use super::{RestError, centre_of, median_point, outline_of};
-use crate::error_model::bell;
+use crate::error_model::{bell, distances_along};
 use crate::least_squares::{jacobian_by_differences, minimise};
 use crate::standard_deviations as sd;
 
@@ -152,8 +152,7 @@ impl DirectedLine {
 /// Cholesky factor of the covariance of points along a line.
 fn whitener(points: &[Point], mm: [f64; 3], tilt: f64) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
     let [sd, length, alone] = mm.map(|mm| 1e-3 * mm);
-    let mut at: Vec<f64> = vec![0.0];
-    points.windows(2).for_each(|w| at.push(at[at.len() - 1] + (w[1] - w[0]).norm()));
+    let at = distances_along(points.iter().copied().map(Some), 1.0);
     let n = at.len();
     let half = 0.5 * at[n - 1];
     let covariance = DMatrix::from_fn(n, n, |i, j| {

@@ -64,17 +64,17 @@ impl Landmarks {
         let recordings = Recording::from_bytes(bytes, origin, Some(Format::of(bytes, origin)))?;
         let Some(recording) = recordings.first() else { return Ok(Self::default()) };
         let mut out = Self::default();
-        let seen = match (AlignedRecording::new(recording, map), recording.metres) {
-            (Ok(seen), _) => Some(seen),
+        match AlignedRecording::new(recording, map) {
+            Ok(seen) => {
+                out.mirrored = seen.mirrored;
+                let frame = seen.frames.into_iter().next().unwrap_or_default();
+                out.contour = frame.contour.iter().flatten().map(|m| m.at).collect();
+                let bones = seen.bones.into_iter().zip(frame.bones);
+                out.named.extend(bones.filter_map(|(name, at)| Some((name, at?))));
+            }
             // Landmarks without a contour are no recording, but are used if their unit is known.
-            (Err(_), Some(_)) => None,
-            (Err(error), None) => return Err(error),
-        };
-        out.mirrored = seen.as_ref().is_some_and(|s| s.mirrored);
-        if let Some((seen, frame)) = seen.as_ref().and_then(|s| Some((s, s.frames.first()?))) {
-            out.contour = frame.contour.iter().flatten().map(|m| m.at).collect();
-            let bones = seen.bones.iter().zip(&frame.bones);
-            out.named.extend(bones.filter_map(|(name, at)| Some((name.clone(), (*at)?))));
+            Err(error) if recording.metres.is_none() => return Err(error),
+            Err(_) => {}
         }
         let places = recording.samples.first().map(|s| s.places.as_slice()).unwrap_or_default();
         for (name, place) in recording.channels.iter().zip(places) {
