@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::SVector;
 use tongue_sound::Acoustics;
 use tongue_sound::TractError;
 use tongue_sound::formants::{self, Formant};
@@ -10,6 +9,7 @@ use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 use crate::adapt::{mark_of, similarity_by_bones};
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
+use tongue_core::geometry::Point;
 use tongue_core::observe::TongueSurface;
 use tongue_core::statics::Response;
 use tongue_core::statistics::least_by;
@@ -66,7 +66,7 @@ impl Sound {
 }
 
 /// Derivatives of the frequency of each formant by the nodes, Hz/m.
-pub type FormantRates = Vec<Vec<(usize, SVector<f64, 2>)>>;
+pub type FormantRates = Vec<Vec<(usize, Point)>>;
 
 impl VocalTract {
     /// Reads the file of a tract; `origin` is its name in messages.
@@ -96,7 +96,7 @@ impl VocalTract {
         let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
         let to = similarity_by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
         Ok(Self::reference()?.placed(to.scale(), |[x, y]: [f64; 2]| {
-            <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3)
+            <[f64; 2]>::from(to.place(Point::from([1e-3 * x, 1e-3 * y])) * 1e3)
         }))
     }
 
@@ -118,11 +118,7 @@ impl VocalTract {
     }
 
     /// The sound of a shape (positions of all nodes, m) in a posture.
-    pub fn sound(
-        &self,
-        positions: &[SVector<f64, 2>],
-        posture: &Articulation,
-    ) -> Result<Sound, VocalTractError> {
+    pub fn sound(&self, positions: &[Point], posture: &Articulation) -> Result<Sound, VocalTractError> {
         let tongue: Vec<ProfilePoint> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
         let profile = Profile::new(&self.tract, &tongue, posture)?;
         Ok(Sound::new(profile, &self.acoustics)?)
@@ -131,10 +127,10 @@ impl VocalTract {
     pub fn rates(&self, sound: &Sound) -> FormantRates {
         let rates = sound.formants.iter().map(|formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
-            let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
+            let mut by_node: BTreeMap<usize, Point> = BTreeMap::new();
             sound.profile.rates_by_tongue(&by_section, |point, rate| {
                 for &(node, weight) in self.wall.get(point).into_iter().flatten() {
-                    *by_node.entry(node).or_default() += SVector::from(rate) * weight;
+                    *by_node.entry(node).or_default() += Point::from(rate) * weight;
                 }
             });
             by_node.into_iter().collect()
@@ -163,7 +159,7 @@ pub(super) fn tongue_ends(tract: &Tract, count: usize, point: impl Fn(usize) -> 
     })
 }
 
-fn mean(weights: &[(usize, f64)], positions: &[SVector<f64, 2>]) -> ProfilePoint {
-    let sum: SVector<f64, 2> = weights.iter().map(|&(node, weight)| positions[node] * weight).sum();
+fn mean(weights: &[(usize, f64)], positions: &[Point]) -> ProfilePoint {
+    let sum: Point = weights.iter().map(|&(node, weight)| positions[node] * weight).sum();
     [sum.x, sum.y]
 }

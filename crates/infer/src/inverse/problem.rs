@@ -109,14 +109,10 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The tension of a muscle, by its number in the body, N (2D: per metre of thickness).
-    Tension {
-        muscle: usize,
-    },
+    Tension { muscle: usize },
     /// The displacement of a bone along an axis, m; all of its nodes move together.
-    Bone {
-        bone: usize,
-        axis: usize,
-    },
+    Bone { bone: usize, axis: usize },
+    /// A constant of the tissue, in SI units.
     Constant(Constant),
 }
 

@@ -20,19 +20,16 @@ const JUMP_PER_UNIT: f64 = 0.05;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Termination {
     /// An unknown is at its lower bound: a muscle is slack.
-    Zero {
-        unknown: usize,
-    },
+    Zero { unknown: usize },
     /// An unknown is at its upper bound; beyond it others may fit as well.
-    UpperBound {
-        unknown: usize,
-    },
+    UpperBound { unknown: usize },
     /// The equilibrium stops being stable at a fold.
     Fold,
     /// Tensions beyond this point lead from rest to a distant shape.
     Jump,
     /// No neighbouring point that meets the target was found.
     TargetLost,
+    /// The curve has as many points as are followed at most.
     StepLimit,
 }
 
