@@ -281,7 +281,6 @@ fn failed(what: &str) -> RestError {
     RestError::Body(what.to_owned())
 }
 
-/// Adds the prior precision of the shift.
 fn with_shift_prior(mut square: DMatrix<f64>) -> DMatrix<f64> {
     (0..2).for_each(|i| square[(i, i)] += (SHIFT_UNIT_M / sd::COILS_SHIFT_M).powi(2));
     square

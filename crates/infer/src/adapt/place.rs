@@ -196,7 +196,6 @@ impl RegistrationData {
         Self { palate: palate.unwrap_or_default().to_vec(), ..self }
     }
 
-    /// Observations of a drawn contour.
     pub fn of_contour(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
         Self { contour: resample(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
     }

@@ -45,7 +45,6 @@ pub struct BaselineRow {
     pub substitute: bool,
 }
 
-/// A row that cannot be fitted.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Refusal {
     pub line: u64,

@@ -137,7 +137,6 @@ fn in_groups<'w, T: SampledDensity, R: Send>(
     })
 }
 
-/// A point of a trajectory.
 #[derive(Clone)]
 struct TrajectoryPoint {
     z: DVector<f64>,
@@ -280,7 +279,6 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         ends.collect()
     }
 
-    /// Draws after the warm-up.
     fn draw(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
         let mut chains = vec![Chain::EMPTY; self.random.len()];
         if !self.has_begun() {
@@ -311,7 +309,6 @@ impl<'a, T: SampledDensity> ChainGroup<'a, T> {
         chains
     }
 
-    /// Runs one trajectory of each chain.
     fn trajectory(&mut self, size: f64) -> Vec<TrajectoryEnd> {
         let Self { target, whitened, states, random, common, .. } = self;
         let length = FRAC_PI_2 * (0.7 + 0.6 * common.f64());

@@ -35,7 +35,6 @@ fn covariance(point: &LinearisationPoint) -> DMatrix<f64> {
     [outline, kappa, width, patch].into_iter().fold(ends * ends.transpose(), |sum, m| sum + m * m.transpose())
 }
 
-/// A draw about a mode.
 #[derive(Debug)]
 struct DrawAround {
     scores: DVector<f64>,

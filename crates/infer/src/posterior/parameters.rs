@@ -64,7 +64,6 @@ pub struct Posture {
     pub hyoid: SVector<f64, 2>,
 }
 
-/// Physical values of the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterValues {
     pub postures: Vec<Posture>,
@@ -73,6 +72,7 @@ pub struct ParameterValues {
     pub tilt: f64,
 }
 
+impl ParameterValues {
     pub(super) fn get_mut(&mut self, parameter: Parameter) -> &mut f64 {
         match parameter {
             Parameter::Tension(posture, m) => &mut self.postures[posture].tensions[m],
@@ -82,7 +82,6 @@ pub struct ParameterValues {
         }
     }
 
-impl ParameterValues {
     /// Tensions and displacements multiplied by `part`; the tilt, an angle for each metre of displacement, is kept.
     pub fn scaled(&self, part: f64) -> Self {
         let times = |all: &[f64]| all.iter().map(|t| t * part).collect();

@@ -13,7 +13,6 @@ use super::parameters::ParameterValues;
 /// Weight of small coefficients, over that of an equation; it decides what few points leave open.
 const RIDGE: f64 = 1e-4;
 
-/// The model of one shape.
 #[derive(Debug)]
 pub(super) struct QuadraticShape {
     /// Inputs that vary: their number in [`inputs`], mean and standard deviation.

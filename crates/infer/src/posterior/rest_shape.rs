@@ -17,7 +17,6 @@ use super::finite_differences;
 use super::linearisation::{DifferentiatedPoint, FiniteDifferences};
 use super::model::{Field, PosteriorModel};
 
-/// An element of the body in one shape.
 enum ElementTerm {
     /// A spring: nodes, stiffness (N/m), and directions in the shape and at rest.
     Line { nodes: [usize; 2], stiffness: f64, along: SVector<f64, 2>, at_rest: SVector<f64, 2> },
