@@ -11,14 +11,13 @@ use nalgebra::{DMatrix, DVector};
 use super::forward::{FAILED, Forward, Linearised};
 use super::problem::Unknown;
 use super::start::{Start, same_cost_by_newton};
-use crate::least_squares::{self, Rule, TrialStep};
+use crate::least_squares::{self, Descent, Rule, TrialStep};
 
 /// Damping of the first step, as a part of the largest diagonal entry of `2 JᵀJ`.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Largest damping, as a part of that entry; with more, a step is lost in rounding.
 const MOST_DAMPING: f64 = 1e12;
 
-#[derive(Clone)]
 struct EvaluatedPoint {
     x: DVector<f64>,
     linear: Linearised,
@@ -60,26 +59,21 @@ pub(super) fn run<const D: usize>(forward: &mut Forward<'_, D>, number: usize) -
     // A start without an equilibrium is replaced by the values nearest to zero within the bounds.
     let rest = forward.problem.unknowns.iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
     let mut start = Start::new(first, FAILED);
-    let point = EvaluatedPoint::new(forward, DVector::from_column_slice(&start.x))
-        .or_else(|| EvaluatedPoint::new(forward, DVector::from_vec(rest)));
-    if let Some(mut here) = point {
-        start.converged = descend(forward, &mut here, &mut start.iterations);
-        let (mut is_solved, mut cost) = forward.solved_by_newton(here.x.as_slice());
+    let found = descend(forward, DVector::from_column_slice(&start.x), &mut start.iterations)
+        .or_else(|| descend(forward, DVector::from_vec(rest), &mut start.iterations));
+    if let Some(mut found) = found {
+        (start.solved, start.cost) = forward.solved_by_newton(found.here.x.as_slice());
         // As in Nelder-Mead, the search begins again with all candidates from rest if Newton's method from rest gives another cost.
-        if !same_cost_by_newton(here.cost, cost) {
+        if !same_cost_by_newton(found.here.cost, start.cost) {
             forward.forget_neighbours();
-            start.converged = match EvaluatedPoint::new(forward, here.x.clone()) {
-                Some(again) => {
-                    here = again;
-                    descend(forward, &mut here, &mut start.iterations)
-                }
-                None => false,
-            };
-            (is_solved, cost) = forward.solved_by_newton(here.x.as_slice());
+            match descend(forward, found.here.x.clone(), &mut start.iterations) {
+                Some(again) => found = again,
+                None => found.converged = false,
+            }
+            (start.solved, start.cost) = forward.solved_by_newton(found.here.x.as_slice());
         }
-        start.x = here.x.iter().copied().collect();
-        start.cost = cost;
-        start.solved = is_solved;
+        start.x = found.here.x.iter().copied().collect();
+        start.converged = found.converged;
     }
     start.counts = forward.counts;
     start
@@ -91,19 +85,19 @@ pub(super) fn refit<const D: usize>(
     forward: &mut Forward<'_, D>,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>, bool)> {
-    let mut here = EvaluatedPoint::new(forward, DVector::from_column_slice(from))?;
-    let converged = descend(forward, &mut here, &mut 0);
-    let x: Vec<f64> = here.x.iter().copied().collect();
+    let found = descend(forward, DVector::from_column_slice(from), &mut 0)?;
+    let x: Vec<f64> = found.here.x.iter().copied().collect();
     let residuals = forward.residuals(&x)?;
-    Some((x, residuals, converged))
+    Some((x, residuals, found.converged))
 }
 
-/// Minimises from `here`, and returns whether it converged.
+/// Minimises from `x`, and adds the steps to `iterations`; `None` if there is no equilibrium at `x`.
 fn descend<const D: usize>(
     forward: &mut Forward<'_, D>,
-    here: &mut EvaluatedPoint,
+    x: DVector<f64>,
     iterations: &mut u64,
-) -> bool {
+) -> Option<Descent<EvaluatedPoint>> {
+    let here = EvaluatedPoint::new(forward, x)?;
     let unknowns = &forward.problem.unknowns;
     let first = FIRST_DAMPING * here.largest_curvature();
     let rule = Rule {
@@ -131,10 +125,9 @@ fn descend<const D: usize>(
         next.secant = updated_secant(here, &next, by);
         Some(next)
     };
-    let found = least_squares::descend(here.clone(), &rule, |p| p.cost, step, moved);
-    *here = found.here;
+    let found = least_squares::descend(here, &rule, |p| p.cost, step, moved);
     *iterations += found.steps as u64;
-    found.converged
+    Some(found)
 }
 
 /// The damped step in the free unknowns, cut at the bounds; `None` if the damped Hessian is not positive definite. [`best_step`] decreases
