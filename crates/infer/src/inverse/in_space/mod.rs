@@ -156,16 +156,6 @@ impl Serialize for SpaceFit {
     }
 }
 
-#[derive(Clone, Copy)]
-enum SearchStart<'a> {
-    /// At rest, and at further starting points.
-    Rest,
-    /// At the answer of the frame before.
-    Before(&'a Answer<3>),
-    /// At an answer found on one half, which is only completed on the whole: its positions there are nearly these.
-    Found(&'a Answer<3>),
-}
-
 /// Groups of muscles with one activation: their common name and their numbers.
 fn searched(body: &Body<3>, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
@@ -199,7 +189,7 @@ impl SpaceSearch {
         });
         let found = self.fit(&half.body, left, &images, begin.as_ref())?;
         let on_whole = Answer { positions: half.positions_of_whole(&found.answer.positions), ..found.answer };
-        let fit = self.fit_from(body, system, marks, SearchStart::Found(&on_whole))?;
+        let fit = self.fit_from(body, system, marks, Some(&on_whole), true)?;
         Ok(SpaceFit {
             factorisations: found.factorisations + fit.factorisations,
             starts: found.starts,
@@ -219,15 +209,17 @@ impl SpaceSearch {
         marks: &[SpaceMark],
         begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
-        self.fit_from(body, system, marks, begin.map_or(SearchStart::Rest, SearchStart::Before))
+        self.fit_from(body, system, marks, begin, false)
     }
 
+    /// [`SpaceSearch::fit`], without a search if the answer `begin` `is_found` on one half: its positions on the whole are nearly these.
     fn fit_from(
         &self,
         body: &Body<3>,
         system: &System<3>,
         marks: &[SpaceMark],
-        begin: SearchStart<'_>,
+        begin: Option<&Answer<3>>,
+        is_found: bool,
     ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
         let mut observed = Observed::new(body);
@@ -244,24 +236,22 @@ impl SpaceSearch {
         let unknowns = unknowns.collect();
         let none = vec![0.0; groups.len()];
         let (begin_at, starts) = match begin {
-            SearchStart::Rest => ((&none[..], system.rest()), self.settings.starts),
-            SearchStart::Before(b) | SearchStart::Found(b) => ((&b.x[..], &b.positions[..]), 1),
+            None => ((&none[..], system.rest()), self.settings.starts),
+            Some(b) => ((&b.x[..], &b.positions[..]), 1),
         };
         let problem = LeastSquaresProblem::new(system, observations.concat(), unknowns);
         let problem = LeastSquaresProblem { tied, begin: Some(begin_at), ..problem };
         let settings = FitSettings { starts, ..self.settings };
         let mut forward = Forward::new(&problem, &settings);
         let mut answer = match begin {
-            SearchStart::Found(found) => found.clone(),
-            SearchStart::Rest | SearchStart::Before(_) => solve(&problem, &settings)?,
+            Some(found) if is_found => found.clone(),
+            _ => solve(&problem, &settings)?,
         };
         let mut factorisations = answer.counts.factorisations;
         forward.begin_at(&answer.x, &answer.positions);
         let linear = forward.linearise(&answer.x);
-        if let SearchStart::Found(found) = begin {
-            let Some(linear) = &linear else {
-                return self.fit_from(body, system, marks, SearchStart::Before(found));
-            };
+        if is_found {
+            let Some(linear) = &linear else { return self.fit(body, system, marks, begin) };
             factorisations = 0;
             answer.tensions = problem.tensions_of(&answer.x);
             answer.lengths = forward.lengths();
