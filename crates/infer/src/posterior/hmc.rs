@@ -90,10 +90,7 @@ pub fn sample<T: SampledDensity>(
     whitened: &Whitened,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
-    let groups = in_groups(&make, whitened, settings, None, |mut group| {
-        group.warm_up(settings.warm_up);
-        group
-    });
+    let groups = in_groups(&make, whitened, settings, None, |group| group);
     let begun = groups.iter().all(ChainGroup::has_begun);
     let visited_points: Vec<_> = groups.iter().flat_map(|g| &g.visited_points).collect();
     let Some(learned) = begun.then(|| whitened.learned(&visited_points)).flatten() else {
@@ -114,14 +111,11 @@ pub(super) fn sample_briefly<T: SampledDensity>(
     settings: &Settings,
     only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
-    let sampled = in_groups(&make, whitened, settings, only, |mut group| {
-        group.warm_up(settings.warm_up);
-        group.draw(settings)
-    });
+    let sampled = in_groups(&make, whitened, settings, only, |group| group.draw(settings));
     sampled.into_iter().flatten().collect()
 }
 
-/// Applies `work` to each group of chains, or to one; a group has as many chains as there are lanes.
+/// Applies `work` to each group of chains, or to one, after its warm-up; a group has as many chains as there are lanes.
 fn in_groups<'w, T: SampledDensity, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
@@ -133,7 +127,9 @@ fn in_groups<'w, T: SampledDensity, R: Send>(
     firsts.retain(|first| only.is_none_or(|group| *first == group * LANES));
     parallel::map(&firsts, |&first| {
         let chains = (settings.chains - first).min(LANES);
-        work(ChainGroup::new(make(), whitened, settings, first, chains))
+        let mut group = ChainGroup::new(make(), whitened, settings, first, chains);
+        group.warm_up(settings.warm_up);
+        work(group)
     })
 }
 
