@@ -21,7 +21,6 @@ pub const BONE_SD_M: f64 = 1e-3 * HYOID_MM;
 pub struct MovableBone<const D: usize> {
     nodes: Vec<usize>,
     mesh: Mesh<D>,
-    contracting: Vec<usize>,
     freed_system: Arc<System<D>>,
 }
 
@@ -42,7 +41,7 @@ impl<const D: usize> MovableBone<D> {
         let mut mesh = mesh.clone();
         mesh.fixed.retain(|n| !nodes.contains(n));
         let freed_system = Arc::new(System::new(&mesh, model, contracting)?);
-        Ok(Self { nodes: nodes.to_vec(), mesh, contracting: contracting.to_vec(), freed_system })
+        Ok(Self { nodes: nodes.to_vec(), mesh, freed_system })
     }
 
     /// Frees a bone of a body by its name.
@@ -70,8 +69,9 @@ impl<const D: usize> MovableBone<D> {
         constants: Option<Constants>,
         force: &mut [SVector<f64, D>],
     ) {
-        let replaced = constants
-            .and_then(|constants| System::new(&self.mesh, &Model { constants }, &self.contracting).ok());
+        let contracting = self.freed_system.contracting();
+        let replaced =
+            constants.and_then(|constants| System::new(&self.mesh, &Model { constants }, contracting).ok());
         let system = replaced.as_ref().unwrap_or(&self.freed_system);
         let pattern = system.pattern();
         let mut stiffness = BlockMatrix::zeros(pattern);
