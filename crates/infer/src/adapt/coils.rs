@@ -34,7 +34,7 @@ const STEEPEST: f64 = 0.8;
 /// Length by which a palate is extended in a straight line beyond its ends, m.
 const BEYOND_M: f64 = 30e-3;
 /// Units of the search: of shifts and of distances, m.
-const SHIFT_UNIT_M: f64 = 10e-3;
+pub(super) const SHIFT_UNIT_M: f64 = 10e-3;
 const COIL_UNIT_M: f64 = 4e-3;
 /// Turns from which the search begins, rad.
 pub(super) const TURNS: [f64; 3] = [0.0, -0.3, 0.3];

@@ -14,7 +14,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::TongueSurface;
 use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
-use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, resample};
+use super::coils::{self, Coil, FEWEST_COILS, Placement, SHIFT_UNIT_M, TURNS, Vault, resample};
 use super::{RestError, mark_of, median_point, outline_of};
 use crate::least_squares::minimise;
 use crate::standard_deviations as sd;
@@ -37,8 +37,6 @@ const FARTHEST_BONE_WITHOUT_ROOT_M: f64 = 14e-3;
 const USUAL_LENGTHS: std::ops::RangeInclusive<f64> = 1.9..=2.85;
 /// Ratios of a speaker's size to the body's at which a distant bone is not explained by a wrong unit.
 const RIGHT_UNIT_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
-/// Unit of shifts in the search, m.
-const SHIFT_M: f64 = 10e-3;
 /// Distance along the surface from the root at which a contour begins, m; used only at the start of the search.
 const SEEN_FROM_M: f64 = 8e-3;
 
@@ -245,7 +243,7 @@ impl RegistrationData {
         let starts = TURNS.map(|turn| {
             let mut x = DVector::zeros(4);
             x[2] = turn / TURN_SD;
-            let shift = (measured - similarity(&x).place(mark)) / SHIFT_M;
+            let shift = (measured - similarity(&x).place(mark)) / SHIFT_UNIT_M;
             (x[0], x[1]) = (shift.x, shift.y);
             x
         });
@@ -285,7 +283,7 @@ impl RegistrationData {
 
 /// Unknowns of the search: two shifts, turn and logarithm of the scale, in units of the search.
 fn similarity(x: &DVector<f64>) -> Similarity {
-    Similarity::new((sd::LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
+    Similarity::new((sd::LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_UNIT_M)
 }
 
 /// The identity for a recording in the frame of the body, so that rounding does not change the body.
