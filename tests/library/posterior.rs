@@ -145,7 +145,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &Priors::default()).unwrap();
     let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
     let map_estimate = MapEstimate::find(&mut density).unwrap();
-    let settings = hmc::Settings { chains: 8, warm_up: 6, draws: 4, thin: 1, seed: 3 };
+    let settings = hmc::Settings { warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
         let whitened = map_estimate.whitened().unwrap();
         let surrogate = Surrogate::about(&density, &whitened).unwrap();
@@ -264,7 +264,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     // The whitening matrix differs from the precision, as a Gauss-Newton matrix differs from that of the posterior.
     let rough = &precision + DMatrix::identity(n, n) * 0.5;
     let whitened = Whitened::new(DVector::zeros(n), rough).unwrap();
-    let settings = hmc::Settings { chains: 8, warm_up: 200, draws: 4000, thin: 2, seed: 2 };
+    let settings = hmc::Settings { warm_up: 200, draws: 4000, thin: 2, seed: 2 };
     // Trajectories follow the density, and then an approximation whose precision is too small on the diagonal.
     let wrong = &precision - DMatrix::from_diagonal(&(precision.diagonal() * 0.2));
     for rough in [&precision, &wrong] {

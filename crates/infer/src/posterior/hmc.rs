@@ -28,6 +28,7 @@ const TOGETHER: usize = 4;
 const TOWARDS_CENTRE: i32 = 11;
 const MOST_STARTS: i32 = 32;
 const MOST_STEPS: usize = 100;
+pub(super) const CHAINS: usize = 8;
 
 /// A density to sample and its approximation.
 pub trait SampledDensity: Send + Sync {
@@ -43,7 +44,6 @@ pub trait SampledDensity: Send + Sync {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    pub chains: usize,
     /// Discarded trajectories of each chain in each half of the warm-up.
     pub warm_up: usize,
     pub draws: usize,
@@ -94,7 +94,7 @@ pub fn sample<T: SampledDensity>(
     let begun = groups.iter().all(ChainGroup::has_begun);
     let visited_points: Vec<_> = groups.iter().flat_map(|g| &g.visited_points).collect();
     let Some(learned) = begun.then(|| whitened.learned(&visited_points)).flatten() else {
-        return vec![Chain::EMPTY; settings.chains];
+        return vec![Chain::EMPTY; CHAINS];
     };
     let sampled = parallel::map(&groups, |group| {
         let mut group = group.in_coordinates(make(), &learned);
@@ -123,10 +123,10 @@ fn in_groups<'w, T: SampledDensity, R: Send>(
     only: Option<usize>,
     work: impl Fn(ChainGroup<'w, T>) -> R + Sync,
 ) -> Vec<R> {
-    let mut firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
+    let mut firsts: Vec<usize> = (0..CHAINS).step_by(LANES).collect();
     firsts.retain(|first| only.is_none_or(|group| *first == group * LANES));
     parallel::map(&firsts, |&first| {
-        let chains = (settings.chains - first).min(LANES);
+        let chains = (CHAINS - first).min(LANES);
         let mut group = ChainGroup::new(make(), whitened, settings, first, chains);
         group.warm_up(settings.warm_up);
         work(group)

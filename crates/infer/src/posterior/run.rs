@@ -5,14 +5,13 @@ use serde::Serialize;
 use super::PosteriorError;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
-use super::hmc::{self, Whitened};
+use super::hmc::{self, CHAINS, Whitened};
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::Draw;
 use super::surrogate::{ResidualLikelihood, Surrogate, SurrogateDensity};
 
-const CHAINS: usize = 8;
 /// Trajectories of each chain in each half of the warm-up: the least number, and a number for each parameter.
 const WARM_UP: usize = 80;
 const WARM_UP_EACH: usize = 2;
@@ -21,10 +20,8 @@ const WARM_UP_EACH: usize = 2;
 const THIN: usize = 3;
 const THIN_TOGETHER: usize = 4;
 const LONGER: usize = 3;
-/// Trajectories of each chain in the warm-up of a short run, its draws after that, and its seed.
-const SHORT_WARM_UP: usize = 40;
-const SHORT_DRAWS: usize = 30;
-const SHORT_SEED: u64 = 7;
+/// The short run, which gives a verdict.
+const SHORT: hmc::Settings = hmc::Settings { warm_up: 40, draws: 30, thin: 1, seed: 7 };
 /// Required effective draws (Vehtari and others 2021).
 const FEWEST_EFFECTIVE: f64 = 400.0;
 
@@ -161,7 +158,6 @@ pub(super) fn chains(
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
     let settings = hmc::Settings {
-        chains: CHAINS,
         warm_up: WARM_UP.max(WARM_UP_EACH * density.parameters.len()),
         draws: settings.draws.div_ceil(CHAINS),
         thin,
@@ -178,16 +174,9 @@ pub fn short_run(
     only: Option<usize>,
 ) -> Result<Vec<Draw>, PosteriorError> {
     let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
-    let settings = hmc::Settings {
-        chains: CHAINS,
-        warm_up: SHORT_WARM_UP,
-        draws: SHORT_DRAWS,
-        thin: 1,
-        seed: SHORT_SEED,
-    };
     let surrogate = Surrogate::about(density, &whitened)?;
     let target = || SurrogateDensity::new(density, density, &surrogate);
-    Ok(numbered(hmc::sample_briefly(target, &whitened, &settings, only)))
+    Ok(numbered(hmc::sample_briefly(target, &whitened, &SHORT, only)))
 }
 
 pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {

@@ -21,7 +21,7 @@ const DRAWS: usize = 64;
 const SPREAD: f64 = 1.3;
 const SEED: u64 = 11;
 /// The run that gives further draws.
-const BRIEF: Settings = Settings { chains: 8, warm_up: 40, draws: 16, thin: 2, seed: SEED };
+const BRIEF: Settings = Settings { warm_up: 40, draws: 16, thin: 2, seed: SEED };
 /// Power of the likelihood in the approximation, whose tails must not be lighter than those of the density, because chains would stay there
 /// for long.
 const TEMPERED: f64 = 0.9;
