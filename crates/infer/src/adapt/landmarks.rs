@@ -32,7 +32,6 @@ struct Markup {
     kind: String,
     #[serde(default)]
     coordinate_system: String,
-    #[serde(default)]
     coordinate_units: Option<serde_json::Value>,
     control_points: Vec<ControlPoint>,
 }
@@ -42,9 +41,7 @@ struct Markup {
 struct ControlPoint {
     #[serde(default)]
     label: String,
-    #[serde(default)]
     position: Option<[f64; 3]>,
-    #[serde(default)]
     position_status: Option<String>,
 }
 
@@ -84,16 +81,12 @@ impl Landmarks {
                 out.named.entry(name.clone()).or_insert(Point::new(x * metres, y * metres));
             }
         }
-        Ok(out.facing_left())
-    }
-
-    /// Reverses x if the mental spine lies behind the hyoid.
-    fn facing_left(mut self) -> Self {
-        let bones = self.named.get(MANDIBLE).zip(self.named.get(HYOID));
+        // The face looks to the left if the mental spine lies before the hyoid.
+        let bones = out.named.get(MANDIBLE).zip(out.named.get(HYOID));
         if bones.is_some_and(|(spine, hyoid)| spine.x > hyoid.x) {
-            self.turn_round();
+            out.turn_round();
         }
-        self
+        Ok(out)
     }
 
     fn turn_round(&mut self) {

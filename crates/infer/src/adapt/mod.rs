@@ -82,7 +82,6 @@ impl Adaptation {
     pub fn from_json(text: &str) -> Result<Option<Self>, String> {
         #[derive(Deserialize)]
         struct BodyFile {
-            #[serde(default)]
             adaptation: Option<Adaptation>,
         }
         let found = serde_json::from_str::<BodyFile>(text).map_err(|e| reworded(&e.to_string()))?.adaptation;
