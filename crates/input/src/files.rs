@@ -6,7 +6,6 @@ use std::path::Path;
 /// Largest size of a file, bytes: a device might never end.
 const LARGEST: u64 = 256 << 20;
 /// Largest size of text that a user writes, bytes: its parsers need many times its size.
-#[cfg(feature = "files")]
 const LARGEST_TEXT: u64 = 16 << 20;
 
 /// Reads all bytes of a file of at most 256 MiB.
@@ -15,14 +14,16 @@ pub fn read(path: impl AsRef<Path>) -> io::Result<Vec<u8>> {
 }
 
 /// Reads a file of UTF-8 text of at most 16 MiB.
-#[cfg(feature = "files")]
 pub fn read_text(path: impl AsRef<Path>) -> io::Result<String> {
     String::from_utf8(read_up_to(LARGEST_TEXT, path.as_ref())?)
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-#[cfg(feature = "files")]
 pub fn read_up_to(limit: u64, path: &Path) -> io::Result<Vec<u8>> {
+    if !cfg!(feature = "files") {
+        let problem = "this build reads no files (feature `files`)";
+        return Err(io::Error::new(io::ErrorKind::Unsupported, problem));
+    }
     // The kind is checked before opening, because opening a pipe waits for a writer.
     let kind = std::fs::metadata(path)?;
     if kind.is_dir() {
@@ -33,11 +34,6 @@ pub fn read_up_to(limit: u64, path: &Path) -> io::Result<Vec<u8>> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
     }
     take_up_to(limit, std::fs::File::open(path)?)
-}
-
-#[cfg(not(feature = "files"))]
-pub fn read_up_to(_: u64, _: &Path) -> io::Result<Vec<u8>> {
-    Err(io::Error::new(io::ErrorKind::Unsupported, "this build reads no files (feature `files`)"))
 }
 
 pub fn take_up_to(limit: u64, reader: impl Read) -> io::Result<Vec<u8>> {

@@ -54,7 +54,8 @@ impl Profile {
         let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.lines_across()?;
         Self::with_areas(&walls, across, posture, |i, distance| {
-            let [alpha, beta] = walls.coefficients(i);
+            let [a, b] = [i, i + 1].map(|line| walls.starts[line].coefficients);
+            let [alpha, beta] = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
             // alpha d^beta with d in cm gives cm^2.
             let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
             [value, beta * value / distance]
@@ -76,18 +77,21 @@ impl Profile {
         let across = walls.lines_across()?;
         // Area of each cross-section over its distance across in the midsagittal plane, m.
         let mut widths = Vec::with_capacity(across.len());
-        for (i, line) in across.iter().enumerate() {
-            let middle = line.length();
-            let area = if line.ends.iter().any(Option::is_some) {
-                let [half_width, arch] = walls.section(i)?;
+        for (line, start) in across.iter().zip(&walls.starts) {
+            let (middle, [alpha, beta, half_width, arch]) = (line.length(), start.coefficients);
+            let area = if line.ends == [None; 2] {
+                1e-4 * alpha * (middle * 1e2).powf(beta)
+            } else if half_width.is_finite() && arch.is_finite() {
                 let gap = |side: f64| {
                     let wall = arch * (side / half_width).powi(2);
                     to_tongue(line.outer, line.direction, side).map_or(0.0, |tongue| tongue - wall)
                 };
                 [-1.0, 1.0].iter().map(|sign| one_side(half_width, |side| gap(sign * side))).sum()
             } else {
-                let [alpha, beta] = walls.area(i);
-                1e-4 * alpha * (middle * 1e2).powf(beta)
+                return Err(TractError::Bad(format!(
+                    "wall `{}` has no half_width_mm and arch_mm, which cross-sections of a tongue in space need; add both to the tract",
+                    start.wall
+                )));
             };
             widths.push(area / middle);
         }
@@ -112,7 +116,7 @@ impl Profile {
             let between = between(&pair[0], &pair[1], |distance| area_of(i, distance));
             let (section, slope) = between
                 .filter(|(section, _)| section.area_m2 > 0.0)
-                .ok_or_else(|| TractError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
+                .ok_or_else(|| TractError::Crossed(walls.starts[i].wall.to_owned(), pair[0].middle()))?;
             sections.push(section);
             slopes.push(slope);
         }

@@ -21,6 +21,7 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
 
 /// Largest coordinate of a tract, mm. It limits memory, since lines begin at every step of the outer wall.
 const FARTHEST_MM: f64 = 1e3;
+const LEAST_STEP_MM: f64 = 0.5;
 
 /// Largest coefficient and exponent of an area. Those of Heinz and Stevens (1964) are at most 4 and 1.5.
 const MOST_ALPHA: f64 = 20.0;
@@ -160,10 +161,8 @@ impl Tract {
             return bad("wall: at least one piece of the outer wall is needed".to_owned());
         }
         for wall in &self.wall {
-            for (key, [first, last], most) in
-                [("alpha", wall.alpha, MOST_ALPHA), ("beta", wall.beta, MOST_BETA)]
-            {
-                for x in [first, last] {
+            for (key, both, most) in [("alpha", wall.alpha, MOST_ALPHA), ("beta", wall.beta, MOST_BETA)] {
+                for x in both {
                     positive(&format!("{key} of wall `{}`", wall.name), x)?;
                     if x > most {
                         return bad(format!(
@@ -198,9 +197,8 @@ impl Tract {
         positive("grid.step_mm", self.grid.step_mm)?;
         positive("lips.length_mm", self.lips.length_mm)?;
         positive("lips.width_mm", self.lips.width_mm)?;
-        let least = 0.5;
-        if self.grid.step_mm < least {
-            return bad(format!("grid.step_mm is {}; it must be at least {least}", self.grid.step_mm));
+        if self.grid.step_mm < LEAST_STEP_MM {
+            return bad(format!("grid.step_mm is {}; it must be at least {LEAST_STEP_MM}", self.grid.step_mm));
         }
         let lists = [("larynx.front_mm", &self.larynx.front_mm), ("jaw.floor_mm", &self.jaw.floor_mm)];
         for (key, list) in lists {
@@ -208,13 +206,8 @@ impl Tract {
                 return bad(format!("{key}: at least one point of two finite numbers is needed"));
             }
         }
-        let points = [
-            ("tongue.root_mm", self.tongue.root_mm),
-            ("tongue.tip_mm", self.tongue.tip_mm),
-            ("jaw.joint_mm", self.jaw.joint_mm),
-        ];
-        for (key, [x, y]) in points {
-            if !x.is_finite() || !y.is_finite() {
+        for (key, point) in ["tongue.root_mm", "tongue.tip_mm", "jaw.joint_mm"].into_iter().zip(others) {
+            if point.iter().any(|x| !x.is_finite()) {
                 return bad(format!("{key} must be two finite numbers"));
             }
         }

@@ -46,19 +46,20 @@ pub(super) fn are_apart(first: &Across, second: &Across) -> bool {
 }
 
 /// The place of the outer wall at which a line begins.
-struct WallStart<'a> {
+pub(super) struct WallStart<'a> {
     /// Name of the wall.
-    wall: &'a str,
+    pub(super) wall: &'a str,
     at: ProfilePoint,
     toward: ProfilePoint,
     /// alpha, beta, half width, m, and arch, m; the last two are NaN where the tract does not give them.
-    coefficients: [f64; 4],
+    pub(super) coefficients: [f64; 4],
 }
 
 /// Both walls in a posture.
 pub(super) struct Walls<'a> {
     pub(super) tract: &'a Tract,
-    starts: Vec<WallStart<'a>>,
+    /// The place at which each line across begins.
+    pub(super) starts: Vec<WallStart<'a>>,
     /// Points of the inner wall in order, m, each with its number among the points of the tongue, if it is one of them.
     inner: Vec<(ProfilePoint, Option<usize>)>,
 }
@@ -85,12 +86,10 @@ impl<'a> Walls<'a> {
             let [x, y] = [x * 1e-3 - joint[0], y * 1e-3 - joint[1]];
             ([joint[0] + cos * x - sin * y, joint[1] + sin * x + cos * y], None)
         });
-        let mut inner: Vec<(ProfilePoint, Option<usize>)> = Vec::new();
-        inner.extend(
-            tract.larynx.front_mm.iter().map(|[x, y]| ([x * 1e-3 + larynx[0], y * 1e-3 + larynx[1]], None)),
-        );
-        inner.extend(tongue.iter().enumerate().map(|(i, p)| (*p, Some(i))));
-        inner.extend(floor);
+        let front = tract.larynx.front_mm.iter();
+        let front = front.map(|[x, y]| ([x * 1e-3 + larynx[0], y * 1e-3 + larynx[1]], None));
+        let tongue = tongue.iter().enumerate().map(|(i, p)| (*p, Some(i)));
+        let inner = front.chain(tongue).chain(floor).collect();
         Ok(Self { tract, starts: starts(tract, larynx), inner })
     }
 
@@ -116,38 +115,6 @@ impl<'a> Walls<'a> {
 
     fn lines(&self, ways: &[ProfilePoint]) -> Result<Vec<Across>, TractError> {
         self.starts.iter().zip(ways).map(|(start, way)| self.line(start, *way)).collect()
-    }
-
-    /// The name of the wall at which line number `i` begins.
-    pub(super) fn name(&self, i: usize) -> &str {
-        self.starts[i].wall
-    }
-
-    /// Mean of alpha and of beta between the lines `i` and `i + 1`.
-    pub(super) fn coefficients(&self, i: usize) -> [f64; 2] {
-        let (a, b) = (self.starts[i].coefficients, self.starts[i + 1].coefficients);
-        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-    }
-
-    /// alpha and beta at line `i`.
-    pub(super) fn area(&self, i: usize) -> [f64; 2] {
-        [self.starts[i].coefficients[0], self.starts[i].coefficients[1]]
-    }
-
-    /// Half width and arch of the wall at line `i`, m.
-    ///
-    /// # Errors
-    /// [`TractError::Bad`] if the tract does not give them.
-    pub(super) fn section(&self, i: usize) -> Result<[f64; 2], TractError> {
-        let [.., half_width, arch] = self.starts[i].coefficients;
-        if half_width.is_finite() && arch.is_finite() {
-            Ok([half_width, arch])
-        } else {
-            Err(TractError::Bad(format!(
-                "wall `{}` has no half_width_mm and arch_mm, which cross-sections of a tongue in space need; add both to the tract",
-                self.name(i)
-            )))
-        }
     }
 
     /// The line from a place to its first crossing with the inner wall.
