@@ -11,10 +11,44 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use crate::acoustics::{
-    ADIABATIC, Acoustics, CONDUCTION, DENSITY, SPECIFIC_HEAT, SPEED, VISCOSITY, WALL_MASS, WALL_RESISTANCE,
-    WALL_STIFFNESS,
-};
+// Moist air at body temperature (Flanagan 1972, table 3.1 and section 3.2).
+/// Speed of sound, m/s.
+const SPEED: f64 = 350.0;
+/// Density, kg/m^3.
+const DENSITY: f64 = 1.14;
+/// Viscosity, Pa s.
+const VISCOSITY: f64 = 1.86e-5;
+/// Conductivity of heat, W/(m K).
+const CONDUCTION: f64 = 0.0230;
+/// Specific heat at constant pressure, J/(kg K).
+const SPECIFIC_HEAT: f64 = 1005.0;
+/// Ratio of specific heats.
+const ADIABATIC: f64 = 1.4;
+
+// Mass, kg/m^2, resistance, kg/(m^2 s), and stiffness, N/m^3, of the soft wall per area, in series (Maeda 1982: 1.5 g/cm^2,
+// 1600 g/(s cm^2), 3.0e5 dyn/cm^3).
+const WALL_MASS: f64 = 15.0;
+const WALL_RESISTANCE: f64 = 16_000.0;
+const WALL_STIFFNESS: f64 = 3.0e6;
+
+/// Effects that the acoustic model includes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Acoustics {
+    /// Whether air loses energy to the wall by viscosity and heat.
+    pub friction: bool,
+    /// Whether the wall yields.
+    pub wall: bool,
+    /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33); otherwise the pressure at the lips is zero.
+    pub radiation: bool,
+    /// Circumference of a cross-section over that of a circle of the same area: cross-sections of a tract are not circles.
+    pub shape_factor: f64,
+}
+
+impl Default for Acoustics {
+    fn default() -> Self {
+        Self { friction: true, wall: true, radiation: true, shape_factor: 1.3 }
+    }
+}
 
 /// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
 fn cosh_and_sinhc(q: Complex64) -> (Complex64, Complex64, Complex64) {

@@ -9,14 +9,12 @@
 //!
 //! Everything is in SI units: m, m^2, Hz, s, Pa. The crate has no tongue, muscles or files.
 
-mod acoustics;
 pub mod chain;
 pub mod formants;
 pub mod profile;
 pub mod voice;
 
-pub use acoustics::Acoustics;
-pub use chain::Section;
+pub use chain::{Acoustics, Section};
 pub use formants::Formant;
 
 /// Why the areas or the formants of a tract cannot be computed.
