@@ -21,7 +21,6 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
 
 /// Largest coordinate of a tract, mm. It limits memory, since lines begin at every step of the outer wall.
 const FARTHEST_MM: f64 = 1e3;
-const LEAST_STEP_MM: f64 = 0.5;
 
 /// Largest coefficient and exponent of an area. Those of Heinz and Stevens (1964) are at most 4 and 1.5.
 const MOST_ALPHA: f64 = 20.0;
@@ -55,18 +54,15 @@ pub struct Wall {
     /// Name in messages.
     pub name: String,
     /// The part that carries the piece; without one it is fixed to the skull.
-    #[serde(default)]
     pub moves_with: Option<Carrier>,
     /// Coefficient of the area at the first and the last point, for distances in cm and areas in cm^2.
     pub alpha: [f64; 2],
     /// Exponent of the area at the first and the last point.
     pub beta: [f64; 2],
     /// Half width of the airway at the first and the last point, mm, which cross-sections of a tongue in space need.
-    #[serde(default)]
     pub half_width_mm: Option<[f64; 2]>,
     /// Distance by which the wall, a parabola in cross-section, is nearer to the tongue at the half width than in the middle, mm; at the
     /// first and the last point.
-    #[serde(default)]
     pub arch_mm: Option<[f64; 2]>,
     /// Points of the wall, each with a point towards which the line across the airway runs: `[x, y, toward x, toward y]`, mm.
     pub points_mm: Vec<[f64; 4]>,
@@ -197,8 +193,9 @@ impl Tract {
         positive("grid.step_mm", self.grid.step_mm)?;
         positive("lips.length_mm", self.lips.length_mm)?;
         positive("lips.width_mm", self.lips.width_mm)?;
-        if self.grid.step_mm < LEAST_STEP_MM {
-            return bad(format!("grid.step_mm is {}; it must be at least {LEAST_STEP_MM}", self.grid.step_mm));
+        let least = 0.5;
+        if self.grid.step_mm < least {
+            return bad(format!("grid.step_mm is {}; it must be at least {least}", self.grid.step_mm));
         }
         let lists = [("larynx.front_mm", &self.larynx.front_mm), ("jaw.floor_mm", &self.jaw.floor_mm)];
         for (key, list) in lists {

@@ -75,9 +75,8 @@ impl<'a> Walls<'a> {
             return Err(TractError::Bad("jaw, hyoid and lips must be finite numbers".to_owned()));
         }
         if tongue.len() < 2 || tongue.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(TractError::Bad(
-                "the surface of the tongue needs two finite points or more".to_owned(),
-            ));
+            let problem = "the surface of the tongue needs two finite points or more";
+            return Err(TractError::Bad(problem.to_owned()));
         }
         let larynx = posture.hyoid_mm.map(|x| x * tract.larynx.follows_hyoid * 1e-3);
         let (sin, cos) = posture.jaw_deg.to_radians().sin_cos();
