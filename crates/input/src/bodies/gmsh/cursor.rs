@@ -42,20 +42,14 @@ impl<'a> Cursor<'a> {
     /// Name of the next section without the `$`, and its byte; `None` at the end of the file.
     pub fn section(&mut self) -> Parsed<Option<(&'a str, usize)>> {
         self.skip_space();
-        if self.at == self.bytes.len() {
+        let at = self.at;
+        if self.rest().is_empty() {
             return Ok(None);
         }
-        let at = self.at;
         let line = self.line("a section")?;
         match line.trim().strip_prefix('$') {
             Some(name) if !name.is_empty() && !name.starts_with("End") => Ok(Some((name, at))),
-            _ => {
-                let found = shortened(line);
-                Err(wrong!(
-                    at,
-                    "\"{found}\" stands where a section (like $Nodes) was expected; save the file again"
-                ))
-            }
+            _ => Err(unexpected(at, line, "a section (like $Nodes) was expected; save the file again")),
         }
     }
 
@@ -66,33 +60,20 @@ impl<'a> Cursor<'a> {
         if found.strip_prefix("$End") == Some(section) {
             return Ok(());
         }
-        let found = shortened(found);
-        Err(wrong!(
-            at,
-            "\"{found}\" stands where $End{section} was expected: the section has more entries than it announces; save the file again"
-        ))
+        let help = "the section has more entries than it announces; save the file again";
+        Err(unexpected(at, found, &format!("$End{section} was expected: {help}")))
     }
 
     pub fn skip(&mut self, section: &str) -> Parsed<()> {
         let end = format!("$End{section}");
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        match rest.windows(end.len()).position(|w| w == end.as_bytes()) {
-            Some(offset) => {
-                self.at += offset + end.len();
-                Ok(())
-            }
-            None => Err(self.ended(&end)),
-        }
+        let offset = self.rest().windows(end.len()).position(|w| w == end.as_bytes());
+        self.at += offset.ok_or_else(|| self.ended(&end))? + end.len();
+        Ok(())
     }
 
     pub fn line(&mut self, what: &str) -> Parsed<&'a str> {
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        if rest.is_empty() {
-            return Err(self.ended(what));
-        }
-        let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
-        let text = self.text(self.at, self.at + length, what)?;
-        self.at = (self.at + length + 1).min(self.bytes.len());
+        let text = self.text(|b| *b == b'\n', what)?;
+        self.at = (self.at + 1).min(self.bytes.len());
         Ok(text)
     }
 
@@ -106,14 +87,7 @@ impl<'a> Cursor<'a> {
 
     pub fn token(&mut self, what: &str) -> Parsed<&'a str> {
         self.skip_space();
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        if length == 0 {
-            return Err(self.ended(what));
-        }
-        let text = self.text(self.at, self.at + length, what)?;
-        self.at += length;
-        Ok(text)
+        self.text(u8::is_ascii_whitespace, what)
     }
 
     pub fn int(&mut self, what: &'static str) -> Parsed<i64> {
@@ -139,7 +113,8 @@ impl<'a> Cursor<'a> {
         of: fn([u8; N]) -> T,
     ) -> Parsed<T> {
         if !self.binary {
-            return self.number(what);
+            let text = self.token(what)?;
+            return text.parse().map_err(|_| not_a_number(self.at - text.len(), what, text));
         }
         let mut bytes = self.array(what)?;
         if self.big_endian {
@@ -148,23 +123,27 @@ impl<'a> Cursor<'a> {
         Ok(of(bytes))
     }
 
-    fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Parsed<T> {
-        let text = self.token(what)?;
-        text.parse().map_err(|_| not_a_number(self.at - text.len(), what, text))
-    }
-
     fn array<const N: usize>(&mut self, what: &str) -> Parsed<[u8; N]> {
-        let bytes = self.bytes.get(self.at..self.at.saturating_add(N));
-        let Some(bytes) = bytes.and_then(|b| <[u8; N]>::try_from(b).ok()) else {
-            return Err(self.ended(what));
-        };
+        let bytes = self.rest().first_chunk().ok_or_else(|| self.ended(what))?;
         self.at += N;
-        Ok(bytes)
+        Ok(*bytes)
     }
 
-    fn text(&self, from: usize, to: usize, what: &str) -> Parsed<&'a str> {
-        let bytes = self.bytes.get(from..to).unwrap_or_default();
-        std::str::from_utf8(bytes).map_err(|_| wrong!(from, "{what} is not UTF-8 text; save the file again"))
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    /// The text up to the first byte that `is_end`.
+    fn text(&mut self, is_end: impl Fn(&u8) -> bool, what: &str) -> Parsed<&'a str> {
+        let rest = self.rest();
+        if rest.is_empty() {
+            return Err(self.ended(what));
+        }
+        let length = rest.iter().position(is_end).unwrap_or(rest.len());
+        let text = std::str::from_utf8(&rest[..length])
+            .map_err(|_| wrong!(self.at, "{what} is not UTF-8 text; save the file again"))?;
+        self.at += length;
+        Ok(text)
     }
 
     fn ended(&self, what: &str) -> Located {
@@ -172,22 +151,18 @@ impl<'a> Cursor<'a> {
     }
 
     fn skip_space(&mut self) {
-        let rest = self.bytes.get(self.at..).unwrap_or_default();
-        self.at += rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(rest.len());
+        self.at += self.rest().len() - self.rest().trim_ascii_start().len();
     }
 }
 
 fn not_a_number(at: usize, what: &str, found: &str) -> Located {
-    let found = shortened(found);
-    wrong!(
-        at,
-        "\"{found}\" stands where {what} was expected; correct it, or save the file again (are there as many entries as the \
-         section announces?)"
-    )
+    let help = "correct it, or save the file again (are there as many entries as the section announces?)";
+    unexpected(at, found, &format!("{what} was expected; {help}"))
 }
 
-fn shortened(text: &str) -> String {
-    text.trim().chars().take(40).collect()
+/// `wanted` says what was expected, and what to do.
+fn unexpected(at: usize, found: &str, wanted: &str) -> Located {
+    wrong!(at, "\"{:.40}\" stands where {wanted}", found.trim())
 }
 
 /// A problem, and the byte of the file at which it is, if it is at one.

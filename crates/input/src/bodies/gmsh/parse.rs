@@ -144,10 +144,9 @@ fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
     let at = cursor.position();
     let version = cursor.token("the version of the format")?;
     if !matches!(version, "4.1" | "2.2") {
-        let found: String = version.chars().take(10).collect();
         return Err(wrong!(
             at,
-            "the format is {found}, but only 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
+            "the format is {version:.10}, but only 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
         ));
     }
     let kind = cursor.int("0 for text or 1 for binary")?;
@@ -156,10 +155,9 @@ fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
     }
     let size = cursor.line("the size of numbers")?.trim();
     if size != "8" {
-        let found: String = size.chars().take(10).collect();
         return Err(wrong!(
             at,
-            "numbers have {found} bytes, but must have 8: save it with -format msh41 by Gmsh on a 64-bit computer"
+            "numbers have {size:.10} bytes, but must have 8: save it with -format msh41 by Gmsh on a 64-bit computer"
         ));
     }
     if kind == 1 {
@@ -184,10 +182,9 @@ fn physical_names(
             Some(((dimension, tag.parse().ok()?), (name.to_owned(), at)))
         };
         let Some((key, name)) = parsed() else {
-            let found: String = line.chars().take(60).collect();
             return Err(wrong!(
                 at,
-                "physical group without dimension, number and quoted name, like `1 2 \"GGa\"`: \"{found}\""
+                "physical group without dimension, number and quoted name, like `1 2 \"GGa\"`: \"{line:.60}\""
             ));
         };
         names.insert(key, name);
