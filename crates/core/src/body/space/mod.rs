@@ -83,11 +83,10 @@ impl<const D: usize> Body<D> {
         if let Some(directions) = place.and_then(|place| given.directions.get(place)) {
             return *directions;
         }
-        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
-        hexahedron::points().map(|at| {
-            let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
-            direction_at(&self.mesh.nodes, &self.muscles[muscle].segments, &place)
-        })
+        let Mesh { nodes, hexahedra, .. } = &self.mesh;
+        let inside = given.segments.iter().filter(|s| !s.outside);
+        let lines: Vec<_> = inside.map(|s| s.nodes.map(|n| in_space(&nodes[n]))).collect();
+        directions_along(&lines, &hexahedron::corners(nodes, &hexahedra[element]))
     }
 
     /// The node at the tip: [`Body::tip_node`], or else the foremost of the midsagittal plane.
@@ -263,18 +262,23 @@ pub fn mean_axis(directions: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64>
 /// Smallest distance from the middle of a segment, over its length, in the weight of the segment.
 const LEAST_DISTANCE: f64 = 0.05;
 
-/// The direction at a place: the eigenvector of the largest eigenvalue of `sum L d dᵀ / r⁴` over the segments in the tissue, each with its
-/// length `L`, its direction `d` and the distance `r` of its middle from the place. `None` without such segments, or if a segment has no
-/// length.
-pub fn direction_at<const D: usize>(
-    nodes: &[SVector<f64, D>],
-    segments: &[Segment],
-    place: &Vector3<f64>,
-) -> Option<Vector3<f64>> {
+/// Directions of fibres that follow these lines, m, at the Gauss points of an element with these corners, m.
+pub fn directions_along(
+    lines: &[[Vector3<f64>; 2]],
+    corners: &hexahedron::PerCorner<Vector3<f64>>,
+) -> Directions {
+    hexahedron::points().map(|at| {
+        let place = corners.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
+        direction_at(lines, &place)
+    })
+}
+
+/// The direction at a place: the eigenvector of the largest eigenvalue of `sum L d dᵀ / r⁴` over the lines, each with its length `L`, its
+/// direction `d` and the distance `r` of its middle from the place. `None` without lines, or if a line has no length.
+fn direction_at(lines: &[[Vector3<f64>; 2]], place: &Vector3<f64>) -> Option<Vector3<f64>> {
     let mut sum = Matrix3::zeros();
     let mut mean = Vector3::zeros();
-    for segment in segments.iter().filter(|s| !s.outside) {
-        let [a, b] = segment.nodes.map(|n| in_space(&nodes[n]));
+    for [a, b] in lines {
         let way = b - a;
         let length = way.norm();
         let d = way.try_normalize(0.0)?;

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::cursor::{Cursor, Parsed, wrong};
 use tongue_core::body::Mesh;
-use tongue_core::body::space::{Directions, Segment, direction_at};
+use tongue_core::body::space::{Directions, directions_along};
 use tongue_core::geometry::{hexahedron, simplex};
 
 /// How far a node of a curve may lie outside the tissue, as a part of an element: surfaces that are curved in the model are flat in the
@@ -65,19 +65,10 @@ impl MeshFibres {
         }
         let inside = mesh.in_tissue();
         let on_nodes = self.segments.iter().filter(|s| s.iter().all(|&n| inside[n]));
-        let lines: Vec<[Vector3<f64>; 2]> =
-            on_nodes.map(|s| s.map(|n| mesh.nodes[n])).chain(self.guides.iter().copied()).collect();
-        let nodes: Vec<Vector3<f64>> = lines.iter().flatten().copied().collect();
-        let segments: Vec<Segment> = (0..lines.len())
-            .map(|i| Segment { nodes: [2 * i, 2 * i + 1], force_n: 0.0, outside: false })
-            .collect();
-        Vec::from_iter(region.iter().map(|&element| {
-            let x = hexahedron::corners(&mesh.nodes, &mesh.hexahedra[element]);
-            hexahedron::points().map(|at| {
-                let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
-                direction_at(&nodes, &segments, &place)
-            })
-        }))
+        let on_nodes = on_nodes.map(|s| s.map(|n| mesh.nodes[n]));
+        let lines: Vec<[Vector3<f64>; 2]> = on_nodes.chain(self.guides.iter().copied()).collect();
+        let corners = region.iter().map(|&e| hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e]));
+        corners.map(|x| directions_along(&lines, &x)).collect()
     }
 }
 
