@@ -5,7 +5,6 @@
 //! ```
 //! [`Dataset::from_reader`] has the format.
 
-mod cell;
 mod columns;
 mod dataset;
 pub(in crate::measured) mod number;

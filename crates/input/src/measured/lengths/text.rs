@@ -35,10 +35,8 @@ pub(in crate::measured) struct Text<'a> {
 pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<Text<'a>, Malformed> {
     let start = SourcePlace::start(origin);
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
-        return Err(start.error(
-            "the file is a workbook of a spreadsheet program",
-            "save the sheet as CSV (in Excel: \"CSV UTF-8\")",
-        ));
+        let help = "save the sheet as CSV (in Excel: \"CSV UTF-8\")";
+        return Err(start.error("the file is a workbook of a spreadsheet program", help));
     }
     let (text, encoding) = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => (Cow::Borrowed(utf8(rest, origin)?), Encoding::Utf8Bom),
@@ -47,10 +45,8 @@ pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<T
         _ => (Cow::Borrowed(utf8(bytes, origin)?), Encoding::Utf8),
     };
     if let Some(at) = text.find('\0') {
-        return Err(place_of_byte(origin, text.as_bytes(), at).error(
-            "the text contains a zero byte",
-            "give a table as plain text, in UTF-8 or in UTF-16 with a byte order mark",
-        ));
+        let help = "give a table as plain text, in UTF-8 or in UTF-16 with a byte order mark";
+        return Err(place_of_byte(origin, text.as_bytes(), at).error("the text contains a zero byte", help));
     }
     let line_ends = match text.find(['\r', '\n']) {
         Some(at) if text[at..].starts_with("\r\n") => LineEnds::Crlf,
@@ -63,10 +59,8 @@ pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<T
 
 fn utf8<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a str, Malformed> {
     str::from_utf8(bytes).map_err(|e| {
-        place_of_byte(origin, bytes, e.valid_up_to()).error(
-            "the text is not UTF-8",
-            "save the file as UTF-8, in Excel as \"CSV UTF-8\" (the vowel ɯ may be written u)",
-        )
+        let help = "save the file as UTF-8, in Excel as \"CSV UTF-8\" (the vowel ɯ may be written u)";
+        place_of_byte(origin, bytes, e.valid_up_to()).error("the text is not UTF-8", help)
     })
 }
 
