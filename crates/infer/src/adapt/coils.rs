@@ -74,12 +74,11 @@ pub(super) fn coils(recordings: &[&AlignedRecording], hide: &[String]) -> Vec<Co
             if out.iter().any(|(_, c)| c.name == *name) {
                 continue;
             }
-            let places: Vec<Point> = recordings
+            let places = recordings
                 .iter()
                 .filter_map(|s| Some((s, s.sensors.iter().position(|(other, _)| other == name)?)))
-                .flat_map(|(s, n)| s.frames.iter().filter_map(move |f| Some(f.sensors.get(n)?.as_ref()?.at)))
-                .collect();
-            if let Some(at) = median_point(&places) {
+                .flat_map(|(s, n)| s.frames.iter().filter_map(move |f| Some(f.sensors.get(n)?.as_ref()?.at)));
+            if let Some(at) = median_point(places) {
                 let measured = one.measured.get(n).copied().unwrap_or(false);
                 let (name, is_hidden) = (name.clone(), hide.contains(name));
                 out.push((*behind, Coil { name, at, behind: measured.then_some(*behind), is_hidden }));

@@ -23,9 +23,8 @@ use crate::track::Followed;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::median;
 use tongue_core::toml_text::reworded;
-use tongue_input::measured::recording::AlignedRecording;
+use tongue_input::measured::recording::{AlignedRecording, median_point};
 
 /// The point of a bone that recordings mark, m: the foremost of its nodes. At the hyoid the anterior hyoglossus begins there.
 pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
@@ -41,12 +40,6 @@ pub(crate) fn outline_of(body: &Body<2>) -> Result<TongueSurface, RestError> {
 pub(crate) fn centre_of(mesh: &Mesh<2>) -> Point {
     let outline = mesh.surface_nodes();
     outline.iter().map(|&n| mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64
-}
-
-/// Medians of x and of y.
-fn median_point(points: &[Point]) -> Option<Point> {
-    let [x, y] = [0, 1].map(|axis| median(points.iter().map(|p| p[axis])));
-    Some(Point::new(x?, y?))
 }
 
 /// The bones of a body that follow their places in a recording, with marks where the bones are.

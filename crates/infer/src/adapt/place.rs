@@ -306,10 +306,6 @@ fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
 
 /// Median place of a bone over all frames, m.
 pub fn median_place(recordings: &[&AlignedRecording], bone: &str) -> Option<Point> {
-    let all: Vec<Point> = recordings
-        .iter()
-        .filter_map(|s| Some((s, s.bone(bone)?)))
-        .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
-        .collect();
-    median_point(&all)
+    let all = recordings.iter().filter_map(|s| Some((s, s.bone(bone)?)));
+    median_point(all.flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b])))
 }

@@ -34,10 +34,6 @@ impl<'a> Flat<'a> {
         median_point(self.places.iter().filter_map(|frame| frame[channel]))
     }
 
-    pub fn x(&self, channel: usize) -> Option<f64> {
-        self.place(channel).map(|place| place.x)
-    }
-
     pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, ReadError> {
         let wrong = |problem: String| recording.uninterpreted(problem);
         if let Some(problem) = map.unknown(&recording.channels) {
@@ -172,11 +168,12 @@ fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) ->
 }
 
 fn number(name: &str) -> u64 {
-    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
+    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    name[stem.len()..].parse().unwrap_or(u64::MAX)
 }
 
-pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
+/// Medians of x and of y; `None` without points.
+pub fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
     let all: Vec<Point> = points.collect();
     let [x, y] = [0, 1].map(|axis| median(all.iter().map(|p| p[axis])));
     Some(Point::new(x?, y?))

@@ -40,6 +40,7 @@ use super::error::{Malformed, ReadError, SourcePlace};
 use super::table::HEADER_WITHIN;
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
+pub use flat::median_point;
 pub(crate) use flat::{STEEPEST_BONES_DEG, steep_deg};
 pub use labels::{Label, text_grid};
 use limits::Budget;

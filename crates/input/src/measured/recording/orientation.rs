@@ -196,8 +196,8 @@ impl Flat<'_> {
             names::is_tip(&self.recording.channels[*c]) && matches!(self.roles[*c], Role::Coil(None))
         };
         let front = front.or_else(|| sensors.iter().copied().find(is_tip))?;
-        let x = self.x(front)?;
-        let others = sensors.iter().filter(|c| **c != front).filter_map(|c| self.x(*c));
+        let x = self.place(front)?.x;
+        let others = sensors.iter().filter(|c| **c != front).filter_map(|c| Some(self.place(*c)?.x));
         let rear = others.max_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))?;
         Some((x, rear))
     }
@@ -208,7 +208,7 @@ impl Flat<'_> {
             Role::Coil(Some(nth)) => f64::from(nth),
             _ => f64::INFINITY,
         };
-        let x = |c: usize| self.x(c).unwrap_or(f64::INFINITY);
+        let x = |c: usize| self.place(c).map_or(f64::INFINITY, |place| place.x);
         if sensors.iter().any(|&c| matches!(self.roles[c], Role::Coil(_))) {
             sensors.sort_by(|&a, &b| nth(a).total_cmp(&nth(b)).then(x(a).total_cmp(&x(b))));
         }
