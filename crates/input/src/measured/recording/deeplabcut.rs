@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, SourcePlace};
-use super::super::table::records;
+use super::super::table::{TableLine, records};
 use super::{Budget, Format, Recording, Sample, Times, limits, names};
 
 const LEAST_LIKELIHOOD: f64 = 0.05;
@@ -32,10 +32,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     for row in records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
         let row = row?;
         if parts.is_empty() {
-            titles.push(row.cells.clone());
             match row.cell(0).to_ascii_lowercase().as_str() {
-                "scorer" | "individuals" | "bodyparts" => {}
-                "coords" => parts = parts_of(&titles, row.at)?,
+                "scorer" | "individuals" | "bodyparts" => titles.push(row.cells),
+                "coords" => parts = parts_of(&titles, &row)?,
                 _ => {
                     let what = format!("{:?} where a line of titles is due", row.cell(0));
                     return Err(row.at.error(what, HELP));
@@ -68,12 +67,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     Ok(Recording { times: Times::Frames, ..found })
 }
 
-/// The body parts, from the lines of titles; the line of the coordinates is the last of these.
-fn parts_of(titles: &[csv::StringRecord], at: SourcePlace<'_>) -> Result<Vec<BodyPart>, Malformed> {
+/// The body parts, from the line of the coordinates and those above it.
+fn parts_of(titles: &[csv::StringRecord], coords: &TableLine<'_>) -> Result<Vec<BodyPart>, Malformed> {
+    let (at, coords) = (coords.at, &coords.cells);
     let row = |name: &str| titles.iter().find(|row| row.get(0).is_some_and(|f| f.eq_ignore_ascii_case(name)));
     let names =
         row("bodyparts").ok_or_else(|| at.error("there is no line that begins with bodyparts", HELP))?;
-    let coords = row("coords").ok_or_else(|| at.error("there is no line that begins with coords", HELP))?;
     let mut parts: Vec<BodyPart> = Vec::new();
     let mut known: BTreeSet<String> = BTreeSet::new();
     for x in (1..coords.len()).filter(|field| coords.get(*field) == Some("x")) {
