@@ -47,9 +47,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
     Ok(rows)
 }
 
-type NodePositions = Vec<SVector<f64, 2>>;
-
-fn solve_published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePositions), Error> {
+fn solve_published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Vec<SVector<f64, 2>>), Error> {
     let TestTensions { system, tensions, .. } = TestTensions::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let row = equilibrium_row(variant, &system, &mut workspace, &tensions);

@@ -20,8 +20,7 @@ pub(super) fn continuum() -> Result<Mesh<2>, Error> {
 /// Cases 2 and 11: subsets of the muscles at 1, 10, 100 and 1000 N. Each is solved directly and, up to `followed_n`, along the branch from
 /// rest.
 pub(super) fn subsets(mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec<HardCase>, Error> {
-    let names = mesh.muscle_names();
-    let all: Vec<&str> = names.iter().map(String::as_str).collect();
+    let all: Vec<&str> = mesh.muscles.iter().map(|m| m.name.as_str()).collect();
     let stride = if full { 1 } else { 16 };
     let mut rows = Vec::new();
     // The first set in this order has all muscles.
@@ -74,8 +73,7 @@ fn beside_branch(
 /// Case 4: SGp and HGp, whose chains are straight outside the tissue, active or passive, alone and with others.
 pub(super) fn folding_chains() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
-    let names = mesh.muscle_names();
-    let all: Vec<&str> = names.iter().map(String::as_str).collect();
+    let all: Vec<&str> = mesh.muscles.iter().map(|m| m.name.as_str()).collect();
     let others: Vec<&str> = all.iter().copied().filter(|m| !["SGp", "HGp"].contains(m)).collect();
     let sets: [(&str, &[&str]); 6] = [
         ("SGp", &["SGp"]),
