@@ -243,25 +243,17 @@ impl Recording {
     /// Removes positions at exactly the origin if several of a frame are there and the channel is elsewhere in most frames: programs write
     /// zeros for points that were not seen.
     fn remove_zeros(&mut self) {
-        let frames: Vec<usize> = (0..self.samples.len())
-            .filter(|&t| self.samples[t].places.iter().filter(|place| **place == Some([0.0; 3])).count() > 1)
-            .collect();
+        const ZERO: Option<[f64; 3]> = Some([0.0; 3]);
+        let has_zeros = |sample: &Sample| sample.places.iter().filter(|place| **place == ZERO).count() > 1;
+        let frames: Vec<usize> = (0..self.samples.len()).filter(|&t| has_zeros(&self.samples[t])).collect();
         let mut names: Vec<&str> = Vec::new();
         for (channel, name) in self.channels.iter().enumerate() {
-            let places = self.samples.iter().map(|sample| &sample.places[channel]);
-            let (seen, zeros) =
-                (places.clone().flatten().count(), places.filter(|place| **place == Some([0.0; 3])).count());
-            if zeros == 0 || 2 * zeros >= seen {
-                continue;
-            }
-            let mut is_removed = false;
-            for &t in &frames {
-                let place = &mut self.samples[t].places[channel];
-                if *place == Some([0.0; 3]) {
-                    (*place, is_removed) = (None, true);
-                }
-            }
-            names.extend(is_removed.then_some(name.as_str()));
+            let places = self.samples.iter().map(|sample| sample.places[channel]);
+            let (seen, zeros) = (places.clone().flatten().count(), places.filter(|p| *p == ZERO).count());
+            let unseen = frames.iter().filter(|t| self.samples[**t].places[channel] == ZERO);
+            let unseen: Vec<usize> = unseen.copied().filter(|_| 2 * zeros < seen).collect();
+            unseen.iter().for_each(|&t| self.samples[t].places[channel] = None);
+            names.extend((!unseen.is_empty()).then_some(name.as_str()));
         }
         if !names.is_empty() {
             let names = names.join(", ");
