@@ -118,9 +118,8 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
         wrong(format!("is not as `tongue-fit mesh --json` prints it: {}", reworded(&e.to_string())))
     })?;
     if given.triangles.is_empty() {
-        return Err(wrong(
-            "has no triangles, so there is no tissue; list them under \"triangles\"".to_owned(),
-        ));
+        let problem = "has no triangles, so there is no tissue; list them under \"triangles\"";
+        return Err(wrong(problem.to_owned()));
     }
     let mut cells = Cells::new();
     for (number, triangle) in given.triangles.iter().enumerate() {

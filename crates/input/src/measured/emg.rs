@@ -55,11 +55,8 @@ fn meaning(name: &str) -> Option<ActivityMeaning> {
         ["muscle" | "muskel" | "筋" | "筋肉"] => Some(ActivityMeaning::Muscle),
         ["full", "n", "per", "m"] | ["full", "n", "m"] => Some(ActivityMeaning::Full),
         [.., unit @ ("%" | "percent")] => {
-            let label = &name[..name.to_lowercase().rfind(unit)?];
-            Some(ActivityMeaning::Activity(
-                Vowel::new(label.trim_end_matches([' ', '_', '(', '['])).ok()?,
-                100.0,
-            ))
+            let label = name[..name.to_lowercase().rfind(unit)?].trim_end_matches([' ', '_', '(', '[']);
+            Some(ActivityMeaning::Activity(Vowel::new(label).ok()?, 100.0))
         }
         _ => Some(ActivityMeaning::Activity(Vowel::new(name).ok()?, 1.0)),
     }

@@ -240,9 +240,8 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
         let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
         let time_s = row.number("time_s").map_err(wrong)?;
         if frames.last().is_some_and(|last| last.time_s > time_s) {
-            return Err(wrong(
-                "its time comes before that of the rows above; sort them by time_s".to_owned(),
-            ));
+            let problem = "its time comes before that of the rows above; sort them by time_s";
+            return Err(wrong(problem.to_owned()));
         }
         if frames.last().is_none_or(|last| last.time_s != time_s) {
             frames.push(SpaceFrame { time_s, marks: Vec::new() });

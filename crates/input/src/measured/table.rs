@@ -54,9 +54,8 @@ impl<'a> TableLines<'a> {
         let Text { text, encoding, line_ends } = decode(bytes, origin)?;
         let start = SourcePlace::start(origin);
         if ["{", "[{", "<"].iter().any(|begin| text.trim_start().starts_with(begin)) {
-            return Err(
-                start.error("the file is JSON, XML or a page, not a table", "export the table as CSV")
-            );
+            let what = "the file is JSON, XML or a page, not a table";
+            return Err(start.error(what, "export the table as CSV"));
         }
         let (mut body, mut before, mut declared) = (&*text, 0, None);
         while let Some((line, rest)) = body.split_once('\n') {
@@ -185,14 +184,11 @@ impl<'a> TableLines<'a> {
         }
         let (own, first) = (self.separator, row.cell(0).as_bytes());
         let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&s.byte()));
-        Err(match other.filter(|_| width == 1) {
-            Some(other) => row.at.error(
-                format!("the fields are separated by {}", other.plural()),
-                format!("separate them by {}, as in the header", own.plural()),
-            ),
-            None => at
-                .error(message, "give every column a value; check for a quotation mark that is never closed"),
-        })
+        if let Some(other) = other.filter(|_| width == 1) {
+            let what = format!("the fields are separated by {}", other.plural());
+            return Err(row.at.error(what, format!("separate them by {}, as in the header", own.plural())));
+        }
+        Err(at.error(message, "give every column a value; check for a quotation mark that is never closed"))
     }
 }
 

@@ -37,10 +37,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let column = |title: &str| header.iter().position(|h| h.eq_ignore_ascii_case(title));
     let begins = |word: &str| header.iter().position(|h| h.starts_with(word));
     let time = TIMES.iter().find_map(|t| column(t)).ok_or_else(|| {
-        start.error(
-            format!("no column \"{}\"", TIMES[0]),
-            "export the time of the sample in the recording, as a table separated by tabs with a header",
-        )
+        let help =
+            "export the time of the sample in the recording, as a table separated by tabs with a header";
+        start.error(format!("no column \"{}\"", TIMES[0]), help)
     })?;
     let (points, shared, without_y) = points(&header, start)?;
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();

@@ -34,7 +34,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let mut channels: Vec<BTreeMap<String, usize>> = Vec::new();
     for row in rows {
         let row = row?;
-        let wrong = |field: usize, what: String, help: &str| row.place(field).error(what, help);
         let named = recording.map(|field| row.cell(field)).filter(|n| !n.is_empty());
         let named = named.map_or_else(|| Recording::stem(origin), str::to_owned);
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
@@ -47,11 +46,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let this = &mut found[nth];
         let name = row.cell(point);
         if name.is_empty() || name.contains(char::is_control) {
-            return Err(wrong(
-                point,
-                format!("the point is {name:?}"),
-                "name it, like tongue_0, hyoid or mental_spine",
-            ));
+            let what = format!("the point is {name:?}");
+            return Err(row.place(point).error(what, "name it, like tongue_0, hyoid or mental_spine"));
         }
         let channel = match channels[nth].get(name) {
             Some(known) => *known,
@@ -70,7 +66,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Some(last) if last == time_s => {}
             Some(last) if last > time_s => {
                 let what = format!("the time {time_s} s comes after {last} s");
-                return Err(wrong(time.unwrap_or(0), what, "sort the rows of each recording by time"));
+                let help = "sort the rows of each recording by time";
+                return Err(row.place(time.unwrap_or(0)).error(what, help));
             }
             _ => {
                 budget.frame(this.samples.len() + 1, this.channels.len(), row.at)?;
@@ -78,13 +75,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         }
         let place = row.number(x, "x_mm")?.zip(row.number(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
-        let Some(slot) = this.samples.last_mut().and_then(|s| s.places.get_mut(channel)) else { continue };
+        let last = this.samples.len() - 1;
+        let slot = &mut this.samples[last].places[channel];
         if slot.is_some() {
-            return Err(wrong(
-                point,
-                format!("{name} is given twice at {time_s} s"),
-                "keep one of the two rows",
-            ));
+            let what = format!("{name} is given twice at {time_s} s");
+            return Err(row.place(point).error(what, "keep one of the two rows"));
         }
         *slot = place;
         if let Some(field) = sigma
@@ -92,7 +87,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         {
             if sd < LEAST_SIGMA_MM {
                 let help = format!("give a standard deviation of at least {LEAST_SIGMA_MM} mm, or nothing");
-                return Err(wrong(field, format!("sigma_mm is {sd:?}"), &help));
+                return Err(row.place(field).error(format!("sigma_mm is {sd:?}"), help));
             }
             this.sigma[channel] = Some(this.sigma[channel].map_or(sd, |before| before.max(sd)));
         }
