@@ -35,6 +35,8 @@ fn activity_times_full_tension_by_name_or_by_group_however_the_table_is_written(
     }
     // Without a full tension for the other muscles, only muscles that have one can be used.
     assert_eq!(tensions("muscle,a,full_n_per_m\nHG,0.5,40\n", "a", None).unwrap(), a[..2]);
+    // In lower case this label has more bytes.
+    assert_eq!(tensions("muscle,İİ (%)\nGGa,50\n", "İİ", Some(30.0)).unwrap(), [(0, 15.0)]);
     // A bad cell is an error only if it is used.
     assert_eq!(tensions("muscle,a,note\nGGa,1,left side\n", "a", Some(30.0)).unwrap(), [(0, 30.0)]);
 }

@@ -55,7 +55,7 @@ fn meaning(name: &str) -> Option<ActivityMeaning> {
         ["muscle" | "muskel" | "筋" | "筋肉"] => Some(ActivityMeaning::Muscle),
         ["full", "n", "per", "m"] | ["full", "n", "m"] => Some(ActivityMeaning::Full),
         [.., unit @ ("%" | "percent")] => {
-            let label = name[..name.to_lowercase().rfind(unit)?].trim_end_matches([' ', '_', '(', '[']);
+            let label = name[..name.to_ascii_lowercase().rfind(unit)?].trim_end_matches([' ', '_', '(', '[']);
             Some(ActivityMeaning::Activity(Vowel::new(label).ok()?, 100.0))
         }
         _ => Some(ActivityMeaning::Activity(Vowel::new(name).ok()?, 1.0)),
