@@ -7,10 +7,8 @@ use crate::measure::{Effort, measure, observed_order};
 use crate::test_tensions::largest_difference;
 use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Body, Mesh};
-use tongue_core::effect::{Configuration, Tangent};
-use tongue_core::sparse::BlockMatrix;
-use tongue_core::sparse::cholesky::Factor;
-use tongue_core::statics::Workspace;
+use tongue_core::effect::Configuration;
+use tongue_core::statics::{Response, Workspace};
 use tongue_core::system::Model;
 
 use super::methods::ending;
@@ -79,19 +77,14 @@ fn mesh_run(
         system.force(at, &mut force);
         std::hint::black_box(system.energy(at))
     });
-    let mut matrix = BlockMatrix::zeros(system.pattern());
-    let mut factor = Factor::new(system.pattern());
-    let factored = measure(effort, || {
-        matrix.clear();
-        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut matrix));
-        factor.factorise(system.pattern(), &matrix)
-    });
+    let ratios = scene.ratios(workspace.positions());
+    let factored = measure(effort, || Response::new(system, &mut workspace).is_ok());
     let solution = solved.result;
     Ok(MeshRun {
         scene: name,
         unknown_nodes: system.pattern().unknowns(),
         triangles: mesh.cells.len(),
-        ratios: scene.ratios(workspace.positions()),
+        ratios,
         setup_s: made.seconds,
         solve_s: solved.seconds,
         force_s: forced.seconds,
