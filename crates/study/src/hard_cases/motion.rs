@@ -26,7 +26,6 @@ const TOLERANCE: f64 = 1e-5;
 const PRINTED_END: f64 = 3.0;
 /// Largest allowed difference of an explicit run from an implicit one at its end, m.
 const MOST_DRIFT_M: f64 = 1e-6;
-/// Number of steps of the runs with the printed step.
 const PRINTED_STEPS: f64 = 4000.0;
 
 /// Case 1: table 4.2 as printed, and with each misprint corrected. Verlet must refuse the step and name the limit, or run; TR-BDF2 must
