@@ -63,10 +63,8 @@ impl Target {
         options: &TargetOptions,
     ) -> Result<Self, ReadError> {
         let measured = data.row(subject, vowel)?;
-        let baseline = match &options.baseline {
-            Some(vowel) => data.baseline_vowel(subject, vowel)?,
-            None => data.baseline(subject)?,
-        };
+        let usual = Vowel::unrounded_u();
+        let baseline = data.baseline_vowel(subject, options.baseline.as_ref().unwrap_or(&usual))?;
         Self::from_lengths(measured, baseline, kind, options.muscles.as_deref())
     }
 

@@ -134,8 +134,7 @@ fn upward_axis(
             recording.samples.iter().flat_map(|s| coils.iter().filter_map(|c| Some(s.places[*c]?[axis])));
         let mut all: Vec<f64> = seen.collect();
         all.sort_unstable_by(f64::total_cmp);
-        let last = all.len().saturating_sub(1);
-        let [most, least] = [9, 1].map(|tenths| all.get((all.len() * tenths / 10).min(last)).copied());
+        let [most, least] = [9, 1].map(|tenths| all.get(all.len() * tenths / 10).copied());
         most.zip(least).map_or(0.0, |(most, least)| (most - least) * metres * 1e3)
     });
     let ascending = |a: &usize, b: &usize| spreads[*a].total_cmp(&spreads[*b]);

@@ -283,10 +283,9 @@ impl TryFrom<toml::Value> for MapEntry {
         }
         roles.extend(given.bone.map(Role::Bone));
         roles.extend(given.contour.map(|_| Role::Contour));
-        given
-            .noise_mm
-            .map_or(Ok(()), |mm| limits::NOISE_MM.check(mm))
-            .map_err(|beyond| beyond.to_string())?;
+        if let Some(mm) = given.noise_mm {
+            limits::NOISE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
+        }
         match &roles[..] {
             [Role::Bone(name)] if name.is_empty() => {
                 Err("bone is \"\"; give its name, like \"hyoid\"".to_owned())
