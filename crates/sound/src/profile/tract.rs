@@ -35,9 +35,7 @@ pub struct Tract {
     pub name: String,
     /// The pieces of the outer wall, from the glottis to the edge of the upper teeth.
     pub wall: Vec<Wall>,
-    /// The front wall of the larynx.
     pub larynx: Larynx,
-    /// Which part of the tongue is a wall.
     pub tongue: Tongue,
     pub jaw: Teeth,
     pub lips: Lips,

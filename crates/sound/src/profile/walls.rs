@@ -23,7 +23,6 @@ pub struct Across {
 }
 
 impl Across {
-    /// Its length, m.
     pub(super) fn length(&self) -> f64 {
         let way = minus(self.inner, self.outer);
         way[0].hypot(way[1])
@@ -47,7 +46,6 @@ pub(super) fn are_apart(first: &Across, second: &Across) -> bool {
 
 /// The place of the outer wall at which a line begins.
 pub(super) struct WallStart<'a> {
-    /// Name of the wall.
     pub(super) wall: &'a str,
     at: ProfilePoint,
     toward: ProfilePoint,
@@ -55,7 +53,6 @@ pub(super) struct WallStart<'a> {
     pub(super) coefficients: [f64; 4],
 }
 
-/// Both walls in a posture.
 pub(super) struct Walls<'a> {
     pub(super) tract: &'a Tract,
     /// The place at which each line across begins.
