@@ -79,10 +79,8 @@ fn fit_curves(runs: &[TimedFit]) -> Vec<PrecisionCurve> {
             (Method::NelderMead, false, "simplex, cold"),
             (Method::GaussNewton, true, "Gauss-Newton"),
         ] {
-            let starts = FitSettings::default().starts;
-            let of_curve = runs
-                .iter()
-                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
+            let own = (kind, method, warm, FitSettings::default().starts);
+            let of_curve = runs.iter().filter(|r| (r.target, r.method, r.warm, r.starts) == own);
             let mut points: Vec<(f64, f64)> = of_curve.map(|r| (r.seconds, r.error_n)).collect();
             points.sort_by(|a, b| b.1.total_cmp(&a.1));
             curves.push(PrecisionCurve { name: format!("{name}, {}", kind.name()), points });

@@ -30,12 +30,11 @@ pub(super) fn subsets(mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec
             let variant = format!("{} at {load} N", active.join(" "));
             let TestTensions { system, tensions, .. } = all_at(mesh, &active, load)?;
             let mut workspace = Workspace::new(&system);
-            let row = equilibrium_row(variant, &system, &mut workspace, &tensions);
-            rows.push(if load <= followed_n {
-                beside_branch(row, &system, &mut workspace, &tensions)
-            } else {
-                row
-            });
+            let mut row = equilibrium_row(variant, &system, &mut workspace, &tensions);
+            if load <= followed_n {
+                row = beside_branch(row, &system, &mut workspace, &tensions);
+            }
+            rows.push(row);
         }
     }
     Ok(rows)
