@@ -39,9 +39,8 @@ impl Vowel {
             let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
             return Err(ReadError::Refused(format!("{message}; {help}")));
         }
-        Ok(Self(
-            KANA.iter().find(|(kana, _)| kana.contains(&bare)).map_or(bare, |(_, latin)| latin).to_owned(),
-        ))
+        let kana = KANA.iter().find(|(kana, _)| kana.contains(&bare));
+        Ok(Self(kana.map_or(bare, |(_, latin)| latin).to_owned()))
     }
 
     /// /ɯ/, the default baseline (thesis 4.3.2).

@@ -105,9 +105,8 @@ impl SampleFrame {
         }
         // If the tracking of a bone slips, the recording does not show the frame.
         let bones = first.bone(HYOID).into_iter().chain(ends.iter().copied());
-        let steady: Vec<&Flat<'_>> = Vec::from_iter(
-            group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c))),
-        );
+        let steady = group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c)));
+        let steady: Vec<&Flat<'_>> = steady.collect();
         let group = steady.as_slice();
         let looks_left = |frame: &Self| frame.typical(group, |axes| axes.x.x).is_some_and(|x| x < 0.0);
         let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame));

@@ -29,11 +29,8 @@ impl Label {
 
 /// Adds the labels of `NAME.TextGrid` to the only recording of the file `NAME` beside it.
 pub(super) fn read_labels_beside(path: &Path, recordings: &mut [Recording]) -> Result<(), ReadError> {
-    let Some(path) =
-        ["TextGrid", "textgrid"].map(|e| path.with_extension(e)).into_iter().find(|p| p.is_file())
-    else {
-        return Ok(());
-    };
+    let beside = ["TextGrid", "textgrid"].map(|e| path.with_extension(e));
+    let Some(path) = beside.into_iter().find(|p| p.is_file()) else { return Ok(()) };
     let origin = path.display().to_string();
     let count = recordings.len();
     let [recording] = recordings else {

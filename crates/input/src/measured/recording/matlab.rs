@@ -171,10 +171,10 @@ fn matrix(mut piece: Piece<'_>, depth: usize, left: &mut usize) -> Option<(Strin
                 return None;
             }
             let mut field = |name: &String| {
-                let (kind, bytes) = piece.next()?;
-                let is_matrix = kind == MATRIX;
-                let value =
-                    if is_matrix { matrix(whole.of(bytes), depth - 1, left)?.1 } else { MatValue::Other };
+                let value = match piece.next()? {
+                    (MATRIX, bytes) => matrix(whole.of(bytes), depth - 1, left)?.1,
+                    _ => MatValue::Other,
+                };
                 Some((name.clone(), value))
             };
             let all = (0..count).map(|_| names.iter().map(&mut field).collect());

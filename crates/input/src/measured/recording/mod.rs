@@ -191,10 +191,8 @@ impl Recording {
             let [only] = frame.samples.as_slice() else {
                 return Err(format!("{} has {} frames; give one", frame.name, frame.samples.len()));
             };
-            Ok(Sample::new(
-                nth as f64,
-                channels.iter().map(|channel| only.places[number(frame, channel)?]).collect(),
-            ))
+            let places = channels.iter().map(|channel| only.places[number(frame, channel)?]).collect();
+            Ok(Sample::new(nth as f64, places))
         });
         let samples = samples.collect::<Result<_, String>>()?;
         let sigma =

@@ -96,11 +96,9 @@ impl AlignedRecording {
         let by_contour = by_contour.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
         let apart = of_bones.or(by_contour).or_else(|| flat.ends_of_coils(&sensors));
         if flat.guessed && apart.is_none() && sensors.len() > 1 && flat.contour.is_empty() {
-            return Err(wrong(
-                "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
-                 \"x\" or \"-x\" in a map, or { coil = 1 } for the coil at the tip"
-                    .to_owned(),
-            ));
+            let problem = "which axis leads to the back of the head is not known: no coil is called a tip and no bone was \
+                           seen; give back = \"x\" or \"-x\" in a map, or { coil = 1 } for the coil at the tip";
+            return Err(wrong(problem.to_owned()));
         }
         let mirrored = flat.guessed && apart.is_some_and(|(front, rear)| front > rear);
         if by_contour.is_some() && flat.guessed {

@@ -4,6 +4,7 @@
 //! x, y, z or Tx, Ty, Tz before or behind the name of the sensor.
 
 use super::super::error::{Malformed, SourcePlace};
+use super::map::AXES;
 use super::{Budget, Format, Recording, Sample, limits, rows};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
@@ -93,9 +94,8 @@ fn is_carstens_channel(name: &str) -> bool {
 }
 
 fn axis(word: &str) -> Option<usize> {
-    ["x", "y", "z"]
-        .iter()
-        .position(|a| word.eq_ignore_ascii_case(a) || word.eq_ignore_ascii_case(&format!("t{a}")))
+    let word = word.to_ascii_lowercase();
+    AXES.iter().position(|axis| *axis == word.strip_prefix('t').unwrap_or(&word))
 }
 
 /// Whether a line has a time and the three coordinates of at least two sensors.
