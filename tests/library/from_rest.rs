@@ -3,7 +3,7 @@
 use nalgebra::{DVector, SVector, Vector2};
 use tongue_core::body::largest_distance;
 use tongue_core::observe::Length;
-use tongue_core::statics::{SAME_SHAPE_M, leads_from_rest};
+use tongue_core::statics::SAME_SHAPE_M;
 use tongue_files::run::Equilibrium;
 use tongue_fit::body::Body;
 use tongue_fit::observe::Observation;
@@ -13,9 +13,7 @@ use tongue_fit::statics::{self, Connection, FromRest, SolveSettings, SolveStatus
 use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{FitSettings, Forward, LeastSquaresProblem, Unknown};
-use tongue_infer::posterior::{
-    Density, ParameterValues, PosteriorModel, Posture, Priors, shapes_reached_from_rest,
-};
+use tongue_infer::posterior::{Density, Evaluator, ParameterValues, PosteriorModel, Posture, Priors};
 use tongue_infer::track::{Frame, FrameSolver, Softplus, TrackingContext};
 
 use crate::posterior::measurements;
@@ -43,28 +41,19 @@ fn are_same(a: &Positions, b: &Positions) -> bool {
 }
 
 impl Tongue<'_> {
-    fn core(&self, load: &[f64], positions: &Positions) -> bool {
-        let mut w = Workspace::new(self.system);
-        leads_from_rest(self.system, &mut w, load, &SolveSettings::default(), positions)
-    }
-
-    /// The posterior's test, which allows jumps.
     fn posterior(&self, load: &[f64], positions: &Positions) -> bool {
         let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
         let at = ParameterValues { postures: vec![posture], tones: vec![0.0; load.len()], tilt: 0.0 };
-        let found = shapes_reached_from_rest(self.density, &mut self.density.lanes().group(), &[&at], 0);
-        found[0].as_ref().is_some_and(|shape| are_same(shape, positions))
+        let found = Evaluator::new(self.density).solve_from_rest(&[&at]).remove(0);
+        found.is_some_and(|found| are_same(&found.shapes[0], positions))
     }
 
     fn track(&self, load: &[f64], positions: &Positions) -> bool {
         let link = Softplus::default();
         let x = load.iter().map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln());
         let x = DVector::from_iterator(load.len(), x);
-        FrameSolver::new(TrackingContext::fixed(self.system), link).shape_reached_from_rest(
-            &Frame::default(),
-            &x,
-            positions,
-        )
+        let mut solver = FrameSolver::new(TrackingContext::fixed(self.system), link);
+        solver.are_reached_from_rest(&[(&Frame::default(), &x, Some(positions))]) == [true]
     }
 
     /// Compares all interfaces at a load. Returns the shape to which the load leads, how it was reached, and whether Newton's method from
@@ -121,7 +110,6 @@ impl Tongue<'_> {
 
         // The others judge a given shape: that to which the load leads, and that of Newton's method.
         assert_eq!((self.posterior(load, &there), self.track(load, &there)), (true, true), "{load:?}");
-        assert_eq!((self.core(load, &there), self.core(load, &by_newton)), (true, same), "{load:?}");
         assert_eq!(
             (self.posterior(load, &by_newton), self.track(load, &by_newton)),
             (same, same),
@@ -147,10 +135,9 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
     }
     let few = SolveSettings { most_solves: 2, ..SolveSettings::default() };
     for load in ORDINARY {
-        let (there, how, same) = tongue.ask(&load);
+        let (_, how, same) = tongue.ask(&load);
         assert_eq!((how, same), (FromRest::Branch, true));
         // With too few solves the answer is not known.
-        assert!(!leads_from_rest(&system, &mut Workspace::new(&system), &load, &few, &there));
         let found = statics::trace(&system, &mut Workspace::new(&system), &load, &few);
         assert!(matches!(found.from_rest, FromRest::NotKnown { reached } if reached < 1.0), "{found:?}");
     }
@@ -159,5 +146,5 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
     assert!(matches!(how, FromRest::Jumped(critical) if critical.load < 1.0), "{how:?}");
     // Half of the load leads to another shape.
     let half = FALL.map(|f| 0.5 * f);
-    assert!(!tongue.core(&half, &there));
+    assert!(!tongue.track(&half, &there) && !tongue.posterior(&half, &there));
 }

@@ -9,7 +9,6 @@ use tongue_core::statics::lanes::{Adjoint, LaneGroup};
 use super::auxiliary::DataSource;
 use super::density::{Density, is_found};
 use super::finite_differences;
-use super::from_rest::shapes_reached_from_rest;
 use super::linearisation::{DifferentiatedPoint, LinearisationPoint};
 use super::parameters::{ParameterValues, SolvedPoint};
 use super::rest_shape;
@@ -49,11 +48,15 @@ impl<'a> Evaluator<'a> {
         let density = self.density;
         let groups = self.shapes.iter_mut().enumerate();
         let mut shapes: Vec<_> = groups
-            .map(|(index, group)| shapes_reached_from_rest(density, group, points, index).into_iter())
+            .map(|(index, group)| {
+                let loads: Vec<_> =
+                    points.iter().map(|values| density.posterior_model.load(values, index, None)).collect();
+                group.solve_from_rest(&loads, density.settings()).into_iter()
+            })
             .collect();
         let each = points.iter().map(|values| {
-            let own: Vec<_> = shapes.iter_mut().map(|shape| shape.next().flatten()).collect();
-            density.solved(values, own.into_iter().collect::<Option<_>>()?)
+            let own = shapes.iter_mut().map(|shape| shape.next().flatten().filter(is_found));
+            density.solved(values, own.map(|shape| Some(shape?.positions)).collect::<Option<_>>()?)
         });
         each.collect()
     }

@@ -115,7 +115,7 @@ fn frame_of(
 
 /// A frame, its unknowns (scores of tensions, displacements of bones in standard deviations), and the positions from which its solve
 /// starts, if any.
-pub(super) type FramePosture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
+pub type FramePosture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
 
 pub struct FrameSolver<'a> {
     pub system: &'a System<2>,
@@ -181,10 +181,8 @@ impl<'a> FrameSolver<'a> {
         }
     }
 
-    /// `None` where lanes cannot take the body.
-    pub(super) fn group(&mut self) -> Option<&mut LaneGroup<'a, 2>> {
-        let lanes = Lanes::new(self.system);
-        lanes.are_used().then(|| self.group.get_or_insert_with(|| lanes.group()))
+    pub(super) fn group(&mut self) -> &mut LaneGroup<'a, 2> {
+        self.group.get_or_insert_with(|| Lanes::new(self.system).group())
     }
 
     pub(super) fn load<'l>(&self, (frame, x, start): FramePosture<'l>) -> Load<'l, 2>

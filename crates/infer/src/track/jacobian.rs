@@ -8,7 +8,7 @@ use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
 use tongue_core::statics::SolveStatus;
-use tongue_core::statics::lanes::{LANES, Load, UnitChange};
+use tongue_core::statics::lanes::{LANES, Lanes, Load, UnitChange};
 
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
@@ -217,11 +217,12 @@ impl<'a> FrameSolver<'a> {
 
     /// [`FrameSolver::rates`] of at most as many frames as there are lanes; `None` also where lanes cannot be used.
     fn rates_of_group(&mut self, columns: &Columns<'_>, postures: &[FramePosture<'_>]) -> Vec<Option<Rates>> {
-        let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
-        let settings = self.settings;
-        let (Some(group), Some(changes)) = (self.group(), columns.changes()) else {
+        let Some(changes) = columns.changes().filter(|_| Lanes::new(self.system).are_used()) else {
             return postures.iter().map(|_| None).collect();
         };
+        let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
+        let settings = self.settings;
+        let group = self.group();
         let begin = postures.iter().zip(group.solve(&loads, &settings));
         let mut all: Vec<Option<Rates>> = Vec::from_iter(begin.map(|((frame, ..), shape)| {
             let is_found = shape.solution.status == SolveStatus::Converged;

@@ -3,7 +3,7 @@
 //! The equilibrium of a frame meets its observations up to errors that are correlated along the contour and in time ([`Errors`]). Before
 //! a transform ([`Softplus`]) a tension is the level of its muscle, which is the same in all frames of a speaker, plus a deviation from it;
 //! the shape at rest is uncertain ([`ShapePrior`]). First the most probable tensions of all frames on the placed body are found, from a
-//! start at which a search with larger errors ends; of long recordings, levels and shape are found from frames spread over all of them.
+//! start at which four rounds with larger errors end; of long recordings, levels and shape are found from frames spread over all of them.
 //! Then draws of the shape, and of the tensions given the shape, give the intervals of tensions and courses. A course is a tension less its
 //! mean over the recording in the same draw, so errors that are equal in all frames cancel. Masses and dampers are not used, because the
 //! time constants of the thesis (1 s) are too long for speech.
@@ -31,7 +31,7 @@ mod smoother;
 pub use crate::error_model::{Along, Errors};
 pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare, mark};
 pub use formants::{TrackedFormant, add_formants, opened_deg};
-pub use frame::{BONE_WINDOW, Frame, FrameObservation, FrameSolver, frames};
+pub use frame::{BONE_WINDOW, Frame, FrameObservation, FramePosture, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::{OrnsteinUhlenbeck, Softplus};
 pub use reachability::Reachability;

@@ -6,18 +6,18 @@
 use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::body::largest_distance;
-use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus, leads_from_rest};
+use tongue_core::geometry::Point;
+use tongue_core::statics::lanes::{LANES, Load};
+use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus};
 
 use crate::least_squares::{Rule, TrialStep, descend};
 
-use super::frame::{Frame, FrameSolver};
+use super::frame::{Frame, FramePosture, FrameSolver};
 use super::jacobian::Linearisation;
 use super::smoother::{SmoothedRecording, Smoother, in_chunks};
 
 /// Parts of the path between two postures at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
-/// Parts of the tensions at which the body is solved first from rest.
-const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
 
 const NEAREST: Rule = Rule { max_steps: 8, damping_decrease: 0.3, least_damping: 1.0, ..Rule::UNDAMPED };
 
@@ -43,9 +43,9 @@ pub(super) fn reachabilities(
     let positions = |t: usize| recording.here[t].linear.as_ref().map(|l| &*l.positions);
     let mut reached = in_chunks(0..count, |chunk| {
         let mut solver = smoother.solver();
-        Vec::from_iter(
-            chunk.iter().map(|&t| solver.how_reached(&recording.frames[t], &unknowns[t], positions(t)?)),
-        )
+        let postures: Vec<FramePosture<'_>> =
+            chunk.iter().map(|&t| (&recording.frames[t], &unknowns[t], positions(t))).collect();
+        solver.how_reached(&postures)
     });
     let mut solver = smoother.solver();
     let mut follow = |from: usize, to: usize, reached: &mut [Option<Reachability>]| {
@@ -72,35 +72,38 @@ pub(super) fn reachabilities(
 }
 
 impl FrameSolver<'_> {
-    /// Whether the load path of the tensions, with the bones of this frame, leads to the equilibrium, jumps included. Three steps are tried
-    /// first, which take less time than a trace. [`crate::posterior::shapes_reached_from_rest`] takes the shape after 5 or 25 steps.
-    pub fn shape_reached_from_rest(
-        &mut self,
-        frame: &Frame,
-        x: &DVector<f64>,
-        positions: &[SVector<f64, 2>],
-    ) -> bool {
-        let whole = self.tensions_of(x);
-        self.start_from_rest(frame, x);
-        let arrives = self.follows_path(&vec![0.0; whole.len()], &whole, &LOADS);
-        if arrives && self.is_at(positions) {
-            return true;
+    /// Whether loads that grow together from rest lead to the equilibria of these postures, jumps included
+    /// ([`LaneGroup::solve_from_rest`](tongue_core::statics::lanes::LaneGroup::solve_from_rest)); not to one without positions.
+    pub fn are_reached_from_rest(&mut self, postures: &[FramePosture<'_>]) -> Vec<bool> {
+        let mut reached = Vec::with_capacity(postures.len());
+        for postures in postures.chunks(LANES) {
+            let ends = self.shapes_from_rest(postures).into_iter().zip(postures);
+            reached.extend(ends.map(|(end, (_, _, positions))| {
+                let ends = end.as_deref().zip(*positions);
+                ends.is_some_and(|(end, positions)| largest_distance(end, positions) <= SAME_SHAPE_M)
+            }));
         }
-        self.workspace.start_from_rest(self.system);
-        leads_from_rest(self.system, &mut self.workspace, &whole, &self.settings, positions)
+        reached
     }
 
-    /// How this shape is reached from rest; `None` where no path was found.
-    pub fn how_reached(
-        &mut self,
-        frame: &Frame,
-        x: &DVector<f64>,
-        positions: &[SVector<f64, 2>],
-    ) -> Option<Reachability> {
-        if self.shape_reached_from_rest(frame, x, positions) {
-            return Some(Reachability::FromRest);
-        }
-        self.reached_in_turn(frame, x, positions).then_some(Reachability::OtherWay)
+    /// The shapes to which the loads of at most as many postures as there are lanes lead from rest.
+    fn shapes_from_rest(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Vec<Point>>> {
+        let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
+        let settings = self.settings;
+        let ends = self.group().solve_from_rest(&loads, &settings);
+        ends.into_iter().map(|end| Some(end?.positions)).collect()
+    }
+
+    /// How the shapes of these postures are reached from rest; `None` where no path was found.
+    pub fn how_reached(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Reachability>> {
+        let reached = self.are_reached_from_rest(postures).into_iter().zip(postures);
+        let each = reached.map(|(is_reached, &(frame, x, positions))| {
+            if is_reached {
+                return Some(Reachability::FromRest);
+            }
+            self.reached_in_turn(frame, x, positions?).then_some(Reachability::OtherWay)
+        });
+        each.collect()
     }
 
     /// Whether equilibria lead from the shape of one posture to that of another without a descent from a saddle.
@@ -127,14 +130,8 @@ impl FrameSolver<'_> {
     /// The shape reached from rest that is nearest to the observations of a frame, by Gauss-Newton for that frame alone from the end of the
     /// load path of `x`. Tensions have a normal prior about `x` with the standard deviation that they have about their levels, other
     /// unknowns with 1. That end itself if the search leads to a shape that is not reached; `None` without an equilibrium from rest.
-    pub fn nearest_reached(&mut self, frame: &Frame, x: &DVector<f64>) -> Option<Vec<SVector<f64, 2>>> {
-        let tensions = self.tensions_of(x);
-        self.start_from_rest(frame, x);
-        let traced = statics::solve_and_trace(self.system, &mut self.workspace, &tensions, &self.settings);
-        if traced.solution.status != SolveStatus::Converged {
-            return None;
-        }
-        let first = self.workspace.positions().to_vec();
+    pub fn nearest_reached(&mut self, frame: &Frame, x: &DVector<f64>) -> Option<Vec<Point>> {
+        let first = self.shapes_from_rest(&[(frame, x, None)]).pop()??;
         let (muscles, sd) = (self.system.contracting().len(), self.link.deviation_sd_n);
         let held = DVector::from_fn(x.len(), |i, _| if i < muscles { sd.powi(-2) } else { 1.0 });
         let Some(begin) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
@@ -152,7 +149,7 @@ impl FrameSolver<'_> {
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
         })
         .here;
-        let is_reached = self.shape_reached_from_rest(frame, &at, &here.positions);
+        let is_reached = self.are_reached_from_rest(&[(frame, &at, Some(&here.positions))]) == [true];
         Some(if is_reached { here.positions.to_vec() } else { first })
     }
 
@@ -165,23 +162,18 @@ impl FrameSolver<'_> {
             pulls.collect::<Vec<f64>>()
         });
         orders.any(|first| {
-            self.start_from_rest(frame, x);
-            self.follows_path(&vec![0.0; whole.len()], &first, &PARTS)
-                && self.follows_path(&first, &whole, &PARTS)
+            self.displace_bones(frame, x);
+            self.workspace.start_from_rest(self.system);
+            self.follows_path(&vec![0.0; whole.len()], &first)
+                && self.follows_path(&first, &whole)
                 && self.is_at(positions)
         })
     }
 
-    /// Puts the body at rest, with the bones of a frame.
-    fn start_from_rest(&mut self, frame: &Frame, x: &DVector<f64>) {
-        self.displace_bones(frame, x);
-        self.workspace.start_from_rest(self.system);
-    }
-
-    /// Changes the tensions from `from` to `to` (N per metre of thickness) in these parts of the way. Returns whether every equilibrium was
+    /// Changes the tensions from `from` to `to` (N per metre of thickness) in parts of the way. Returns whether every equilibrium was
     /// found, and without a descent from a saddle.
-    fn follows_path(&mut self, from: &[f64], to: &[f64], parts: &[f64]) -> bool {
-        parts.iter().all(|part| {
+    fn follows_path(&mut self, from: &[f64], to: &[f64]) -> bool {
+        PARTS.iter().all(|part| {
             self.tensions = from.iter().zip(to).map(|(a, b)| a + (b - a) * part).collect();
             self.solves_directly()
         })

@@ -102,7 +102,7 @@ fn a_shape_that_one_muscle_before_the_others_leads_to_is_reached_in_another_way(
     let together = w.positions();
     assert!(largest_distance(&other, together) > 1e-3);
     let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
-        solver.how_reached(&frame, &x, positions)
+        solver.how_reached(&[(&frame, &x, Some(positions))]).remove(0)
     };
     assert_eq!(reached(&mut solver, together), Some(Reachability::FromRest));
     assert_eq!(reached(&mut solver, &other), Some(Reachability::OtherWay));

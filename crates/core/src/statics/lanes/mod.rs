@@ -50,6 +50,7 @@
 //! ```
 
 mod adjoint;
+mod from_rest;
 mod scalar_fallback;
 
 use std::sync::Arc;

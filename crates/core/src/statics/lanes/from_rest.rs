@@ -1,0 +1,77 @@
+//! The equilibria to which loads lead from rest, for several loads at once.
+
+use crate::statics::{Connection, Solution, SolveSettings, SolveStatus};
+
+use super::{LANES, LaneEquilibrium, LaneGroup, Load};
+
+/// Numbers of load steps, tried in this order. With a single step 1 of 200 draws of S1 /i/ ended at another equilibrium.
+const STEPS: [usize; 2] = [5, 25];
+/// Residual force of the shapes before the last one, N. With 0.1 N a fifth of the factors would be saved, but of 14,000 tried draws of S1
+/// /i/ and S2 /a/ 10 end elsewhere than in 25 steps (5 with this force), and one of 100 draws of a coarse body off the branch.
+const ON_THE_WAY_N: f64 = 1e-4;
+
+impl<const D: usize> Load<'_, D> {
+    /// This part of the tensions and of the displacements of bones.
+    fn scaled(&self, part: f64) -> Self {
+        let tensions = self.tensions.iter().map(|f| f * part).collect();
+        let bones = self.bones.iter().map(|(nodes, shift)| (*nodes, shift * part)).collect();
+        Self { tensions, bones, ..*self }
+    }
+}
+
+impl<const D: usize> LaneGroup<'_, D> {
+    /// The equilibria to which the first [`LANES`] loads lead from rest as their tensions and the displacements of bones grow together, jumps
+    /// included; `None` where a load leads to no equilibrium. Loads grow in 5 steps, each solved from the shape before; where that ends, in
+    /// 25. Whether the body jumps is not determined, so this takes less time than [`trace()`](crate::statics::trace()). The starts of the
+    /// loads are not used.
+    #[inline(never)]
+    pub fn solve_from_rest(
+        &mut self,
+        loads: &[Load<'_, D>],
+        settings: &SolveSettings,
+    ) -> Vec<Option<LaneEquilibrium<D>>> {
+        let loads = &loads[..loads.len().min(LANES)];
+        let mut found = vec![None; loads.len()];
+        for steps in STEPS {
+            let left: Vec<usize> = (0..loads.len()).filter(|&i| found[i].is_none()).collect();
+            let own: Vec<&Load<'_, D>> = left.iter().map(|&i| &loads[i]).collect();
+            for (i, end) in left.iter().zip(self.follow(&own, steps, settings)) {
+                found[*i] = end;
+            }
+        }
+        found
+    }
+
+    /// The equilibria at the whole loads after these steps; `None` where a step has no equilibrium.
+    fn follow(
+        &mut self,
+        loads: &[&Load<'_, D>],
+        steps: usize,
+        settings: &SolveSettings,
+    ) -> Vec<Option<LaneEquilibrium<D>>> {
+        let mut ends: Vec<Option<LaneEquilibrium<D>>> = vec![None; loads.len()];
+        let mut is_good = vec![!loads.is_empty(); loads.len()];
+        for step in 1..=steps {
+            if !is_good.contains(&true) {
+                break;
+            }
+            let part = step as f64 / steps as f64;
+            let parts = Vec::from_iter(loads.iter().zip(&ends).map(|(load, before)| Load {
+                start: before.as_ref().map(|before| before.positions.as_slice()),
+                ..load.scaled(part)
+            }));
+            let tolerance = if step < steps { ON_THE_WAY_N } else { settings.tolerance };
+            let is_of_springs = self.work.is_some();
+            let answers = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
+            for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(answers) {
+                let Solution { status, connection, .. } = answer.solution;
+                // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that
+                // the loads grow again in more steps.
+                *is_good &=
+                    status == SolveStatus::Converged && (is_of_springs || connection != Connection::Downhill);
+                *end = Some(answer);
+            }
+        }
+        ends.into_iter().zip(is_good).map(|(end, is_good)| end.filter(|_| is_good)).collect()
+    }
+}
