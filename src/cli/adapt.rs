@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, bail};
+use anyhow::bail;
 use serde_json::{Value, json};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -41,16 +41,16 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let given = GivenRecordings::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
     let (mut notes, mut is_whole, mut implausible) = (Vec::new(), true, None);
     let (mut speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
-            let read = |path: &Path| -> miette::Result<Landmarks> {
+            let read = |path: &Path| -> anyhow::Result<Landmarks> {
                 let bytes = inputs::bytes("the landmarks", path)?;
-                Landmarks::from_bytes(&bytes, &path.display().to_string(), &map).into_diagnostic()
+                Ok(Landmarks::from_bytes(&bytes, &path.display().to_string(), &map)?)
             };
             let mut landmarks = read(path)?;
             if let Some(contour) = &arguments.contour {
@@ -60,14 +60,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 bail!("{}: {problem}", path.display());
             }
             let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
-            (basis.adapt_to_landmarks(&landmarks).into_diagnostic()?, seen)
+            (basis.adapt_to_landmarks(&landmarks)?, seen)
         }
         None => {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
                 bail!("name recordings of the speaker, or --landmarks of one posture at rest");
             }
             let (recordings, left_out) = arguments.recordings.screen(&arguments.recordings.read()?, None)?;
-            ScreenedRecording::check_points(&recordings, &given.body).into_diagnostic()?;
+            ScreenedRecording::check_points(&recordings, &given.body)?;
             is_whole = left_out.is_empty();
             implausible = ScreenedRecording::implausible(&recordings);
             notes = left_out;
@@ -75,16 +75,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
             let basis = AdaptationInput { palate, ..basis };
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
-            notes.extend(basis.place(&seen, &[]).into_diagnostic()?.doubt());
+            notes.extend(basis.place(&seen, &[])?.doubt());
             notes.iter().for_each(|n| output::note(n));
             let speaker = output::with_bar("{bar:40} rest shape, {eta} left", |progress| {
                 basis.adapt_to_recordings(&seen, arguments.rest, &[], progress)
             })?;
-            (speaker.into_diagnostic()?, points_of_some_frames(&seen))
+            (speaker?, points_of_some_frames(&seen))
         }
     };
     let apart_m = run::bones_apart_m(&speaker.followed);
-    speaker.notes.extend(run::check_scale(speaker.similarity.scale(), apart_m).into_diagnostic()?);
+    speaker.notes.extend(run::check_scale(speaker.similarity.scale(), apart_m)?);
     let out = global.folder("results/speaker")?;
     let mut doubts = speaker.doubts(&given.body);
     doubts.extend(implausible);
@@ -137,7 +137,7 @@ fn write(
     seen: &[Point],
     record: &Value,
     arguments: &Arguments,
-) -> miette::Result<Vec<PathBuf>> {
+) -> anyhow::Result<Vec<PathBuf>> {
     let mesh = &speaker.body.mesh;
     let file = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
     let at_rest = vec![0.0; mesh.muscles.len()];
@@ -149,10 +149,10 @@ fn write(
         "only turned and scaled",
     );
     let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
-    let picture = report::tongue(&SectionPicture { seen, grey, ..section }).into_diagnostic()?;
+    let picture = report::tongue(&SectionPicture { seen, grey, ..section })?;
     let files: [(&str, &dyn Export); 3] =
         [("body.json", &Json(&file)), ("adapt.json", &Json(record)), ("rest.svg", &picture)];
-    out.export(&files, &super::provenance()).into_diagnostic()
+    Ok(out.export(&files, &super::provenance())?)
 }
 
 fn text(speaker: &Speaker, before: &Body<2>) -> String {

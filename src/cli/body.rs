@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, bail, miette};
+use anyhow::{anyhow, bail};
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::inner::choice;
 use tongue_fit::inner::choice::named;
@@ -115,18 +115,18 @@ impl Arguments {
     }
 
     /// The anatomy of the mesh; `None` for a mesh file.
-    pub fn anatomy(&self) -> miette::Result<Option<Anatomy>> {
+    pub fn anatomy(&self) -> anyhow::Result<Option<Anatomy>> {
         match (&self.mesh, &self.anatomy) {
             (Some(_), _) => Ok(None),
             (None, Some(path)) => {
-                let read = Anatomy::from_toml(&inputs::text(ANATOMY, path)?, &path.display().to_string());
-                read.map(Some).into_diagnostic()
+                let text = inputs::text(ANATOMY, path)?;
+                Ok(Some(Anatomy::from_toml(&text, &path.display().to_string())?))
             }
-            (None, None) => Anatomy::reference().map(Some).into_diagnostic(),
+            (None, None) => Ok(Some(Anatomy::reference()?)),
         }
     }
 
-    pub fn plane(&self) -> miette::Result<PlaneBody> {
+    pub fn plane(&self) -> anyhow::Result<PlaneBody> {
         let kind = match &self.body {
             BodyName::Plane(kind) => *kind,
             BodyName::Space(source) => bail!(
@@ -136,7 +136,7 @@ impl Arguments {
         };
         let spacing_m = self.h.as_deref().map(spacing).transpose()?;
         let source = match (&self.mesh, &self.anatomy) {
-            (Some(path), _) => BodySource::read(path, self.mesh_unit).into_diagnostic()?,
+            (Some(path), _) => BodySource::read(path, self.mesh_unit)?,
             (None, Some(path)) => {
                 BodySource::Anatomy { toml: inputs::text(ANATOMY, path)?, origin: path.display().to_string() }
             }
@@ -145,10 +145,9 @@ impl Arguments {
         Ok(PlaneBody { source, kind, spacing_m })
     }
 
-    pub fn body(&self) -> miette::Result<Body<2>> {
+    pub fn body(&self) -> anyhow::Result<Body<2>> {
         let file = self.mesh.as_deref().unwrap_or(Path::new("")).display();
-        let body = self.plane()?.make(&mut |concern| output::note(&format!("{file}: {concern}")));
-        let body = body.into_diagnostic()?;
+        let body = self.plane()?.make(&mut |concern| output::note(&format!("{file}: {concern}")))?;
         self.warn();
         output::step(|| {
             let mesh = &body.mesh;
@@ -182,10 +181,10 @@ impl Arguments {
     }
 }
 
-fn spacing(text: &str) -> miette::Result<f64> {
+fn spacing(text: &str) -> anyhow::Result<f64> {
     let number = text.trim().strip_suffix("mm").unwrap_or(text).trim();
     number
         .parse::<f64>()
         .map(|mm| mm * 1e-3)
-        .map_err(|_| miette!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
+        .map_err(|_| anyhow!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
 }

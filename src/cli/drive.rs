@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
+use anyhow::{Context, anyhow, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::measured::{Activity, Muscles, Vowel};
 use tongue_fit::simulation::read_tensions;
@@ -29,19 +29,18 @@ pub struct Arguments {
 
 impl Arguments {
     /// Indices of the body's muscles with their tensions, N per metre of thickness.
-    pub fn tensions<const D: usize>(&self, body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
-        let given = read_tensions(&self.tension, body).map_err(|error| miette!("--tension {error}"))?;
+    pub fn tensions<const D: usize>(&self, body: &Body<D>) -> anyhow::Result<Vec<(usize, f64)>> {
+        let given = read_tensions(&self.tension, body).map_err(|error| anyhow!("--tension {error}"))?;
         let (Some(file), Some(vowel)) = (&self.emg, &self.vowel) else { return Ok(given) };
         if let Some(full) = self.full.filter(|full| !(full.is_finite() && *full >= 0.0)) {
             bail!("--full {full}: write a tension in N per metre that is not negative, like 30");
         }
-        let vowel = Vowel::new(vowel).into_diagnostic().wrap_err("--vowel")?;
+        let vowel = Vowel::new(vowel).context("--vowel")?;
         let origin = file.display().to_string();
         let bytes = inputs::bytes("--emg", file)?;
-        let activity = Activity::read(&bytes, &origin).into_diagnostic()?;
+        let activity = Activity::read(&bytes, &origin)?;
         let names = body.mesh.muscle_names();
-        let mut tensions =
-            activity.tensions(&vowel, self.full, &names, &Muscles::built_in()).into_diagnostic()?;
+        let mut tensions = activity.tensions(&vowel, self.full, &names, &Muscles::built_in())?;
         if let Some((twice, _)) = given.iter().find(|(m, _)| has(&tensions, *m)) {
             bail!("{origin} and --tension both give {}; give it once", names[*twice]);
         }
@@ -64,12 +63,11 @@ fn has(all: &[(usize, f64)], muscle: usize) -> bool {
 }
 
 /// Names of muscles and numbers from texts such as `GGP=0.1`; `like` is the example in the message about a wrong one.
-pub fn pairs(option: &str, words: &[String], like: &str) -> miette::Result<Vec<(String, f64)>> {
+pub fn pairs(option: &str, words: &[String], like: &str) -> anyhow::Result<Vec<(String, f64)>> {
     let pairs = words.iter().map(|word| {
-        let number = word.split_once('=').and_then(|(name, value)| Some((name, value.trim().parse().ok()?)));
-        let (name, number) =
-            number.ok_or_else(|| miette!("{option} {word}: write a muscle and a number, like {like}"))?;
-        Ok((name.trim().to_owned(), number))
+        let pair = word.split_once('=');
+        let pair = pair.and_then(|(name, value)| Some((name.trim().to_owned(), value.trim().parse().ok()?)));
+        pair.with_context(|| format!("{option} {word}: write a muscle and a number, like {like}"))
     });
     pairs.collect()
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use anyhow::Context;
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::posterior::AuxiliaryData;
 use tongue_fit::inner::report::{self, Export, Series, SolutionCurveRecord};
@@ -56,20 +56,20 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn target(&self, data: &Dataset, kind: TargetKind) -> miette::Result<Target> {
-        let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
-        let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
+    fn target(&self, data: &Dataset, kind: TargetKind) -> anyhow::Result<Target> {
+        let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse()?;
+        let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose()?;
         let options = TargetOptions { muscles: self.muscles.clone(), baseline };
-        Target::new(data, &self.subject, &vowel, kind, &options).into_diagnostic()
+        Ok(Target::new(data, &self.subject, &vowel, kind, &options)?)
     }
 
     /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths.
-    fn tell_left_out(&self, data: &Dataset, target: &Target) -> miette::Result<()> {
+    fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<()> {
         for row in data.broken().iter().filter(|row| row.subject.as_ref() == Some(&target.subject)) {
             output::complain(&format!("{} (this row is left out)", row.fault));
         }
         for vowel in [&target.vowel, &target.baseline] {
-            let row = data.row(&self.subject, vowel).into_diagnostic()?;
+            let row = data.row(&self.subject, vowel)?;
             data.bad_cells_of(row)
                 .for_each(|fault| output::complain(&format!("{fault} (this length is left out)")));
         }
@@ -77,13 +77,13 @@ impl Arguments {
     }
 
     /// The targets that the posterior samples (with `--joint` all vowels of the subject in the table), and the index of the fitted one.
-    fn posterior_targets(&self, data: &Dataset, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
+    fn posterior_targets(&self, data: &Dataset, target: &Target) -> anyhow::Result<(Vec<Target>, usize)> {
         if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
         }
         let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
         let mut all = Vec::new();
-        for vowel in data.vowels(&self.subject).into_diagnostic()? {
+        for vowel in data.vowels(&self.subject)? {
             if vowel == target.vowel {
                 all.push(target.clone());
             } else if vowel != target.baseline {
@@ -97,14 +97,14 @@ impl Arguments {
             output::note("--joint: the table has no other vowel of this subject, so there are no contrasts");
         }
         let own = all.iter().position(|t| t.vowel == target.vowel);
-        let own = own.ok_or_else(|| miette!("--joint: /{}/ is not in the table", target.vowel))?;
+        let own = own.with_context(|| format!("--joint: /{}/ is not in the table", target.vowel))?;
         Ok((all, own))
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let clock = Instant::now();
-    let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
+    let kind: TargetKind = arguments.target.parse()?;
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, kind)?;
     arguments.tell_left_out(&data, &target)?;
@@ -134,18 +134,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         )
     });
     let (targets, sampling) = (seen.iter().collect::<Vec<_>>(), arguments.posterior.sampling());
-    let sampled = posterior_model.as_ref().map(|model| {
-        let sampled = PosteriorRun { model, targets: &targets, auxiliary, sampling }.run(&output::tell_step);
-        sampled.into_diagnostic().wrap_err("--posterior")
-    });
-    let sampled = sampled.transpose()?;
+    let sampled = posterior_model
+        .as_ref()
+        .map(|model| PosteriorRun { model, targets: &targets, auxiliary, sampling }.run(&output::tell_step));
+    let sampled = sampled.transpose().context("--posterior")?;
     let verdict = match &sampled {
         Some(sampled) => VerdictSource::Posterior(Ok(&sampled.reports[posture])),
         None => VerdictSource::ShortRun,
     };
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
     let fit_run = FitRun { target: &target, settings, walls: false, verdict };
-    let mut record = fit_run.run(&tongue, &model, &by).into_diagnostic()?;
+    let mut record = fit_run.run(&tongue, &model, &by)?;
     let Fit { matched, answer, .. } = &record.fit;
     output::step(|| {
         format!("{:?}: misfit {:.1e}, {} equilibria", answer.status, answer.misfit, answer.counts.evaluations)
@@ -155,7 +154,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(why) => format!("no verdict: {why}"),
     });
     let published = match arguments.lengths {
-        None => Published::of(&tongue, &model, &matched.target).into_diagnostic()?,
+        None => Published::of(&tongue, &model, &matched.target)?,
         Some(_) => None,
     };
 
@@ -171,9 +170,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     record.wall_s = Some(clock.elapsed().as_secs_f64());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let conclusion = record.conclude().clone();
-    let picture = record.picture(&tongue).into_diagnostic()?;
-    let json = record.to_json().into_diagnostic()?;
-    let csv = record.to_csv().into_diagnostic()?;
+    let picture = record.picture(&tongue)?;
+    let json = record.to_json()?;
+    let csv = record.to_csv()?;
     let published_stretches = published
         .as_ref()
         .map(|p| Series { name: "published tensions (Kato 2014)".to_owned(), values: p.stretches.clone() });
@@ -181,9 +180,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         "{} /{}/: change of every muscle relative to /{}/",
         target.subject, target.vowel, target.baseline
     );
-    let chart = record
-        .changes(&title, &format!("measured ({})", target.subject), published_stretches)
-        .into_diagnostic()?;
+    let chart = record.changes(&title, &format!("measured ({})", target.subject), published_stretches)?;
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
     let of_fit = &record.fit.matched.target;
@@ -196,7 +193,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let of_posterior = sampled.as_ref().map(|s| s.files(posture));
     let of_posterior: Vec<(&str, &dyn Export)> =
         of_posterior.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
-    let written = out.export(&[files, of_posterior].concat(), &by).into_diagnostic()?;
+    let written = out.export(&[files, of_posterior].concat(), &by)?;
     if global.json {
         output::print(&json)?;
     } else {

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::{anyhow, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use miette::{IntoDiagnostic, miette};
 use serde::de::DeserializeOwned;
 use tongue_fit::acoustics::{Tract, VocalTract};
 use tongue_fit::inner::choice::{named, names};
@@ -14,31 +14,31 @@ use tongue_fit::measured::Dataset;
 use super::{invocation, output};
 
 /// The text of a file. `what` names the file in an error, such as "the map".
-pub fn text(what: &str, path: &Path) -> miette::Result<String> {
+pub fn text(what: &str, path: &Path) -> anyhow::Result<String> {
     files::read_text(path).map_err(|e| unreadable(what, path, &e))
 }
 
-pub fn bytes(what: &str, path: &Path) -> miette::Result<Vec<u8>> {
+pub fn bytes(what: &str, path: &Path) -> anyhow::Result<Vec<u8>> {
     files::read(path).map_err(|e| unreadable(what, path, &e))
 }
 
-fn unreadable(what: &str, path: &Path, error: &std::io::Error) -> miette::Report {
-    miette!("cannot read {what} \"{}\": {error}; {}", path.display(), advice(error))
+fn unreadable(what: &str, path: &Path, error: &std::io::Error) -> anyhow::Error {
+    anyhow!("cannot read {what} \"{}\": {error}; {}", path.display(), advice(error))
 }
 
-pub fn tract(path: &Path) -> miette::Result<Tract> {
-    VocalTract::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
+pub fn tract(path: &Path) -> anyhow::Result<Tract> {
+    Ok(VocalTract::read(&text("the tract", path)?, &path.display().to_string())?)
 }
 
 /// Reads a table of lengths, by default the built-in one, and prints the doubts about it, which are returned too; `half_width_mm` replaces
 /// the half widths of the table, mm.
-pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<(Dataset, Vec<String>)> {
+pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Result<(Dataset, Vec<String>)> {
     if file.is_some_and(|file| file.as_os_str() == "-")
         && invocation::current().is_some_and(|run| run.is_call())
     {
-        return Err(miette!("a call has no standard input; give the table itself, or the name of its file"));
+        bail!("a call has no standard input; give the table itself, or the name of its file");
     }
-    let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
+    let data = file.map_or_else(Dataset::reference, Dataset::from_path)?;
     if data.rows().iter().any(|row| row.lengths.vowel.label() == "u") {
         output::note(&format!(
             "{}: u and ɯ are two vowels, since the table has both; write ɯ for both if they are one",
@@ -46,7 +46,7 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Re
         ));
     }
     let data = match half_width_mm {
-        Some(mm) => data.with_half_width_mm(mm).into_diagnostic()?,
+        Some(mm) => data.with_half_width_mm(mm)?,
         None => data,
     };
     let doubts = if file.is_some() { plausibility::doubts(&data) } else { Vec::new() };

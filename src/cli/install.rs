@@ -17,7 +17,7 @@ pub struct Completions {
     shell: Shell,
 }
 
-pub fn completions(arguments: &Completions) -> miette::Result<Outcome> {
+pub fn completions(arguments: &Completions) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);
     let script = String::from_utf8_lossy(&script);

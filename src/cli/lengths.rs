@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::IntoDiagnostic;
 use serde_json::{Value, json};
 use tongue_fit::inner::choice;
 use tongue_fit::inner::inverse::batch::{self, Refusal, Selection};
@@ -49,13 +48,13 @@ struct SubjectRows<'a> {
     rows: Vec<&'a Row>,
 }
 
-pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> miette::Result<Outcome> {
+pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> anyhow::Result<Outcome> {
     let (data, doubts) = inputs::lengths(Some(&check.file), check.error_mm)?;
     let usual = check.baseline.clone().unwrap_or_else(Vowel::unrounded_u);
     // The plan of a batch of all rows says which rows can be fitted.
     let kinds = TargetKind::ALL.to_vec();
     let selection = Selection { kinds, baseline: check.baseline.clone(), ..Selection::default() };
-    let plan = batch::plan(&data, &selection).into_diagnostic()?;
+    let plan = batch::plan(&data, &selection)?;
     let mut rows: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
     data.rows().iter().for_each(|row| rows.entry(&row.lengths.subject).or_default().push(row));
     let subjects = Vec::from_iter(data.subjects().into_iter().map(|subject| {

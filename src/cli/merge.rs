@@ -2,8 +2,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
 
+use anyhow::{Context, anyhow, bail, ensure};
 use clap::Parser;
-use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::inner::report::batch::Shard;
 use tongue_fit::inner::report::batch::journal::{self, Journal};
 
@@ -25,28 +25,28 @@ pub struct Arguments {
     folders: Vec<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let clock = Instant::now();
     let shards = shards(&arguments.folders)?;
     let first = shards.values().next().and_then(|paths| paths.first());
     let first = first.ok_or_else(|| {
-        miette!(
+        anyhow!(
             "no shard of a batch in {}; tongue-fit batch --shard 1/16 leaves one, batch-1-of-16.journal",
             arguments.folders.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ")
         )
     })?;
-    let words = journal::arguments(first).into_diagnostic()?;
+    let words = journal::arguments(first)?;
     let parsed = Cli::try_parse_from(["tongue-fit"].into_iter().chain(words.iter().map(String::as_str)));
-    let Some(Command::Batch(batch)) = parsed.into_diagnostic()?.command else {
+    let Some(Command::Batch(batch)) = parsed?.command else {
         bail!("the journal is of another command than batch: {}", line_of(words));
     };
     let prepared = PreparedBatch::new(&batch, &words)
-        .wrap_err("merge repeats the plan of the batch in the folder where the batch was started")?;
+        .context("merge repeats the plan of the batch in the folder where the batch was started")?;
     let jobs = prepared.run.plan.jobs.len();
 
     let mut unfinished = missing(&shards)?;
     let paths = shards.values().flatten().cloned();
-    let journal = Journal::join(paths, &prepared.key, &words, jobs).into_diagnostic()?;
+    let journal = Journal::join(paths, &prepared.key, &words, jobs)?;
     for shard in shards.keys() {
         let mine: Vec<usize> = (0..jobs).filter(|&job| shard.has(job)).collect();
         let done = mine.iter().filter(|job| journal.has(**job)).count();
@@ -66,14 +66,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())
 }
 
-fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> {
+fn shards(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<Shard, Vec<PathBuf>>> {
     let mut journals: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
     for folder in folders {
         let entries = std::fs::read_dir(folder)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("{}: it must be a folder with journals of shards", folder.display()))?;
+            .with_context(|| format!("{}: it must be a folder with journals of shards", folder.display()))?;
         for entry in entries {
-            let path = entry.into_diagnostic()?.path();
+            let path = entry?.path();
             if let Some(shard) = Shard::of_journal(&path) {
                 journals.entry(shard).or_default().push(path);
             }
@@ -87,7 +86,7 @@ fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> 
     Ok(journals)
 }
 
-fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>> {
+fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> anyhow::Result<Vec<String>> {
     let counts: BTreeSet<usize> = shards.keys().map(|s| s.of).collect();
     let counts: Vec<usize> = counts.into_iter().collect();
     let [of] = counts[..] else {

@@ -1,6 +1,5 @@
 use std::fmt::Write as _;
 
-use miette::IntoDiagnostic;
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Mesh, Quality};
 use tongue_fit::inner::report::{Export, Json, Msh, Vtu};
@@ -22,15 +21,15 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let body = arguments.body.body()?;
     let mesh = &body.mesh;
     let out = global.given_folder()?;
-    let coefficients = system::coefficients(mesh, &arguments.body.model()).into_diagnostic()?;
-    let record = MeshRecord::of(&body, &arguments.body.model()).into_diagnostic()?;
+    let coefficients = system::coefficients(mesh, &arguments.body.model())?;
+    let record = MeshRecord::of(&body, &arguments.body.model())?;
     let json = Json(&record);
     let at_rest = vec![0.0; mesh.muscles.len()];
-    let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
+    let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest)?;
     let msh = Msh { mesh, bones: &body.bones };
     let files: [(&str, &dyn Export); 3] = [("mesh.json", &json), ("mesh.msh", &msh), ("mesh.vtu", &vtu)];
     output::write_and_answer(global, (out.as_ref(), &files), &json, &super::provenance(), || {

@@ -43,6 +43,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use anyhow::{Context, ensure};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -199,7 +200,7 @@ pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
 }
 
 /// The exit status of a command that has ended; an error, or why a result cannot be trusted, is printed.
-fn exit_status(result: miette::Result<Outcome>) -> u8 {
+fn exit_status(result: anyhow::Result<Outcome>) -> u8 {
     match result {
         Ok(Outcome::Good) => 0,
         Ok(Outcome::Untrustworthy(why)) => {
@@ -215,7 +216,7 @@ fn exit_status(result: miette::Result<Outcome>) -> u8 {
 }
 
 impl Cli {
-    fn run(&self) -> miette::Result<Outcome> {
+    fn run(&self) -> anyhow::Result<Outcome> {
         output::step(|| {
             format!("tongue-fit {}, {} threads", tongue_fit::VERSION, rayon::current_num_threads())
         });
@@ -294,15 +295,11 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
 fn start_threads<T>(
     global: &Global,
     start: impl FnOnce(rayon::ThreadPoolBuilder) -> Result<T, rayon::ThreadPoolBuildError>,
-) -> miette::Result<T> {
-    use miette::{IntoDiagnostic, WrapErr};
+) -> anyhow::Result<T> {
     let threads = global.threads.map_or(0, std::num::NonZeroUsize::get);
-    if threads > MOST_THREADS {
-        return Err(miette::miette!("--threads is {threads}; give at most {MOST_THREADS}"));
-    }
+    ensure!(threads <= MOST_THREADS, "--threads is {threads}; give at most {MOST_THREADS}");
     start(rayon::ThreadPoolBuilder::new().num_threads(threads))
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot start {threads} threads; ask for fewer"))
+        .with_context(|| format!("cannot start {threads} threads; ask for fewer"))
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, in the plane or in space.
 
-use miette::{IntoDiagnostic, WrapErr, ensure};
+use anyhow::{Context, ensure};
 use serde_json::json;
 use tongue_fit::body::Mesh;
 use tongue_fit::geometry::Point;
@@ -32,7 +32,7 @@ pub struct Arguments {
     space: space::ModelArguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let tension = arguments.tension.unwrap_or(15.0);
     ensure!(
         tension.is_finite() && tension > 0.0,
@@ -51,9 +51,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         );
         let names = body.groups();
         let each = names.iter().map(|name| {
-            let alone =
-                MuscleEffect::in_space(&body, &model, &section, (name, activation), &output::tell_step);
-            alone.into_diagnostic().wrap_err("--activation")
+            MuscleEffect::in_space(&body, &model, &section, (name, activation), &output::tell_step)
+                .context("--activation")
         });
         let title = format!("{what} an activation of {activation}: {}", body.what);
         let shown = (&section, &[][..], title.as_str(), "midsagittal surface");
@@ -66,28 +65,27 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let equilibria = names.len() as f64;
     body::tell_duration("each muscle alone", body.mesh.nodes.len(), equilibria * body::EQUILIBRIUM_S);
     ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
-    let each =
-        names.iter().map(|name| MuscleEffect::in_plane(&body, &model, name, tension).into_diagnostic());
+    let each = names.iter().map(|name| Ok(MuscleEffect::in_plane(&body, &model, name, tension)?));
     let title = format!("{what} {tension} N per metre of thickness");
     let palate = body.palate.as_deref().unwrap_or_default();
     answer(each, (&body.mesh, palate, &title, "surface"), TissueModel::of(&body.mesh), &out, global)
 }
 
 fn answer(
-    each: impl Iterator<Item = miette::Result<MuscleEffect>>,
+    each: impl Iterator<Item = anyhow::Result<MuscleEffect>>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
     tissue: TissueModel,
     out: &OutputDir,
     global: &Global,
-) -> miette::Result<Outcome> {
+) -> anyhow::Result<Outcome> {
     let each = each.inspect(|found| {
         found.iter().for_each(|alone| output::step(|| format!("{}: {:?}", alone.name, alone.status)));
     });
-    let all = each.collect::<miette::Result<Vec<_>>>()?;
+    let all = each.collect::<anyhow::Result<Vec<_>>>()?;
     let columns = EffectRow::columns(tissue == TissueModel::Hexahedra);
     let rows: Vec<EffectRow<'_>> = all.iter().flat_map(MuscleEffect::rows).collect();
     let panels: Vec<Panel> = all.iter().map(panel).collect();
-    let picture = report::panels(mesh, palate, &panels, title).into_diagnostic()?;
+    let picture = report::panels(mesh, palate, &panels, title)?;
     let by = super::provenance().with_tissue(tissue);
     let csv = column::table(&columns, &rows);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &csv)];

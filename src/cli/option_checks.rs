@@ -1,8 +1,8 @@
 //! Refuses options that only bodies in the plane, or only those in space, have if the body is of the other kind.
 
+use anyhow::bail;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
-use miette::bail;
 
 use super::body::space_name;
 
@@ -23,7 +23,7 @@ fn options_of_bodies(command: &str) -> Option<(&'static [&'static str], &'static
     }
 }
 
-pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
+pub fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<()> {
     let (name, own, command) = match matches.subcommand() {
         Some((name, own)) => (name, own, command.find_subcommand(name)),
         None => ("", matches, Some(command)),

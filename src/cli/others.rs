@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
+use anyhow::{Context, anyhow, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::Landmarks;
@@ -48,7 +48,7 @@ impl Arguments {
         posterior_model: &PosteriorModel,
         targets: &[Target],
         posture: usize,
-    ) -> miette::Result<AuxiliaryData> {
+    ) -> anyhow::Result<AuxiliaryData> {
         let body = &posterior_model.body;
         let mut out = AuxiliaryData::default();
         let sampled = SampledTargets { targets, fitted: posture };
@@ -71,14 +71,14 @@ struct SampledTargets<'a> {
 
 impl SampledTargets<'_> {
     /// The posture of a file (`None` for the baseline), and its path.
-    fn posture<'t>(&self, option: &str, text: &'t str) -> miette::Result<(Option<usize>, &'t Path)> {
+    fn posture<'t>(&self, option: &str, text: &'t str) -> anyhow::Result<(Option<usize>, &'t Path)> {
         let Some((name, path)) = text.split_once('=').filter(|_| !Path::new(text).exists()) else {
             return Ok((Some(self.fitted), Path::new(text)));
         };
-        let vowel = Vowel::new(name).into_diagnostic().wrap_err_with(|| format!("{option} {text}"))?;
+        let vowel = Vowel::new(name).with_context(|| format!("{option} {text}"))?;
         let posture = self.of_vowel(&vowel).ok_or_else(|| {
             let sampled: Vec<String> = self.targets.iter().map(|t| format!("/{}/", t.vowel)).collect();
-            miette!(
+            anyhow!(
                 "{option} {text}: there is no file of this name, and /{vowel}/ is not sampled; sampled are {} and the baseline /{}/ \
                  (--joint samples all vowels of the subject)",
                 sampled.join(", "),
@@ -104,8 +104,8 @@ impl SampledTargets<'_> {
         &self,
         option: &str,
         files: &[String],
-        read: impl Fn(&Path) -> miette::Result<T>,
-    ) -> miette::Result<Vec<(Option<usize>, T)>> {
+        read: impl Fn(&Path) -> anyhow::Result<T>,
+    ) -> anyhow::Result<Vec<(Option<usize>, T)>> {
         let mut out: Vec<(Option<usize>, T)> = Vec::new();
         for file in files {
             let (posture, path) = self.posture(option, file)?;
@@ -113,7 +113,7 @@ impl SampledTargets<'_> {
                 !out.iter().any(|(p, _)| *p == posture),
                 "{option} {file}: there is another file of the same posture; give one of each"
             );
-            out.push((posture, read(path).wrap_err_with(|| format!("{option} {}", path.display()))?));
+            out.push((posture, read(path).with_context(|| format!("{option} {}", path.display()))?));
         }
         Ok(out)
     }
@@ -124,7 +124,7 @@ impl SampledTargets<'_> {
         body: &Body<2>,
         contours: &[(Option<usize>, Vec<Point>)],
         coils: Vec<(Option<usize>, Recording)>,
-    ) -> miette::Result<AuxiliaryData> {
+    ) -> anyhow::Result<AuxiliaryData> {
         let (of_coils, recordings): (Vec<_>, Vec<_>) = coils.into_iter().unzip();
         let postures = distinct(contours.iter().map(|(p, _)| *p).chain(of_coils.iter().copied()));
         let points = |p: &Option<usize>| {
@@ -133,9 +133,9 @@ impl SampledTargets<'_> {
         let mut seen = AlignedRecording::of_contours(&postures.iter().map(points).collect::<Vec<_>>());
         if !recordings.is_empty() {
             // All files are read as one recording, because a coil has one place on the tongue.
-            let all = Recording::of_coils(&recordings).map_err(|e| miette!("--points: {e}"))?;
-            let map = Map::from_toml(BODY_AXES, "the axes of the body").into_diagnostic()?;
-            let read = AlignedRecording::new(&all, &map).into_diagnostic().wrap_err("--points")?;
+            let all = Recording::of_coils(&recordings).map_err(|e| anyhow!("--points: {e}"))?;
+            let map = Map::from_toml(BODY_AXES, "the axes of the body")?;
+            let read = AlignedRecording::new(&all, &map).context("--points")?;
             read.notes.iter().for_each(|note| output::note(&format!("--points: {note}")));
             for (posture, frame) in of_coils.iter().zip(read.frames) {
                 let own = postures.iter().position(|p| p == posture);
@@ -152,16 +152,16 @@ impl SampledTargets<'_> {
                 if doubt.severity == Severity::Note { output::note(&message) } else { bail!("{message}") }
             }
             for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {
-                near_the_body(body, marks).wrap_err_with(|| format!("{option}, /{vowel}/"))?;
+                near_the_body(body, marks).with_context(|| format!("{option}, /{vowel}/"))?;
             }
         }
         AuxiliaryData::points(body, &seen, &postures).ok_or_else(|| {
-            miette!("this body has no outline of a tongue; take the built-in one or an adapted one")
+            anyhow!("this body has no outline of a tongue; take the built-in one or an adapted one")
         })
     }
 }
 
-fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
+fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = median(away).unwrap_or(0.0);
@@ -178,11 +178,11 @@ fn emg(
     path: &Path,
     posterior_model: &PosteriorModel,
     sampled: &SampledTargets<'_>,
-) -> miette::Result<AuxiliaryData> {
+) -> anyhow::Result<AuxiliaryData> {
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;
-    let table = Activity::read(&bytes, &origin).into_diagnostic()?;
-    let measured = table.relative(&posterior_model.muscles, &Muscles::built_in()).into_diagnostic()?;
+    let table = Activity::read(&bytes, &origin)?;
+    let measured = table.relative(&posterior_model.muscles, &Muscles::built_in())?;
     let postures = (0..sampled.targets.len()).map(Some).chain([None]);
     let postures = Vec::from_iter(postures.filter_map(|p| Some((table.label_of(sampled.vowel(p))?, p))));
     let posture_of = |label: &Vowel| {
@@ -239,10 +239,9 @@ fn emg(
     Ok(data)
 }
 
-fn contour(path: &Path) -> miette::Result<Vec<Point>> {
+fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
     let bytes = inputs::bytes("the contour", path)?;
-    let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default());
-    let read = read.into_diagnostic()?;
+    let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default())?;
     if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
         bail!("{coil} is the name of a coil; coils are read with --points");
     }
@@ -251,13 +250,13 @@ fn contour(path: &Path) -> miette::Result<Vec<Point>> {
     let every = points.len().div_ceil(MOST_POINTS).max(1);
     let points: Vec<Point> = points.into_iter().step_by(every).collect();
     match points.len() {
-        count @ 0..3 => Err(miette!("it has {count} points; three are needed")),
+        count @ 0..3 => Err(anyhow!("it has {count} points; three are needed")),
         _ => Ok(points),
     }
 }
 
-fn coils(path: &Path) -> miette::Result<Recording> {
-    let recordings = Recording::from_path(path, None).into_diagnostic()?;
+fn coils(path: &Path) -> anyhow::Result<Recording> {
+    let recordings = Recording::from_path(path, None)?;
     let [one] = recordings.as_slice() else {
         bail!("it has {} recordings; give a file of one frame for each posture", recordings.len());
     };

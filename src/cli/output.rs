@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::body::Body;
 use tongue_fit::inner::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
@@ -25,12 +25,12 @@ pub fn is_verbose() -> bool {
 }
 
 /// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends normally.
-pub fn print(text: &str) -> miette::Result<()> {
+pub fn print(text: &str) -> anyhow::Result<()> {
     stream(|out| out.write_all(short_numbers(text).as_bytes()))
 }
 
 /// Like [`print`], but not with `-q` if files contain the same.
-pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
+pub fn summary(text: &str, files: &[PathBuf]) -> anyhow::Result<()> {
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 
@@ -41,7 +41,7 @@ pub fn answer(
     by: &Provenance,
     written: &[PathBuf],
     text: impl FnOnce() -> String,
-) -> miette::Result<()> {
+) -> anyhow::Result<()> {
     if global.json {
         stream(|out| record.write(out, by))
     } else {
@@ -50,7 +50,7 @@ pub fn answer(
 }
 
 /// Prints the answer of a command that writes no file: with `--json` the record, otherwise the text.
-pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> String) -> miette::Result<()> {
+pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
     if global.json { print(&json(record)?) } else { print(&text()) }
 }
 
@@ -61,36 +61,36 @@ pub fn write_and_answer(
     record: &dyn Export,
     by: &Provenance,
     text: impl FnOnce() -> String,
-) -> miette::Result<()> {
-    let written = out.map(|out| out.export(files, by)).transpose().into_diagnostic()?;
+) -> anyhow::Result<()> {
+    let written = out.map(|out| out.export(files, by)).transpose()?;
     answer(global, record, by, &written.unwrap_or_default(), text)
 }
 
 impl Global {
-    pub fn folder(&self, default: &str) -> miette::Result<OutputDir> {
-        OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default))).into_diagnostic()
+    pub fn folder(&self, default: &str) -> anyhow::Result<OutputDir> {
+        Ok(OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default)))?)
     }
 
-    pub fn given_folder(&self) -> miette::Result<Option<OutputDir>> {
-        self.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()
+    pub fn given_folder(&self) -> anyhow::Result<Option<OutputDir>> {
+        Ok(self.out.as_ref().map(OutputDir::prepare).transpose()?)
     }
 }
 
 /// Like [`print`], for output that is too large for memory.
-pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
+pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> anyhow::Result<()> {
     let mut out = EscapeControl::new(io::BufWriter::new(Stream::Stdout));
     match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.into_diagnostic().wrap_err("cannot write to stdout"),
+        result => result.context("cannot write to stdout"),
     }
 }
 
-pub fn json(value: &impl Serialize) -> miette::Result<String> {
-    Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
+pub fn json(value: &impl Serialize) -> anyhow::Result<String> {
+    Ok(serde_json::to_string_pretty(value)? + "\n")
 }
 
 /// Prints an error with its causes, each once, on stderr at every volume.
-pub fn error(report: &miette::Report) {
+pub fn error(report: &anyhow::Error) {
     let mut message = String::new();
     for cause in report.chain() {
         let cause = cause.to_string();
@@ -154,13 +154,13 @@ pub fn tell_step(what: &str) {
 }
 
 /// A progress bar on stderr, if that is a terminal, but neither with `-q` nor with `-v` nor in a call within a process.
-pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
+pub fn bar(length: u64, template: &str) -> anyhow::Result<ProgressBar> {
     // Indicatif draws to stderr only if it is a terminal.
     let target = match current() {
         Some(run) if run.volume == Volume::Normal && !run.is_call() => ProgressDrawTarget::stderr(),
         _ => ProgressDrawTarget::hidden(),
     };
-    let style = ProgressStyle::with_template(template).into_diagnostic()?;
+    let style = ProgressStyle::with_template(template)?;
     Ok(ProgressBar::with_draw_target(Some(length), target).with_style(style))
 }
 
@@ -168,7 +168,7 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
 pub fn with_bar<T>(
     template: &str,
     work: impl FnOnce(&(dyn Fn(usize, usize) + Sync)) -> T,
-) -> miette::Result<T> {
+) -> anyhow::Result<T> {
     let bar = bar(1, template)?;
     let done = work(&|done, of| {
         stop_if_asked();
@@ -231,11 +231,11 @@ pub fn answer_equilibrium<const D: usize>(
     operation: Option<OperationRecord>,
     picture: Result<Svg, ReportError>,
     (out, global): (Option<&OutputDir>, &Global),
-) -> miette::Result<Outcome> {
+) -> anyhow::Result<Outcome> {
     let Solved { positions, pulls, system, .. } = solved;
     let record = solved.record(body, operation);
-    let (json, picture) = (Json(&record), picture.into_diagnostic()?);
-    let vtu = Vtu::of(body, positions, pulls).into_diagnostic()?.with_stresses(system.stresses(positions));
+    let (json, picture) = (Json(&record), picture?);
+    let vtu = Vtu::of(body, positions, pulls)?.with_stresses(system.stresses(positions));
     let files: [(&str, &dyn Export); 3] =
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let by = super::provenance().with_tissue(system.tissue());

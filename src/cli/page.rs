@@ -1,6 +1,5 @@
 use std::path::PathBuf;
 
-use miette::IntoDiagnostic;
 use serde_json::json;
 use tongue_fit::inner::inverse::batch::{self, Selection};
 use tongue_fit::inner::report::{Json, OutputDir, TonguePage};
@@ -31,7 +30,7 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
     let is_page =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
@@ -44,12 +43,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let data = match &own {
         Some((file, text)) => Dataset::from_reader(text.as_bytes(), file),
         None => Dataset::reference(),
-    };
-    let data = data.into_diagnostic()?;
+    }?;
     let (tongue, model) = (arguments.body.body()?, arguments.body.model());
-    let out = OutputDir::prepare(path.parent().unwrap_or(&path)).into_diagnostic()?;
+    let out = OutputDir::prepare(path.parent().unwrap_or(&path))?;
     let kinds = vec![TargetKind::Ratio, TargetKind::Stretch];
-    let plan = batch::plan(&data, &Selection { kinds, ..Selection::default() }).into_diagnostic()?;
+    let plan = batch::plan(&data, &Selection { kinds, ..Selection::default() })?;
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
     let refused = plan.refusals.iter().map(|r| r.message.clone());
     let mut not_fitted: Vec<String> = data.left_out().into_iter().chain(refused).collect();
@@ -68,7 +66,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
     }
     let page = TonguePage { body: arguments.body.plane()?, model, table: own, fits };
-    let written = out.export(&[(&name, &page)], &by).into_diagnostic()?;
+    let written = out.export(&[(&name, &page)], &by)?;
     let record = json!({ "file": path, "fits": page.fits.len(), "not_fitted": not_fitted });
     output::answer(global, &Json(&record), &by, &written, || {
         let refused: String = not_fitted.iter().map(|why| format!("not fitted: {why}\n")).collect();

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr};
+use anyhow::Context;
 use tongue_fit::body::Body;
 use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
 use tongue_fit::inner::report::{probability, with_decimals};
@@ -39,11 +39,11 @@ pub struct Arguments {
     pub joint: bool,
 }
 
-pub fn priors(global: &Global) -> miette::Result<()> {
+pub fn priors(global: &Global) -> anyhow::Result<()> {
     if global.json {
         return output::print(&output::json(&Priors::default())?);
     }
-    let text = toml::to_string(&Priors::default()).into_diagnostic()?;
+    let text = toml::to_string(&Priors::default())?;
     let fixed = Priors::standard_deviations()
         .iter()
         .map(|e| format!("# {} = {} # {}\n", e.name.to_lowercase(), e.value, e.what));
@@ -54,17 +54,17 @@ pub fn priors(global: &Global) -> miette::Result<()> {
 }
 
 impl Arguments {
-    pub fn posterior_model(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<PosteriorModel>> {
+    pub fn posterior_model(&self, body: &Body<2>, model: &Model) -> anyhow::Result<Option<PosteriorModel>> {
         if self.posterior.is_none() {
             return Ok(None);
         }
-        self.sampling().check().into_diagnostic()?;
+        self.sampling().check()?;
         let priors = match &self.priors {
             None => Priors::default(),
             Some(path) => {
                 let origin = path.display().to_string();
                 let text = inputs::text("--priors", path)?;
-                let priors = Priors::from_toml(&text, &origin).into_diagnostic()?;
+                let priors = Priors::from_toml(&text, &origin)?;
                 priors.doubts().iter().for_each(|doubt| output::note(&format!("{origin}: {doubt}")));
                 priors
             }
@@ -72,12 +72,11 @@ impl Arguments {
         let (draws, growth) = (self.sampling().draws, body::growth(body.mesh.nodes.len()));
         let seconds = draws as f64 * SECONDS_A_DRAW * growth;
         output::tell_duration(&format!("--posterior {draws}"), seconds, "fewer draws are faster");
-        let posterior_model = PosteriorModel::new(body, model, &priors).into_diagnostic();
-        let posterior_model = match &self.priors {
-            Some(path) => posterior_model.wrap_err_with(|| format!("--priors {}", path.display())),
-            None => posterior_model,
-        };
-        posterior_model.map(Some)
+        let posterior_model = PosteriorModel::new(body, model, &priors);
+        Ok(Some(match &self.priors {
+            Some(path) => posterior_model.with_context(|| format!("--priors {}", path.display()))?,
+            None => posterior_model?,
+        }))
     }
 
     pub fn sampling(&self) -> Sampling {

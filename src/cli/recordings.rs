@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, WrapErr, ensure, miette};
+use anyhow::{Context, anyhow, ensure};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::{Adaptation, AdaptationInput};
@@ -65,7 +65,7 @@ pub struct PriorArguments {
 }
 
 impl PriorArguments {
-    pub fn settings(&self) -> miette::Result<TrackSettings> {
+    pub fn settings(&self) -> anyhow::Result<TrackSettings> {
         let Self { prior, memory } = *self;
         ensure!((0.1..=1000.0).contains(&prior), "--prior is {prior}; it must be from 0.1 to 1000 N/m");
         ensure!((0.0..=1000.0).contains(&memory), "--memory is {memory}; it must be from 0 to 1000 s");
@@ -84,52 +84,52 @@ pub struct Loaded {
 }
 
 impl Arguments {
-    pub fn map(&self) -> miette::Result<Map> {
+    pub fn map(&self) -> anyhow::Result<Map> {
         let Some(path) = &self.map else { return Ok(Map::default()) };
         let text = inputs::text("the map", path)?;
-        Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
+        Ok(Map::from_toml(&text, &path.display().to_string())?)
     }
 
     /// The palate in the axes of the recordings, m.
-    fn palate(&self) -> miette::Result<Option<Vec<Point>>> {
+    fn palate(&self) -> anyhow::Result<Option<Vec<Point>>> {
         let Some(path) = &self.palate else { return Ok(None) };
-        let recordings = Recording::from_path(path, Some(Format::Tidy)).into_diagnostic()?;
+        let recordings = Recording::from_path(path, Some(Format::Tidy))?;
         let places = recordings.iter().flat_map(|r| &r.samples).flat_map(|s| &s.places).flatten();
         let points: Vec<Point> = places.map(|[x, y, _]| Point::new(*x, *y) * 1e-3).collect();
         match points.len() {
-            0 | 1 => Err(miette!("{}: a palate needs at least two points", path.display())),
+            0 | 1 => Err(anyhow!("{}: a palate needs at least two points", path.display())),
             _ => Ok(Some(points)),
         }
     }
 
-    fn example(&self) -> miette::Result<Vec<Recording>> {
-        Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format).into_diagnostic()
+    fn example(&self) -> anyhow::Result<Vec<Recording>> {
+        Ok(Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format)?)
     }
 
     /// Writes the map that was asked for and returns its path; `None` if none was.
-    pub fn write_template(&self) -> miette::Result<Option<PathBuf>> {
+    pub fn write_template(&self) -> anyhow::Result<Option<PathBuf>> {
         let Some(path) = &self.map_template else { return Ok(None) };
         let recordings = match self.files.first() {
-            Some(file) => Recording::from_path(file, self.format).into_diagnostic()?,
+            Some(file) => Recording::from_path(file, self.format)?,
             None if self.example => self.example()?,
-            None => return Err(miette!("--map-template: name the recording that the map is for")),
+            None => return Err(anyhow!("--map-template: name the recording that the map is for")),
         };
         let recording = recordings.iter().find(|r| !r.samples.is_empty());
-        let recording = recording.ok_or_else(|| miette!("--map-template: the recording has no frame"))?;
+        let recording = recording.context("--map-template: the recording has no frame")?;
         ensure!(!path.exists(), "{} exists; name another file for the map", path.display());
         std::fs::write(path, Map::template(recording))
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write the map {}", path.display()))?;
+            .with_context(|| format!("cannot write the map {}", path.display()))?;
         Ok(Some(path.clone()))
     }
 
     /// All recordings with the names of their files. A recording that is given again is left out, with a note on the first one.
-    pub fn read(&self) -> miette::Result<Vec<Loaded>> {
+    pub fn read(&self) -> anyhow::Result<Vec<Loaded>> {
         let example = self.example.then(|| Ok(("synthetic.tsv".to_owned(), self.example()?)));
-        let named = self.files.iter().map(|file| {
-            Ok((file.display().to_string(), Recording::from_path(file, self.format).into_diagnostic()?))
-        });
-        let files = example.into_iter().chain(named).collect::<miette::Result<Vec<_>>>()?;
+        let named = self
+            .files
+            .iter()
+            .map(|file| Ok((file.display().to_string(), Recording::from_path(file, self.format)?)));
+        let files = example.into_iter().chain(named).collect::<anyhow::Result<Vec<_>>>()?;
         let mut read: Vec<Loaded> = Vec::new();
         for (file, recordings) in files {
             let beside = Waveform::sound_file_beside(Path::new(&file));
@@ -159,7 +159,7 @@ impl Arguments {
         &self,
         read: &[Loaded],
         of_body: Option<&[Point]>,
-    ) -> miette::Result<(Vec<ScreenedRecording>, Vec<String>)> {
+    ) -> anyhow::Result<(Vec<ScreenedRecording>, Vec<String>)> {
         let speakers: BTreeSet<&str> = read.iter().filter_map(|r| r.recording.speaker.as_deref()).collect();
         if speakers.len() > 1 {
             return Err(of_several(speakers, "each needs a body of his or her own"));
@@ -167,13 +167,13 @@ impl Arguments {
         let (map, own) = (self.map()?, self.palate()?);
         let files = read.iter().map(|one| (one.file.as_str(), &one.recording, one.sound.as_deref()));
         let palates = [own.as_deref(), of_body];
-        let screened = ScreenedRecording::all(&files.collect::<Vec<_>>(), &map, palates, &output::tell_step);
-        let (all, left_out) = screened.into_diagnostic()?;
+        let (all, left_out) =
+            ScreenedRecording::all(&files.collect::<Vec<_>>(), &map, palates, &output::tell_step)?;
         if all.is_empty() {
             return Err(match (left_out.first(), &self.speaker) {
-                (Some(why), _) => miette!("{why}"),
-                (None, None) => miette!("name at least one recording"),
-                (None, Some(speaker)) => miette!("--speaker {speaker}: no recording is of this speaker"),
+                (Some(why), _) => anyhow!("{why}"),
+                (None, None) => anyhow!("name at least one recording"),
+                (None, Some(speaker)) => anyhow!("--speaker {speaker}: no recording is of this speaker"),
             });
         }
         Ok((all, left_out.into_iter().map(|why| format!("left out: {why}")).collect()))
@@ -181,9 +181,9 @@ impl Arguments {
 }
 
 /// The error for recordings of several speakers; `why` says what allows only one.
-pub fn of_several<'a>(speakers: impl IntoIterator<Item = &'a str>, why: &str) -> miette::Report {
+pub fn of_several<'a>(speakers: impl IntoIterator<Item = &'a str>, why: &str) -> anyhow::Error {
     let speakers: Vec<&str> = speakers.into_iter().collect();
-    miette!(
+    anyhow!(
         "the recordings are of {} speakers ({}), and {why}; take one at a time, such as --speaker {:?}",
         speakers.len(),
         speakers.join(", "),
@@ -198,7 +198,7 @@ pub struct GivenRecordings {
 }
 
 impl GivenRecordings {
-    pub fn read(arguments: &body::Arguments) -> miette::Result<Self> {
+    pub fn read(arguments: &body::Arguments) -> anyhow::Result<Self> {
         let body = arguments.body()?;
         ensure!(
             body.mesh.continuum.is_none(),
@@ -207,7 +207,7 @@ impl GivenRecordings {
         let adaptation = match arguments.mesh.as_deref() {
             Some(path) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => {
                 let text = inputs::text("the body", path)?;
-                Adaptation::from_json(&text).map_err(|e| miette!("{}: {e}", path.display()))?
+                Adaptation::from_json(&text).map_err(|e| anyhow!("{}: {e}", path.display()))?
             }
             _ => None,
         };

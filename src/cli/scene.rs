@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, miette};
+use anyhow::anyhow;
 use nalgebra::SVector;
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body};
@@ -42,7 +42,7 @@ pub struct Which {
     name: PathBuf,
 }
 
-pub fn run(action: &SceneAction, global: &Global) -> miette::Result<Outcome> {
+pub fn run(action: &SceneAction, global: &Global) -> anyhow::Result<Outcome> {
     match action {
         SceneAction::List => list(global),
         SceneAction::Schema => {
@@ -51,9 +51,9 @@ pub fn run(action: &SceneAction, global: &Global) -> miette::Result<Outcome> {
         }
         SceneAction::Explain(which) => {
             let scene = load(&which.name)?;
-            let plan = match build(&scene).into_diagnostic()? {
-                AnyBody::Flat(body) => prepare(&scene, body).into_diagnostic()?.plan,
-                AnyBody::Solid(body) => prepare(&scene, body).into_diagnostic()?.plan,
+            let plan = match build(&scene)? {
+                AnyBody::Flat(body) => prepare(&scene, body)?.plan,
+                AnyBody::Solid(body) => prepare(&scene, body)?.plan,
             };
             output::tell(global, &plan, || scene_table::plan(&plan))?;
             Ok(Outcome::Good)
@@ -62,9 +62,9 @@ pub fn run(action: &SceneAction, global: &Global) -> miette::Result<Outcome> {
     }
 }
 
-fn list(global: &Global) -> miette::Result<Outcome> {
-    let title = |name| Ok((name, scene::shipped(name).into_diagnostic()?.title));
-    let listed: Vec<(&str, String)> = scene::names().map(title).collect::<miette::Result<_>>()?;
+fn list(global: &Global) -> anyhow::Result<Outcome> {
+    let title = |name| Ok((name, scene::shipped(name)?.title));
+    let listed: Vec<(&str, String)> = scene::names().map(title).collect::<anyhow::Result<_>>()?;
     let scenes = listed.iter().map(|(name, title)| json!({ "name": name, "title": title }));
     let record = json!({ "scenes": scenes.collect::<Vec<_>>() });
     output::tell(global, &record, || {
@@ -73,20 +73,20 @@ fn list(global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-fn load(path: &Path) -> miette::Result<Scene> {
+fn load(path: &Path) -> anyhow::Result<Scene> {
     let name = path.to_string_lossy();
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
-        return scene::shipped(&name).into_diagnostic();
+        return Ok(scene::shipped(&name)?);
     }
     let text = inputs::text("the scene file", path)?;
-    Scene::from_toml(&text, &name).into_diagnostic()
+    Ok(Scene::from_toml(&text, &name)?)
 }
 
-fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
+fn run_one(name: &Path, global: &Global) -> anyhow::Result<Outcome> {
     let out = global.given_folder()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
-    let (result, by, written) = match build(&scene).into_diagnostic()? {
+    let (result, by, written) = match build(&scene)? {
         AnyBody::Flat(body) => run_body(&scene, body, to, section)?,
         AnyBody::Solid(body) => run_body(&scene, body, to, solid)?,
     };
@@ -125,8 +125,8 @@ fn run_body<const D: usize>(
     body: Body<D>,
     to: Option<(&OutputDir, &Path)>,
     draw: impl FnOnce(&Prepared<D>, &[SVector<f64, D>], &Answer) -> Result<Svg, ReportError>,
-) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
-    let mut prepared = prepare(scene, body).into_diagnostic()?;
+) -> anyhow::Result<(Answer, Provenance, Vec<PathBuf>)> {
+    let mut prepared = prepare(scene, body)?;
     let plan = &prepared.plan;
     output::step(|| {
         let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
@@ -149,28 +149,28 @@ fn run_body<const D: usize>(
         refuse_to_overwrite(scene, out, &names).map(|()| (out, names))
     });
     let to = to.transpose()?;
-    let result = scene::run(scene, &mut prepared).into_diagnostic()?;
+    let result = scene::run(scene, &mut prepared)?;
     let Some((out, names)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let picture = draw(&prepared, &positions, &result).into_diagnostic()?;
+    let picture = draw(&prepared, &positions, &result)?;
     let stresses = prepared.system.stresses(&positions);
-    let vtu = Vtu::of(&prepared.body, &positions, result.pulls.values()).into_diagnostic()?;
+    let vtu = Vtu::of(&prepared.body, &positions, result.pulls.values())?;
     let vtu = vtu.with_stresses(stresses);
     let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
     let json = Json(&result);
     let mut files: Vec<(&str, &dyn Export)> =
         vec![(&names[0], &picture), (&names[1], &json), (&names[2], &vtu)];
     files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
-    let written = out.export(&files, &by).into_diagnostic()?;
+    let written = out.export(&files, &by)?;
     Ok((result, by, written))
 }
 
-fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
+fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> anyhow::Result<()> {
     let SceneBody::Mesh(mesh) = &scene.body else { return Ok(()) };
     let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
     let mut names = names.iter();
     match names.find(|name| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh)) {
-        Some(name) => Err(miette!(
+        Some(name) => Err(anyhow!(
             "the results would overwrite the mesh of the scene, {name}; name another folder with --out, or rename the scene"
         )),
         None => Ok(()),

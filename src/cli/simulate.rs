@@ -1,7 +1,5 @@
 //! `tongue-fit simulate`: one equilibrium at given tensions, or the motion there.
 
-use miette::IntoDiagnostic;
-
 use tongue_fit::inner::report::{self, SectionPicture};
 use tongue_fit::inner::run::Solved;
 
@@ -35,7 +33,7 @@ pub struct Arguments {
     space: space::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     if let Some(source) = arguments.body.space() {
         return space::run(source, &arguments.space, arguments.direct, global);
     }
@@ -47,8 +45,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     body::tell_duration_of_equilibrium(body.mesh.nodes.len());
     let palate = body.palate.as_deref().unwrap_or_default();
     let out = global.given_folder()?;
-    let solved = Solved::in_plane(&body, &arguments.body.model(), &given, arguments.direct);
-    let solved = solved.into_diagnostic()?;
+    let solved = Solved::in_plane(&body, &arguments.body.model(), &given, arguments.direct)?;
     let solution = &solved.equilibrium.solution;
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
     let title = "Tongue at rest (grey) and deformed";

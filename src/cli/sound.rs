@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, bail, ensure};
+use anyhow::{bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
 use tongue_fit::inner::report::{self, Export, Json, Rows, Wav};
 use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
@@ -85,7 +85,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn check(&self) -> miette::Result<()> {
+    fn check(&self) -> anyhow::Result<()> {
         let Self { pitch, seconds, hyoid, .. } = self;
         ensure!((40.0..=1000.0).contains(pitch), "--pitch is {pitch}; it must be between 40 and 1000 Hz");
         ensure!((0.05..=60.0).contains(seconds), "--seconds is {seconds}; it must be between 0.05 and 60");
@@ -95,9 +95,9 @@ impl Arguments {
     }
 
     /// The vowel with the label of its row in the table, by which the tract's file and the published means name it.
-    fn vowel(&self) -> miette::Result<Option<Vowel>> {
+    fn vowel(&self) -> anyhow::Result<Option<Vowel>> {
         let Some(label) = &self.vowel else { return Ok(None) };
-        let (vowel, data) = (label.parse().into_diagnostic()?, Dataset::reference().into_diagnostic()?);
+        let (vowel, data) = (label.parse()?, Dataset::reference()?);
         Ok(Some(data.row(&self.subject, &vowel).map_or(vowel, |row| row.vowel.clone())))
     }
 
@@ -113,7 +113,7 @@ impl Arguments {
     }
 
     /// The scene of given tensions, or of a vowel whose lengths are fitted. The baseline is the body at rest.
-    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
+    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> anyhow::Result<Scene> {
         let fit = vowel.filter(|v| v.label() != BASELINE).map(|v| FitTarget {
             subject: self.subject.clone(),
             vowel: v.label().to_owned(),
@@ -136,19 +136,19 @@ impl Arguments {
             tract: Some(SceneTract { file, ..SceneTract::default() }),
         };
         let scene = scene.spoken(&self.posture(tract, vowel), tract.jaw.joint_mm);
-        scene.check().into_diagnostic()?;
+        scene.check()?;
         Ok(scene)
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel()?;
     let source = arguments.body.as_ref();
-    let means = mean_vowels().into_diagnostic()?;
+    let means = mean_vowels()?;
     let tract = match (&arguments.tract, source) {
         (Some(path), _) => inputs::tract(path)?,
-        (None, None | Some(SpaceSource::BuiltIn)) => VocalTract::reference().into_diagnostic()?,
+        (None, None | Some(SpaceSource::BuiltIn)) => VocalTract::reference()?,
         (None, Some(SpaceSource::Folder(path) | SpaceSource::Mesh(path))) => bail!(
             "the built-in tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
             path.display()
@@ -163,21 +163,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             let sound =
                 TongueSound::in_space((&body, &model), activations, tract_and_means, &output::tell_step);
             let shown = if activation.is_empty() { "at rest".to_owned() } else { activation.join(", ") };
-            let sound = sound.into_diagnostic()?;
+            let sound = sound?;
             (global.folder("results/sound")?, format!("{}, {shown}", body.what), sound)
         }
         None => {
             let scene = arguments.scene(&tract, vowel.as_ref())?;
             let out = global.folder("results/sound")?;
             let spoken = vowel.as_ref().map(|v| (arguments.subject.as_str(), v));
-            let sound = TongueSound::of_scene(&scene, spoken, &means).into_diagnostic()?;
+            let sound = TongueSound::of_scene(&scene, spoken, &means)?;
             (out, scene.title, sound)
         }
     };
     let title_of_picture =
         format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
-    let picture = report::vowel(&found.mesh, &found.positions, &found.sound, &means, &title_of_picture)
-        .into_diagnostic()?;
+    let picture = report::vowel(&found.mesh, &found.positions, &found.sound, &means, &title_of_picture)?;
     let formants: Vec<Formant> = (found.sound.formants_hz.iter().zip(&found.sound.bandwidths_hz))
         .map(|(&frequency_hz, &bandwidth_hz)| Formant { frequency_hz, bandwidth_hz })
         .collect();

@@ -1,6 +1,6 @@
 //! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space, or one before and one after surgery.
 
-use miette::{IntoDiagnostic, bail, miette};
+use anyhow::{anyhow, bail};
 
 use tongue_fit::body::{Body, Unit};
 use tongue_fit::inner::report;
@@ -78,39 +78,39 @@ pub struct ModelArguments {
 }
 
 impl ModelArguments {
-    pub fn body(&self, source: &SpaceSource) -> miette::Result<Body<3>> {
+    pub fn body(&self, source: &SpaceSource) -> anyhow::Result<Body<3>> {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             bail!("--body-unit is the unit of a body from Gmsh: --body FILE.msh");
         }
         if *source == SpaceSource::BuiltIn && self.muscles_as == MusclesAs::Lines {
             bail!("--muscles-as lines needs fibres from node to node, which the built-in body does not have");
         }
-        let mut body = source.make(self.body_unit, self.refined).into_diagnostic()?;
+        let mut body = source.make(self.body_unit, self.refined)?;
         if let Some(tip) = self.tip {
             let outline = body.midsagittal_mesh().outlines();
             body.tip_node = tip.checked_sub(1).filter(|node| outline.iter().flatten().any(|n| n == node));
             if body.tip_node.is_none() {
-                return Err(miette!(
+                bail!(
                     "--tip {tip}: {} has no such node on its midsagittal contour; nodes are counted from 1",
                     body.what
-                ));
+                );
             }
         }
         Ok(body)
     }
 
-    pub fn model(&self) -> miette::Result<SpaceModel> {
+    pub fn model(&self) -> anyhow::Result<SpaceModel> {
         let model =
             SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() };
-        model.check().into_diagnostic()?;
+        model.check()?;
         Ok(model)
     }
 }
 
 /// Activations of all muscles of a body from texts such as `GGP=0.1`.
-pub fn activations(words: &[String], body: &Body<3>) -> miette::Result<Vec<f64>> {
+pub fn activations(words: &[String], body: &Body<3>) -> anyhow::Result<Vec<f64>> {
     let given = drive::pairs("--activation", words, "GGP=0.1")?;
-    body.activations(&given).map_err(|error| miette!("--activation: {error}"))
+    body.activations(&given).map_err(|error| anyhow!("--activation: {error}"))
 }
 
 pub fn run(
@@ -118,20 +118,19 @@ pub fn run(
     arguments: &Arguments,
     direct: bool,
     global: &Global,
-) -> miette::Result<Outcome> {
+) -> anyhow::Result<Outcome> {
     let whole = arguments.model.body(source)?;
     let all = activations(&arguments.activation, &whole)?;
     let model = arguments.model.model()?;
     let surgery = arguments.surgery.surgery();
     let operation = surgery.map(|surgery| Operation::new(&surgery, whole.clone()));
-    let operation = operation.transpose().into_diagnostic()?;
+    let operation = operation.transpose()?;
     let out = global.given_folder()?;
-    let solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step).into_diagnostic()?;
+    let solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step)?;
     let (body, solved, changed, shapes) = match &operation {
         None => (&whole, solved, None, "at rest (light) and deformed"),
         Some(operation) => {
-            let after = operation.solve_after(&solved, &model, direct, &output::tell_step);
-            let (after, changed) = after.into_diagnostic()?;
+            let (after, changed) = operation.solve_after(&solved, &model, direct, &output::tell_step)?;
             if arguments.surgery.make_up && changed.made_up_by.is_none() {
                 output::note(
                     "the tip itself is removed, so no activations are searched that would bring it back",

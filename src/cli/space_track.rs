@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
+use anyhow::{Context, anyhow, bail, ensure};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inner::measured::recording::AlignedRecording;
@@ -43,7 +43,7 @@ pub fn run(
     (recordings, as_is): (&recordings::Arguments, bool),
     arguments: &Arguments,
     global: &Global,
-) -> miette::Result<Outcome> {
+) -> anyhow::Result<Outcome> {
     ensure!(
         arguments.sd.is_finite() && arguments.sd > 0.0,
         "--sd is {}; it must be a positive number of millimetres",
@@ -57,7 +57,7 @@ pub fn run(
                 "--map, --palate, --speaker, --format and --as-is are for recordings; leave them out with a table of a body in space"
             );
         }
-        (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new(), None)
+        (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd)?, Vec::new(), None)
     } else {
         read_frames(source, &body, recordings, as_is)?
     };
@@ -66,7 +66,7 @@ pub fn run(
 
 /// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may be
 /// active.
-pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> miette::Result<Outcome> {
+pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> anyhow::Result<Outcome> {
     let (starts, model) = (FitSettings::default().starts, ModelArguments::default());
     let arguments = Arguments { sides_apart: false, starts, sd: 0.0, model };
     let body = arguments.model.body(source)?;
@@ -86,7 +86,7 @@ impl Arguments {
         (mut notes, implausible): (Vec<String>, Option<String>),
         folder: &str,
         global: &Global,
-    ) -> miette::Result<Outcome> {
+    ) -> anyhow::Result<Outcome> {
         let (model, usual) = (self.model.model()?, SpaceSearch::default());
         let settings = FitSettings { starts: self.starts, ..usual.settings };
         let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
@@ -96,8 +96,7 @@ impl Arguments {
             notes.push(format!("places of coils are counted from the tip, {at}; --tip names another"));
         }
         notes.iter().for_each(|note| output::note(note));
-        let track = SpaceTrack::find(body, &model, recorded, &search, MOST_SHAPES, &output::tell_step);
-        let mut track = track.into_diagnostic()?;
+        let mut track = SpaceTrack::find(body, &model, recorded, &search, MOST_SHAPES, &output::tell_step)?;
         let is_missed = |frame: &SpaceTrackFrame| frame.fit.answer.status == FitStatus::TargetNotMet;
         if track.is_alike && track.frames.iter().any(is_missed) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
@@ -114,14 +113,14 @@ impl Arguments {
             implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
         track.notes = notes;
         let out = global.folder(folder)?;
-        let Some(last) = track.frames.last() else { return Err(miette!("no frame was found")) };
+        let Some(last) = track.frames.last() else { return Err(anyhow!("no frame was found")) };
         let title = "Tongue in space: at rest (light) and fitted to the measured points";
         let answer = &last.fit.answer;
         let picture = report::views(body, &answer.positions, &answer.tensions, title, None);
-        let (picture, json) = (picture.into_diagnostic()?, Json(&track));
+        let (picture, json) = (picture?, Json(&track));
         let shapes = track.frames.iter().map(|frame| &frame.fit.answer).filter(|a| !a.positions.is_empty());
         let vtus = shapes.map(|shape| Vtu::of(body, &shape.positions, &shape.tensions));
-        let vtus = vtus.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
+        let vtus = vtus.collect::<Result<Vec<_>, _>>()?;
         let is_one = vtus.len() == 1;
         let moments = track.frames.iter().enumerate().take(vtus.len()).map(|(nth, frame)| {
             if is_one {
@@ -141,11 +140,10 @@ impl Arguments {
 }
 
 /// Whether files are tables of a body in space and not recordings, by the columns of the first file.
-fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
+fn are_tables(files: &[PathBuf]) -> anyhow::Result<bool> {
     let Some(first) = files.first() else { return Ok(false) };
     Recorded::is_table(first)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
+        .with_context(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 
 /// The frames of recordings of the midsagittal plane, notes about them, and why recordings cannot be trusted.
@@ -154,18 +152,18 @@ fn read_frames(
     body: &Body<3>,
     recordings: &recordings::Arguments,
     as_is: bool,
-) -> miette::Result<(Recorded, Vec<String>, Option<String>)> {
+) -> anyhow::Result<(Recorded, Vec<String>, Option<String>)> {
     let (screened, left_out) = recordings.screen(&recordings.read()?, None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
     // The built-in body has the outline of the tongue in the plane, whose bones are where recordings mark them.
     let section = match source {
         _ if is_placed => None,
-        SpaceSource::BuiltIn => Some(Body::tongue(DEFAULT_SPACING_M).into_diagnostic()?),
+        SpaceSource::BuiltIn => Some(Body::tongue(DEFAULT_SPACING_M)?),
         _ => Some(body.section()),
     };
     let palate = screened.iter().find_map(|r| r.palate.as_deref());
-    let recorded = Recorded::of_recordings(&seen, section.as_ref(), palate).into_diagnostic()?;
+    let recorded = Recorded::of_recordings(&seen, section.as_ref(), palate)?;
     let mut notes = vec![
         "bones stay where the body has them, and every frame is a best estimate with the width that its own data leave: no intervals over \
          time, as `track` has them in the plane"
@@ -173,7 +171,7 @@ fn read_frames(
     ];
     if let Some(placed) = &recorded.placed {
         let unusual = run::check_scale(placed.similarity.scale(), placed.bones_apart_m);
-        notes.extend(unusual.into_diagnostic()?);
+        notes.extend(unusual?);
         notes.push(format!(
             "the body was placed by the measured points: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
              degrees, which the widths of activations do not include",

@@ -1,8 +1,9 @@
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
+use anyhow::{Context, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::inner::adapt::{AdaptationInput, RestShapeMethod};
+use tongue_fit::inner::choice;
 use tongue_fit::inner::measured::recording::AlignedRecording;
 use tongue_fit::inner::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
 use tongue_fit::inner::run::{ScreenedRecording, TrackRun};
@@ -66,7 +67,7 @@ pub struct Arguments {
     sound: track_sound::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     if let Some(written) = arguments.recordings.write_template()? {
         output::tell(global, &serde_json::json!({ "map": written }), || {
             format!("{}: a map to correct; then give it with --map\n", written.display())
@@ -104,12 +105,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 impl Arguments {
-    fn is_given(&self) -> miette::Result<bool> {
+    fn is_given(&self) -> anyhow::Result<bool> {
         Ok(self.body.is_given() || self.as_is || self.recordings.map()?.is_in_frame())
     }
 
     /// An option that holds for one speaker only, if there is one.
-    fn of_one_speaker(&self) -> miette::Result<Option<&'static str>> {
+    fn of_one_speaker(&self) -> anyhow::Result<Option<&'static str>> {
         let given = [
             (self.recordings.palate.is_some(), "--palate"),
             (self.body.is_given(), "the body (--mesh, --anatomy)"),
@@ -126,7 +127,7 @@ fn track_speaker(
     read: Vec<Loaded>,
     out: &OutputDir,
     among: Option<&str>,
-) -> miette::Result<Done> {
+) -> anyhow::Result<Done> {
     let clock = Instant::now();
     let given = GivenRecordings::read(&arguments.body)?;
     let is_given = arguments.is_given()?;
@@ -159,12 +160,12 @@ fn track_speaker(
         hide: &hide,
     };
     let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();
-    run.check_free_bones(&seen).into_diagnostic().wrap_err("--free-bone")?;
-    let mut notes = run.check(&recordings).into_diagnostic()?;
+    run.check_free_bones(&seen).context("--free-bone")?;
+    let mut notes = run.check(&recordings)?;
     let sound = arguments.sound.read()?;
     let speaker = track_run::speaker(&run, &seen)?;
-    let contact = run.wall(&speaker.body, &output::note).into_diagnostic()?;
-    let shape = run.shape(&speaker, contact.as_ref(), &seen, &output::note).into_diagnostic()?;
+    let contact = run.wall(&speaker.body, &output::note)?;
+    let shape = run.shape(&speaker, contact.as_ref(), &seen, &output::note)?;
     if speaker.is_fitted() {
         notes.push(
             "the shape at rest was fitted to recordings: take levels from a run without it (neither --mesh nor --rest joint), \
@@ -173,10 +174,12 @@ fn track_speaker(
         );
     }
     let journal = track_run::journal(&run, out, &seen, &format!("{sound:?}"))?;
-    let sound = sound.map(|(given, lips)| -> miette::Result<_> {
-        Ok((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
-    });
-    let sound = sound.transpose()?;
+    let sound = match sound {
+        Some((given, lips)) => {
+            Some((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
+        }
+        None => None,
+    };
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
@@ -184,7 +187,7 @@ fn track_speaker(
     };
     let unknown = (shape.as_ref(), contact.as_ref());
     let (journal, found) = track_run::resume(journal, seen.len(), |watch| {
-        run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
+        Ok(run.track(&speaker, unknown, &seen, &add_sound, watch)?)
     })?;
     let implausible = ScreenedRecording::implausible(&recordings);
     let (mut record, unmet) = run.record(&speaker, recordings, found);
@@ -192,7 +195,7 @@ fn track_speaker(
     if let Some(why) = unmet.first().filter(|_| results.is_empty()) {
         // A note may say why they cannot be reached.
         notes.iter().for_each(|n| output::note(n));
-        journal.remove().into_diagnostic()?;
+        journal.remove()?;
         bail!("{why}");
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
@@ -213,7 +216,7 @@ fn track_speaker(
     let body = body_record(&body, &run.basis.model, &adaptation, recordings)?;
     let by = super::provenance().with_tissue(TissueModel::of(&speaker.body.mesh));
     let written = track_files::write(out, &record, &body, &by, &arguments.files)?;
-    journal.remove().into_diagnostic()?;
+    journal.remove()?;
     let is_whole = left_out.is_empty() || outcome != Outcome::Good;
     let outcome = if is_whole { outcome } else { Outcome::SomeRowsRefused };
     Ok(Done { record, by, written, outcome })
@@ -248,7 +251,7 @@ fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
     super::untrusted_sentence(&tally(bad), frames.len(), "frames")
 }
 
-fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usize>> {
+fn contracting(arguments: &Arguments, body: &Body<2>) -> anyhow::Result<Vec<usize>> {
     let names = match &arguments.muscles[..] {
         [] => distinct(body.mesh.muscle_names()),
         given => given.to_vec(),
@@ -256,7 +259,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usiz
     ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
     let mut numbers = Vec::new();
     for name in &names {
-        let number = body.muscle(name.trim()).into_diagnostic()?;
+        let number = body.muscle(name.trim())?;
         let name = &body.mesh.muscles[number].name;
         ensure!(!numbers.contains(&number), "--muscles: {name} is given twice; give each muscle once");
         numbers.push(number);
@@ -264,7 +267,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<usiz
     Ok(numbers)
 }
 
-fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> miette::Result<Vec<String>> {
+fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> anyhow::Result<Vec<String>> {
     let mut out = Vec::new();
     for word in &arguments.hold_out {
         let word = word.trim();
@@ -272,12 +275,9 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> mi
         let ending = format!("_{word}");
         let point =
             known.iter().find(|n| *n == word || (word.parse::<u32>().is_ok() && n.ends_with(&ending)));
-        let point = point.ok_or_else(|| {
-            let known = known.iter().map(String::as_str);
-            miette!(
-                "--hold-out {word}: there is no such contour point or coil; {}",
-                tongue_fit::inner::choice::hint(word, known)
-            )
+        let point = point.with_context(|| {
+            let hint = choice::hint(word, known.iter().map(String::as_str));
+            format!("--hold-out {word}: there is no such contour point or coil; {hint}")
         })?;
         ensure!(!out.contains(point), "--hold-out: {point} is given twice; give each point once");
         out.push(point.clone());

@@ -3,7 +3,6 @@
 use std::io;
 use std::path::PathBuf;
 
-use miette::IntoDiagnostic;
 use serde_json::{Value, json};
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
@@ -68,7 +67,7 @@ pub fn write(
     body: &Value,
     by: &Provenance,
     arguments: &Arguments,
-) -> miette::Result<Vec<PathBuf>> {
+) -> anyhow::Result<Vec<PathBuf>> {
     let results = &record.results;
     let mut files: Vec<NamedExport<'_>> = vec![
         ("track.html".to_owned(), Box::new(track_page(record))),
@@ -128,7 +127,7 @@ pub fn write(
     let shown = files.len();
     files.extend(others);
     let all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, e)| (n.as_str(), e.as_ref())).collect();
-    let mut written = out.export(&all, by).into_diagnostic()?;
+    let mut written = out.export(&all, by)?;
     written.truncate(shown);
     Ok(written)
 }
@@ -140,8 +139,8 @@ pub fn body_record(
     model: &Model,
     adaptation: &Adaptation,
     recordings: &[RecordingResult],
-) -> miette::Result<Value> {
-    let mut record = json!(MeshRecord::of(body, model).into_diagnostic()?);
+) -> anyhow::Result<Value> {
+    let mut record = json!(MeshRecord::of(body, model)?);
     record["adaptation"] = json!(adaptation);
     let groups = recordings.chunk_by(|a, b| a.tracked.rest == b.tracked.rest).skip(1);
     let others = Vec::from_iter(groups.map(|group| {

@@ -3,7 +3,6 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use miette::IntoDiagnostic;
 use tongue_fit::inner::measured::recording::AlignedRecording;
 use tongue_fit::inner::report::OutputDir;
 use tongue_fit::inner::report::batch::journal::{Journal, JournalEntry};
@@ -14,11 +13,10 @@ use tongue_fit::inner::track::{TrackedRecording, Watch};
 use super::{batch, output};
 
 /// The given body, or one adapted to these recordings while a progress bar is shown.
-pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
-    let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))?;
-    let made = made.into_diagnostic()?;
+pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> anyhow::Result<TrackedBody> {
+    let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))??;
     if let Some(similarity) = &made.similarity {
-        run::check_scale(similarity.scale(), run::bones_apart_m(&made.followed)).into_diagnostic()?;
+        run::check_scale(similarity.scale(), run::bones_apart_m(&made.followed))?;
         output::step(|| {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, similarity.scale())
@@ -33,7 +31,7 @@ pub fn journal(
     out: &OutputDir,
     seen: &[&AlignedRecording],
     sound: &str,
-) -> miette::Result<Journal> {
+) -> anyhow::Result<Journal> {
     let (mesh, model) = (&run.basis.body.mesh, run.basis.model);
     let key = sha256(&[
         tongue_fit::VERSION,
@@ -52,12 +50,12 @@ const MOST_KEPT: usize = 5000;
 pub fn resume(
     journal: Journal,
     count: usize,
-    search: impl FnOnce(&Watch<'_>) -> miette::Result<()>,
-) -> miette::Result<(Journal, Vec<TrackedRecording>)> {
+    search: impl FnOnce(&Watch<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<(Journal, Vec<TrackedRecording>)> {
     let clock = Instant::now();
     let recordings: Vec<Option<TrackedRecording>> = (0..count)
-        .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
-        .collect::<miette::Result<_>>()?;
+        .map(|nth| Ok(journal.read(nth)?.and_then(|entry| entry.result.ok())))
+        .collect::<anyhow::Result<_>>()?;
     let wanted: Vec<bool> = recordings.iter().map(Option::is_none).collect();
     let state = Mutex::new((journal, recordings, Ok(())));
     let take = |nth: usize, recording: TrackedRecording| {
@@ -76,6 +74,6 @@ pub fn resume(
         })??;
     }
     let (journal, recordings, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
-    written.into_diagnostic()?;
+    written?;
     Ok((journal, recordings.into_iter().flatten().collect()))
 }

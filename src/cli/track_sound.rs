@@ -1,7 +1,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use miette::IntoDiagnostic;
 use tongue_fit::acoustics::{Articulation, Tract, VocalTract};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -33,7 +32,7 @@ pub struct Arguments {
 impl Arguments {
     /// The tract and the lips that the options give, checked; the tract is `None` for the built-in one, which is placed later. The result
     /// is `None` if no formants are wanted.
-    pub fn read(&self) -> miette::Result<Option<(Option<Tract>, Articulation)>> {
+    pub fn read(&self) -> anyhow::Result<Option<(Option<Tract>, Articulation)>> {
         if !self.formants {
             return Ok(None);
         }
@@ -43,8 +42,8 @@ impl Arguments {
             lip_protrusion_mm: self.lip_protrusion,
             ..Articulation::default()
         };
-        let drawn = VocalTract::reference().into_diagnostic()?;
-        given.as_ref().unwrap_or(&drawn).lip_sections(&lips).into_diagnostic()?;
+        let drawn = VocalTract::reference()?;
+        given.as_ref().unwrap_or(&drawn).lip_sections(&lips)?;
         Ok(Some((given, lips)))
     }
 }
@@ -54,11 +53,11 @@ pub fn tract_around(
     body: &Body<2>,
     given: Option<Tract>,
     palate: Option<&[Point]>,
-) -> miette::Result<Arc<VocalTract>> {
-    let mut tract = given.map_or_else(|| VocalTract::reference_for(body), Ok).into_diagnostic()?;
+) -> anyhow::Result<Arc<VocalTract>> {
+    let mut tract = given.map_or_else(|| VocalTract::reference_for(body), Ok)?;
     if let Some(palate) = palate {
         let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
         tract = tract.with_palate(&palate, REACH_MM);
     }
-    VocalTract::round(body, tract).into_diagnostic().map(Arc::new)
+    Ok(Arc::new(VocalTract::round(body, tract)?))
 }

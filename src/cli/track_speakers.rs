@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, miette};
+use anyhow::bail;
 use serde::Serialize;
 use serde_json::json;
 use tongue_fit::inner::posterior::OverSpeakers;
@@ -30,8 +30,8 @@ pub fn run(
     global: &Global,
     mut read: Vec<Loaded>,
     names: &[String],
-    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> miette::Result<Done>,
-) -> miette::Result<Outcome> {
+    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> anyhow::Result<Done>,
+) -> anyhow::Result<Outcome> {
     let out = global.folder("results/track")?;
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if unnamed > 0 {
@@ -46,7 +46,7 @@ pub fn run(
         output::note(&format!("speaker {name} ({} of {})", number + 1, names.len()));
         let own = read.extract_if(.., |one| one.recording.speaker.as_ref() == Some(name)).collect();
         let folder = out.path().join(folder(number, name, &names[..number]));
-        let made = OutputDir::prepare(&folder).into_diagnostic();
+        let made = OutputDir::prepare(&folder).map_err(Into::into);
         let (mut frames, mut recordings) = (0, 0);
         let problem = match made.and_then(|out| track(own, &out, name)) {
             Ok(done) => {
@@ -61,7 +61,7 @@ pub fn run(
             Err(why) => {
                 is_whole = false;
                 let message = why.to_string();
-                output::error(&why.wrap_err(format!("left out: speaker {name}")));
+                output::error(&why.context(format!("left out: speaker {name}")));
                 Some(message)
             }
         };
@@ -69,7 +69,7 @@ pub fn run(
         speakers.push(TrackedSpeaker { name: name.clone(), folder, frames, recordings, problem });
     }
     if speakers.iter().all(|s| s.recordings == 0) {
-        return Err(miette!("no speaker could be tracked"));
+        bail!("no speaker could be tracked");
     }
     let contrasts = comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one)));
     let over = OverSpeakers::all(contrasts);

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use anyhow::{anyhow, ensure};
 use indicatif::ProgressBar;
-use miette::{IntoDiagnostic, ensure, miette};
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::Curves;
 use tongue_fit::effect::Configuration;
@@ -75,7 +75,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn check(&self) -> miette::Result<()> {
+    fn check(&self) -> anyhow::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         let Self { t_end, ramp, dt, frames, .. } = self;
         ensure!(
@@ -94,7 +94,7 @@ impl Arguments {
         );
         ensure!(dt_s <= *t_end, "--dt is {dt_s} s, longer than the motion (--t-end {t_end} s)");
         let tolerance = self.tolerance.unwrap_or(STEP_ERROR_MM);
-        TOLERANCE_MM.check(tolerance).map_err(|beyond| miette!("--tolerance: {beyond}"))?;
+        TOLERANCE_MM.check(tolerance).map_err(|beyond| anyhow!("--tolerance: {beyond}"))?;
         ensure!((2..=MOST_FRAMES).contains(frames), "--frames is {frames}; take 2 to {MOST_FRAMES}");
         Ok(())
     }
@@ -113,12 +113,12 @@ impl Arguments {
         method: IntegrationMethod,
         control: Control,
         motion: &Motion<'_, 2>,
-    ) -> miette::Result<Box<dyn Integrator<2>>> {
+    ) -> anyhow::Result<Box<dyn Integrator<2>>> {
         if self.force {
-            return method.integrator(motion, control).into_diagnostic();
+            return Ok(method.integrator(motion, control)?);
         }
         let mut integrator = method.checked_integrator(motion, control).map_err(|e| {
-            miette!("{e}{}", if method.is_explicit() { " (--force runs it all the same)" } else { "" })
+            anyhow!("{e}{}", if method.is_explicit() { " (--force runs it all the same)" } else { "" })
         })?;
         if let Control::Fixed(dt) = control {
             let cost = dynamics::cost_per_step(motion, integrator.as_mut(), &motion.at_rest(), self.t_end);
@@ -133,7 +133,7 @@ impl Arguments {
                 cost.as_secs_f64() * 1e6
             );
         }
-        method.integrator(motion, control).into_diagnostic()
+        Ok(method.integrator(motion, control)?)
     }
 }
 
@@ -142,7 +142,7 @@ pub fn run(
     pulls: &drive::Arguments,
     body: &body::Arguments,
     global: &Global,
-) -> miette::Result<Outcome> {
+) -> anyhow::Result<Outcome> {
     arguments.check()?;
     let method = arguments.method;
     let tongue = body.body()?;
@@ -150,12 +150,12 @@ pub fn run(
     let (mesh, palate) = (tongue.mesh, tongue.palate.unwrap_or_default());
     let names = mesh.muscle_names();
     let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));
-    let curves = curves.transpose().into_diagnostic()?;
+    let curves = curves.transpose()?;
     let active: Vec<usize> = match &curves {
         Some(curves) => curves.muscles.clone(),
         None => given.iter().map(|(m, _)| *m).collect(),
     };
-    let system = System::new(&mesh, &body.model(), &active).into_diagnostic()?;
+    let system = System::new(&mesh, &body.model(), &active)?;
     if let Some((curves, file)) = curves.as_ref().zip(arguments.tension_curves.as_ref())
         && let Some(last) = curves.tensions.times.last().filter(|last| **last > arguments.t_end)
     {
@@ -173,7 +173,7 @@ pub fn run(
             Tensions::ramp(to, arguments.ramp)
         }
     };
-    let motion = Motion::new(&system, tensions).into_diagnostic()?;
+    let motion = Motion::new(&system, tensions)?;
     let control = arguments.control(method, &motion);
     let mut integrator = arguments.integrator(method, control, &motion)?;
     let out = global.folder("results")?;
@@ -234,7 +234,7 @@ fn write(
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
     sampled: SampledMotion<2>,
-) -> miette::Result<Vec<PathBuf>> {
+) -> anyhow::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
         motion.tensions().write_at(time, &mut tensions);
@@ -261,11 +261,11 @@ fn write(
     } else {
         format!("Pulling: {} (grey: at rest)", names.join(", "))
     };
-    let svg = report::animation(mesh, palate, &frames, &[], false, &title).into_diagnostic()?;
+    let svg = report::animation(mesh, palate, &frames, &[], false, &title)?;
     let shapes = frames.iter().map(|f| {
         Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(motion.system().stresses(&f.positions)))
     });
-    let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
+    let shapes = shapes.collect::<Result<Vec<_>, ReportError>>()?;
     let pvd =
         Pvd(frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect());
     let json = Json(record);
@@ -277,7 +277,7 @@ fn write(
         ("trajectory.pvd", &pvd),
     ];
     files.extend(pvd.0.iter().zip(&shapes).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
-    let mut written = out.export(&files, by).into_diagnostic()?;
+    let mut written = out.export(&files, by)?;
     written.truncate(5);
     Ok(written)
 }

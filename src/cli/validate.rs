@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::IntoDiagnostic;
 use tongue_fit::inner::report::{Export, Json, Markdown};
 use tongue_fit::inner::validate::{self, ValidationPlan};
 use tongue_fit::measured::Vowel;
@@ -36,11 +35,10 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let clock = Instant::now();
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), None)?;
-    let baseline = arguments.baseline.as_deref().map_or(Ok(Vowel::unrounded_u()), str::parse);
-    let baseline = baseline.into_diagnostic()?;
+    let baseline = arguments.baseline.as_deref().map_or(Ok(Vowel::unrounded_u()), str::parse)?;
     let (permutations, seed) = (u64::from(arguments.permutations), arguments.seed);
     let plan = ValidationPlan { baseline, permutations, seed, posterior: arguments.posterior };
     let (body, model) = (arguments.body.body()?, arguments.body.model());
@@ -56,8 +54,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         bar.set_message(what.to_owned());
         bar.set_position(done as u64);
         output::step(|| format!("{done} of {total}: {what}"));
-    })
-    .into_diagnostic()?;
+    })?;
     bar.finish_and_clear();
     let by = super::provenance().with_tissue(TissueModel::of(&body.mesh));
     let json = Json(&study);

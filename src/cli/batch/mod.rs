@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, bail, ensure, miette};
+use anyhow::{anyhow, bail, ensure};
 use rayon::prelude::*;
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::inverse::batch::{Job, Selection};
@@ -61,18 +61,18 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn selection(&self) -> miette::Result<Selection> {
+    fn selection(&self) -> anyhow::Result<Selection> {
         let kinds = match self.target.as_str() {
             "both" => TargetKind::ALL.to_vec(),
-            name => vec![name.parse().map_err(|e| miette!("--target: {e}, or both of them: both"))?],
+            name => vec![name.parse().map_err(|e| anyhow!("--target: {e}, or both of them: both"))?],
         };
         let vowels = self.vowels.as_ref().map(|v| v.iter().map(|v| v.parse()).collect::<Result<_, _>>());
-        let vowels = vowels.transpose().into_diagnostic()?;
+        let vowels = vowels.transpose()?;
         let mut selection =
             Selection { subjects: self.subjects.clone(), vowels, kinds, ..Selection::default() };
         for word in &self.baseline {
             let (subject, vowel) = word.split_once('=').map_or((None, word.as_str()), |(s, v)| (Some(s), v));
-            let vowel: Vowel = vowel.parse().into_diagnostic()?;
+            let vowel: Vowel = vowel.parse()?;
             let earlier = match subject {
                 Some(subject) => selection.baseline_of.insert(subject.to_owned(), vowel),
                 None => selection.baseline.replace(vowel),
@@ -83,7 +83,7 @@ impl Arguments {
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let clock = Instant::now();
     let words = super::words_of_the_result();
     if arguments.shard.is_some() && arguments.lengths.as_deref() == Some(Path::new("-")) {
@@ -131,7 +131,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         None => {
             output::step(|| "all fitted; writing".to_owned());
             let outcome = prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())?;
-            journal.remove().into_diagnostic()?;
+            journal.remove()?;
             outcome
         }
     };
@@ -146,8 +146,8 @@ pub fn open_journal(
     key: &str,
     jobs: usize,
     (mine, what): (usize, &str),
-) -> miette::Result<Journal> {
-    let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs).into_diagnostic()?;
+) -> anyhow::Result<Journal> {
+    let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs)?;
     if let Some(of) = &journal.replaced {
         output::note(&format!("the journal in this folder was of {of}: it was replaced by a new one"));
     }
@@ -162,7 +162,7 @@ pub fn open_journal(
 }
 
 /// Makes the fits in `todo`, one at a time on each thread, and adds each to the journal; `of` is the number of all fits of this run.
-fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> miette::Result<Journal> {
+fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> anyhow::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let (nodes, fits) = (prepared.run.body.mesh.nodes.len(), todo.len() as f64);
     body::tell_duration(&format!("{fits} fits"), nodes, fits * body::fit_s(prepared.run.settings.method));
@@ -170,18 +170,15 @@ fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal
     bar.set_position((of - todo.len()) as u64);
     bar.reset_eta();
     let journal = Mutex::new(journal);
-    todo.par_iter()
-        .map(|&number| -> Result<(), ReportError> {
-            let clock = Instant::now();
-            let result = prepared.run.fit(number, true, &prepared.provenance, &output::tell_step)?;
-            let entry = JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result };
-            output::step(|| description(&jobs[number], &entry));
-            journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
-            bar.inc(1);
-            Ok(())
-        })
-        .collect::<Result<(), _>>()
-        .into_diagnostic()?;
+    todo.par_iter().try_for_each(|&number| -> Result<(), ReportError> {
+        let clock = Instant::now();
+        let result = prepared.run.fit(number, true, &prepared.provenance, &output::tell_step)?;
+        let entry = JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result };
+        output::step(|| description(&jobs[number], &entry));
+        journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
+        bar.inc(1);
+        Ok(())
+    })?;
     bar.finish_and_clear();
     Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use miette::{IntoDiagnostic, bail};
+use anyhow::bail;
 use tongue_fit::inner::inverse::batch;
 use tongue_fit::inner::report::batch::journal::Journal;
 use tongue_fit::inner::report::batch::{
@@ -30,11 +30,11 @@ pub struct PreparedBatch {
 
 impl PreparedBatch {
     /// Prepares the batch of these arguments; `words` are the arguments without those that do not change results.
-    pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
+    pub fn new(arguments: &Arguments, words: &[String]) -> anyhow::Result<Self> {
         let selection = arguments.selection()?;
         let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
         let unreadable: Vec<String> = data.left_out();
-        let plan = batch::plan(&data, &selection).into_diagnostic()?;
+        let plan = batch::plan(&data, &selection)?;
         if let (true, Some(first)) = (plan.jobs.is_empty(), plan.refusals.first()) {
             bail!(
                 "none of the {} rows can be fitted; line {}, {} /{}/: {}",
@@ -70,7 +70,7 @@ impl PreparedBatch {
             with,
         });
         // A body and a model that make no system are reported before anything is written.
-        let run = BatchRun::new((&data, plan), settings, (&tongue, &model), posteriors).into_diagnostic()?;
+        let run = BatchRun::new((&data, plan), settings, (&tongue, &model), posteriors)?;
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
         Ok(Self { data, unreadable, run, provenance, key })
@@ -82,9 +82,9 @@ impl PreparedBatch {
         journal: &Journal,
         global: &Global,
         wall_s: f64,
-    ) -> miette::Result<Outcome> {
+    ) -> anyhow::Result<Outcome> {
         let plan = &self.run.plan;
-        let (digests, not_begun) = outputs::digests(&plan.jobs, journal).into_diagnostic()?;
+        let (digests, not_begun) = outputs::digests(&plan.jobs, journal)?;
         let summary = self.run.summary(&self.data, self.unreadable.len(), &digests);
         let contrasts = outputs::subject_contrasts(&plan.jobs, &digests);
         let mut batch = Batch {
@@ -99,7 +99,7 @@ impl PreparedBatch {
             muscles: &self.run.muscles,
             contrasts: &contrasts,
         };
-        let written = outputs::write_files(out, &batch).into_diagnostic()?;
+        let written = outputs::write_files(out, &batch)?;
         if global.json {
             batch.fits.with_times = true;
             output::stream(|stdout| outputs::write_json(stdout, &batch))?;
@@ -149,7 +149,7 @@ impl PreparedBatch {
 
 const MOST_LISTED: usize = 60;
 
-fn text(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
+fn text(batch: &Batch<'_>, wall_s: f64) -> anyhow::Result<String> {
     let s = batch.summary;
     let mut text = String::new();
     if batch.jobs.len() <= MOST_LISTED {
@@ -218,10 +218,10 @@ fn contrast_name(s: &SubjectContrast) -> String {
     format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b)
 }
 
-fn fits(batch: &Batch<'_>) -> miette::Result<String> {
+fn fits(batch: &Batch<'_>) -> anyhow::Result<String> {
     let (mut verdicts, mut lines) = (String::new(), Vec::new());
     for number in 0..batch.jobs.len() {
-        if let Some((_, fit)) = batch.fits.read(number).into_diagnostic()? {
+        if let Some((_, fit)) = batch.fits.read(number)? {
             verdicts.extend(fit.verdict.iter().map(|verdict| wrap_sentence(verdict)));
             lines.push(fit.line);
         }
