@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Context;
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::posterior::AuxiliaryData;
-use tongue_fit::inner::report::{self, Export, Series, SolutionCurveRecord};
+use tongue_fit::inner::report::{self, Files, Series, SolutionCurveRecord};
 use tongue_fit::inner::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -170,9 +170,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     record.wall_s = Some(clock.elapsed().as_secs_f64());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let conclusion = record.conclude().clone();
-    let picture = record.picture(&tongue)?;
     let json = record.to_json()?;
-    let csv = record.to_csv()?;
     let published_stretches = published
         .as_ref()
         .map(|p| Series { name: "published tensions (Kato 2014)".to_owned(), values: p.stretches.clone() });
@@ -181,19 +179,20 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
         target.subject, target.vowel, target.baseline
     );
     let chart = record.changes(&title, &format!("measured ({})", target.subject), published_stretches)?;
-    let mut files: Vec<(&str, &dyn Export)> =
-        vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
-    let of_fit = &record.fit.matched.target;
-    let curve = SolutionCurveRecord::of(&record.fit);
-    let curve = curve.map(|v| (v.table(), report::solution_curve(&v, &of_fit.muscles[of_fit.reference])));
-    if let Some((table, drawing)) = &curve {
-        files.push(("valley.csv", table));
-        files.push(("valley.svg", drawing));
+    let mut files: Files<'_> = vec![
+        ("fit.json", Box::new(json.clone())),
+        ("fit.csv", Box::new(record.to_csv()?)),
+        ("tongue.svg", Box::new(record.picture(&tongue)?)),
+        ("changes.svg", Box::new(chart)),
+    ];
+    if let Some(curve) = SolutionCurveRecord::of(&record.fit) {
+        let of_fit = &record.fit.matched.target;
+        let drawing = report::solution_curve(&curve, &of_fit.muscles[of_fit.reference]);
+        files.push(("valley.csv", Box::new(curve.table())));
+        files.push(("valley.svg", Box::new(drawing)));
     }
-    let of_posterior = sampled.as_ref().map(|s| s.files(posture));
-    let of_posterior: Vec<(&str, &dyn Export)> =
-        of_posterior.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
-    let written = out.export(&[files, of_posterior].concat(), &by)?;
+    files.extend(sampled.iter().flat_map(|s| s.files(posture)));
+    let written = out.export(&files, &by)?;
     if global.json {
         output::print(&json)?;
     } else {

@@ -1,5 +1,6 @@
 //! Output to the terminal: results on stdout, everything else on stderr.
 
+use std::borrow::Borrow;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -55,9 +56,9 @@ pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> Str
 }
 
 /// Writes files into a folder, if there is one, and prints the answer of a command.
-pub fn write_and_answer(
+pub fn write_and_answer<'a>(
     global: &Global,
-    (out, files): (Option<&OutputDir>, &[(&str, &dyn Export)]),
+    (out, files): (Option<&OutputDir>, &[(impl AsRef<str>, impl Borrow<dyn Export + 'a>)]),
     record: &dyn Export,
     by: &Provenance,
     text: impl FnOnce() -> String,

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use serde_json::json;
 use tongue_fit::inner::inverse::batch::{self, Selection};
-use tongue_fit::inner::report::{Json, OutputDir, TonguePage};
+use tongue_fit::inner::report::{Export, Json, OutputDir, TonguePage};
 use tongue_fit::inner::run::FitRun;
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
         }
     }
     let page = TonguePage { body: arguments.body.plane()?, model, table: own, fits };
-    let written = out.export(&[(&name, &page)], &by)?;
+    let written = out.export(&[(&name, &page as &dyn Export)], &by)?;
     let record = json!({ "file": path, "fits": page.fits.len(), "not_fitted": not_fitted });
     output::answer(global, &Json(&record), &by, &written, || {
         let refused: String = not_fitted.iter().map(|why| format!("not fitted: {why}\n")).collect();

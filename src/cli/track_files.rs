@@ -12,6 +12,7 @@ use tongue_fit::inner::report::{
     Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackRecord, contrasts, draws_csv,
     formants_csv, repeats_columns, segments_csv, timelines, track_csv, track_page,
 };
+use tongue_fit::inner::track::Tracked;
 use tongue_fit::system::Model;
 
 use super::Outcome;
@@ -59,7 +60,10 @@ impl Arguments {
     }
 }
 
-type NamedExport<'a> = (String, Box<dyn Export + 'a>);
+/// A file that is made when it is written.
+fn made_later<'a, E: Export>(make: impl Fn() -> io::Result<E> + 'a) -> Box<dyn Export + 'a> {
+    Box::new(move |out: &mut dyn io::Write, by: &Provenance| make()?.write(out, by))
+}
 
 pub fn write(
     out: &OutputDir,
@@ -69,65 +73,57 @@ pub fn write(
     arguments: &Arguments,
 ) -> anyhow::Result<Vec<PathBuf>> {
     let results = &record.results;
-    let mut files: Vec<NamedExport<'_>> = vec![
-        ("track.html".to_owned(), Box::new(track_page(record))),
-        ("track.json".to_owned(), Box::new(Json(record))),
-        ("track.csv".to_owned(), Box::new(track_csv(record))),
-        ("body.json".to_owned(), Box::new(Json(body))),
-    ];
     let wants = |also: Also| arguments.also.contains(&also);
     let has_segments = results.recordings.iter().any(|one| !one.tracked.segments.is_empty());
     let repeats = record.repeats.as_ref().filter(|_| wants(Also::Repeats));
     let repeats = repeats.map(|found| column::table(&repeats_columns(found), &found.muscles.0));
-    let of_all: [(bool, &str, Box<dyn Export + '_>); 5] = [
-        (has_segments, "segments.csv", Box::new(segments_csv(results))),
-        (record.formants.is_some(), "formants.csv", Box::new(formants_csv(results))),
-        (!record.comparisons.is_empty(), "contrasts.csv", Box::new(contrasts(&record.comparisons))),
-        (repeats.is_some(), "repeats.csv", Box::new(repeats.unwrap_or_default())),
-        (wants(Also::Draws), "draws.csv", Box::new(draws_csv(results))),
+    // Each file after whether it is written.
+    let mut all: Vec<(bool, String, Box<dyn Export + '_>)> = vec![
+        (true, "track.html".to_owned(), Box::new(track_page(record))),
+        (true, "track.json".to_owned(), Box::new(Json(record))),
+        (true, "track.csv".to_owned(), Box::new(track_csv(record))),
+        (true, "body.json".to_owned(), Box::new(Json(body))),
+        (has_segments, "segments.csv".to_owned(), Box::new(segments_csv(results))),
+        (record.formants.is_some(), "formants.csv".to_owned(), Box::new(formants_csv(results))),
+        (
+            !record.comparisons.is_empty(),
+            "contrasts.csv".to_owned(),
+            Box::new(contrasts(&record.comparisons)),
+        ),
+        (repeats.is_some(), "repeats.csv".to_owned(), Box::new(repeats.unwrap_or_default())),
+        (wants(Also::Draws), "draws.csv".to_owned(), Box::new(draws_csv(results))),
     ];
-    let of_all = of_all.into_iter().filter(|(is_there, ..)| *is_there);
-    files.extend(of_all.map(|(_, name, made)| (name.to_owned(), made)));
-    let mut others: Vec<NamedExport<'_>> = Vec::new();
+    let mut shapes: Vec<(String, Box<dyn Export + '_>)> = Vec::new();
     for (nth, one) in results.recordings.iter().enumerate() {
-        let number = nth + 1;
-        let shown = one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
-        if wants(Also::Sto) {
-            files.push((format!("track_{number}.sto"), Box::new(one.sto(&results.muscles))));
+        let (number, muscles) = (nth + 1, &results.muscles);
+        let shown: Vec<&Tracked> = one.tracked.frames.iter().filter(|f| !f.positions.is_empty()).collect();
+        let has_animation = wants(Also::Svg) && !shown.is_empty();
+        let mut moments = Vec::new();
+        for (t, frame) in shown.into_iter().enumerate().filter(|_| wants(Also::Vtu)) {
+            let name = format!("shapes_{number}_{t:04}.vtu");
+            moments.push((frame.time_s, name.clone()));
+            shapes.push((name, Box::new(results.vtu(one, frame))));
         }
-        if wants(Also::Ssff) {
-            files.push((format!("track_{number}.ssff"), Box::new(Ssff(one.sto(&results.muscles)))));
-        }
-        if wants(Also::Textgrid) {
-            let made = |out: &mut dyn io::Write, _: &Provenance| one.write_text_grid(&results.muscles, out);
-            files.push((format!("track_{number}.TextGrid"), Box::new(made)));
-        }
-        if wants(Also::Svg) {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| {
-                timelines(one, &record.courses).write(out, by)
-            };
-            files.push((format!("track_{number}.svg"), Box::new(made)));
-        }
-        if wants(Also::Svg) && shown.clone().next().is_some() {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| {
-                results.animation(one).map_err(io::Error::other)?.write(out, by)
-            };
-            files.push((format!("shapes_{number}.svg"), Box::new(made)));
-        }
-        if wants(Also::Vtu) && shown.clone().next().is_some() {
-            let mut moments = Vec::new();
-            for (t, frame) in shown.enumerate() {
-                let name = format!("shapes_{number}_{t:04}.vtu");
-                moments.push((frame.time_s, name.clone()));
-                others.push((name, Box::new(results.vtu(one, frame))));
-            }
-            files.push((format!("shapes_{number}.pvd"), Box::new(Pvd(moments))));
-        }
+        let text_grid = move |out: &mut dyn io::Write, _: &Provenance| one.write_text_grid(muscles, out);
+        let drawing = made_later(move || Ok(timelines(one, &record.courses)));
+        let animation = made_later(move || results.animation(one).map_err(io::Error::other));
+        all.extend([
+            (wants(Also::Sto), format!("track_{number}.sto"), made_later(move || Ok(one.sto(muscles)))),
+            (
+                wants(Also::Ssff),
+                format!("track_{number}.ssff"),
+                made_later(move || Ok(Ssff(one.sto(muscles)))),
+            ),
+            (wants(Also::Textgrid), format!("track_{number}.TextGrid"), Box::new(text_grid)),
+            (wants(Also::Svg), format!("track_{number}.svg"), drawing),
+            (has_animation, format!("shapes_{number}.svg"), animation),
+            (!moments.is_empty(), format!("shapes_{number}.pvd"), Box::new(Pvd(moments))),
+        ]);
     }
-    let shown = files.len();
-    files.extend(others);
-    let all: Vec<(&str, &dyn Export)> = files.iter().map(|(n, e)| (n.as_str(), e.as_ref())).collect();
-    let mut written = out.export(&all, by)?;
+    all.retain(|(is_written, ..)| *is_written);
+    let shown = all.len();
+    let files: Vec<_> = all.into_iter().map(|(_, name, file)| (name, file)).chain(shapes).collect();
+    let mut written = out.export(&files, by)?;
     written.truncate(shown);
     Ok(written)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use tongue_fit::inner::report::{Export, Json, Markdown};
+use tongue_fit::inner::report::{Files, Json, Markdown};
 use tongue_fit::inner::validate::{self, ValidationPlan};
 use tongue_fit::measured::Vowel;
 use tongue_fit::system::TissueModel;
@@ -57,12 +57,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     })?;
     bar.finish_and_clear();
     let by = super::provenance().with_tissue(TissueModel::of(&body.mesh));
-    let json = Json(&study);
     let page = Markdown(validate::page(&study, &super::line_of(super::words_of_the_result())));
-    let made = validate::files(&study);
-    let mut files: Vec<(&str, &dyn Export)> = vec![("README.md", &page), ("validate.json", &json)];
-    files.extend(made.iter().map(|(name, file)| (*name, file.as_ref())));
-    output::write_and_answer(global, (Some(&out), &files), &json, &by, || {
+    let mut files: Files<'_> = vec![("README.md", Box::new(page)), ("validate.json", Box::new(Json(&study)))];
+    files.extend(validate::files(&study));
+    output::write_and_answer(global, (Some(&out), &files), &Json(&study), &by, || {
         table::validation(&study, clock.elapsed().as_secs_f64())
     })?;
     Ok(Outcome::Good)

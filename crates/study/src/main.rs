@@ -77,9 +77,7 @@ impl Study {
             Self::Accuracy { quick } => {
                 let effort = if *quick { Effort::QUICK } else { Effort::FULL };
                 let study = accuracy::run(&effort)?;
-                let files = accuracy::files(&study, &made)?;
-                let files: Vec<(&str, &dyn Export)> = files.iter().map(|(n, f)| (*n, f.as_ref())).collect();
-                out.export(&files, by)?
+                out.export(&accuracy::files(&study, &made)?, by)?
             }
             Self::Stability { full, case } => {
                 let rows = hard_cases::run_all(case, *full)?;

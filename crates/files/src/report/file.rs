@@ -1,5 +1,6 @@
 //! Output files that are complete or absent, even after an interruption: each is written under a temporary name and then renamed.
 
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, BufWriter};
@@ -61,15 +62,16 @@ impl OutputDir {
     /// Writes a set of files with the provenance `by`, and returns their paths in the same order. All are written in full under temporary
     /// names before the first is renamed, so that a full disk or a bad name leaves all earlier files as they were. The data is not forced to
     /// the disk, so that a power cut may lose it.
-    pub fn export(
+    pub fn export<'a>(
         &self,
-        files: &[(&str, &dyn Export)],
+        files: &[(impl AsRef<str>, impl Borrow<dyn Export + 'a>)],
         by: &Provenance,
     ) -> Result<Vec<PathBuf>, ReportError> {
         let mut ready = Vec::new();
         for (name, content) in files {
-            if Path::new(name).file_name().is_none_or(|plain| plain != *name) {
-                return Err(ReportError::Name { name: (*name).to_owned() });
+            let (name, content) = (name.as_ref(), content.borrow());
+            if Path::new(name).file_name().is_none_or(|plain| plain != name) {
+                return Err(ReportError::Name { name: name.to_owned() });
             }
             let path = self.path.join(name);
             let fail = |source| ReportError::File { path: path.clone(), source };
