@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tongue_fit::inner::inverse::alarms::Alarm;
+use tongue_infer::inverse::alarms::Alarm;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
@@ -39,5 +39,5 @@ pub fn untrusted_sentence(bad: &BTreeMap<String, usize>, all: usize, what: &str)
 }
 
 pub fn word(status: &impl serde::Serialize) -> String {
-    tongue_fit::inner::report::status_name(status).replace('_', " ")
+    tongue_files::report::status_name(status).replace('_', " ")
 }

@@ -3,12 +3,12 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use tongue_fit::inner::measured::recording::AlignedRecording;
-use tongue_fit::inner::report::OutputDir;
-use tongue_fit::inner::report::batch::journal::{Journal, JournalEntry};
-use tongue_fit::inner::report::batch::sha256;
-use tongue_fit::inner::run::{self, TrackRun, TrackedBody};
-use tongue_fit::inner::track::{TrackedRecording, Watch};
+use tongue_files::report::OutputDir;
+use tongue_files::report::batch::journal::{Journal, JournalEntry};
+use tongue_files::report::batch::sha256;
+use tongue_files::run::{self, TrackRun, TrackedBody};
+use tongue_infer::track::{TrackedRecording, Watch};
+use tongue_input::measured::recording::AlignedRecording;
 
 use super::{batch, output};
 
