@@ -144,10 +144,8 @@ fn write(
     let palate = speaker.body.palate.as_deref().unwrap_or_default();
     let mut similar = before.mesh.clone();
     similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
-    let (title, grey) = (
-        "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)",
-        "only turned and scaled",
-    );
+    let grey = "only turned and scaled";
+    let title = "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)";
     let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
     let picture = report::tongue(&SectionPicture { seen, grey, ..section })?;
     let files: [(&str, &dyn Export); 3] =

@@ -4,14 +4,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use tongue_core::choice;
-use tongue_core::choice::named;
 use tongue_files::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
 use tongue_fit::system::Model;
 
-use super::inputs::choice;
 use super::{inputs, output};
 
 const NODES_AT_DEFAULT: f64 = 123.0;
@@ -63,7 +61,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     pub mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
+    #[arg(long, value_name = "UNIT", value_parser = inputs::choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
     #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
@@ -82,7 +80,7 @@ enum BodyName {
 }
 
 fn body_name(word: &str) -> Result<BodyName, String> {
-    match named(word) {
+    match choice::named(word) {
         Some(kind) => Ok(BodyName::Plane(kind)),
         None => space_name(word)
             .map(BodyName::Space)
@@ -103,10 +101,8 @@ pub fn space_name(word: &str) -> Result<SpaceSource, String> {
 }
 
 fn not_a_body(word: &str, known: &[&str]) -> String {
-    format!(
-        "it is not a folder or a .msh of a body in space either; {}",
-        choice::hint(word, known.iter().copied())
-    )
+    let hint = choice::hint(word, known.iter().copied());
+    format!("it is not a folder or a .msh of a body in space either; {hint}")
 }
 
 impl Arguments {
@@ -183,8 +179,7 @@ impl Arguments {
 
 fn spacing(text: &str) -> anyhow::Result<f64> {
     let number = text.trim().strip_suffix("mm").unwrap_or(text).trim();
-    number
-        .parse::<f64>()
-        .map(|mm| mm * 1e-3)
+    let mm: Result<f64, _> = number.parse();
+    mm.map(|mm| mm * 1e-3)
         .map_err(|_| anyhow!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
 }

@@ -30,7 +30,6 @@ mod space_track;
 mod table;
 mod track;
 mod track_files;
-mod track_run;
 mod track_sound;
 mod track_speakers;
 mod track_table;

@@ -161,9 +161,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
             let activations = space::activations(activation, &body)?;
             let (tract_and_means, model) = ((&tract, posture, means.as_slice()), model.model()?);
             let sound =
-                TongueSound::in_space((&body, &model), activations, tract_and_means, &output::tell_step);
+                TongueSound::in_space((&body, &model), activations, tract_and_means, &output::tell_step)?;
             let shown = if activation.is_empty() { "at rest".to_owned() } else { activation.join(", ") };
-            let sound = sound?;
             (global.folder("results/sound")?, format!("{}, {shown}", body.what), sound)
         }
         None => {
@@ -203,10 +202,8 @@ fn text(found: &TongueSound, title: &str) -> String {
         p.jaw_deg, p.hyoid_mm[0], p.hyoid_mm[1], p.lip_opening_mm, p.lip_protrusion_mm, sound.tract_length_mm
     );
     let muscles = sound.by_tension.iter().map(|b| format!("by {} Hz per N/m", b.muscle));
-    let columns: Vec<String> = Vec::from_iter(
-        ["formant", "Hz", "bandwidth Hz", "published Hz"].map(str::to_owned).into_iter().chain(muscles),
-    );
-    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let columns = ["formant", "Hz", "bandwidth Hz", "published Hz"].map(str::to_owned).into_iter();
+    let columns: Vec<String> = columns.chain(muscles).collect();
     let formants = sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate();
     let t = table::rows(&columns, formants, |(i, (f, b))| {
         let mean = found.published_hz.and_then(|m| m.get(i).copied());

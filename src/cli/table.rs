@@ -27,12 +27,12 @@ fn align(t: &mut Table, column: usize, to: CellAlignment) {
 
 /// A table in which all columns but the first are aligned to the right.
 pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
-    header: &[&str],
+    header: &[impl ToString],
     items: impl IntoIterator<Item = T>,
     row: impl Fn(T) -> R,
 ) -> Table {
     let mut t = Table::new();
-    t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
+    t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().map(ToString::to_string));
     (1..header.len()).for_each(|column| align(&mut t, column, CellAlignment::Right));
     items.into_iter().for_each(|item| {
         t.add_row(row(item));
@@ -46,7 +46,6 @@ const HEADING: usize = 12;
 pub(super) fn from_columns<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) -> Table {
     let (headings, shown) = column::columns_with_heading(columns);
     let headings: Vec<String> = headings.iter().map(|h| report::wrap_text(h, HEADING).join("\n")).collect();
-    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     let mut t = rows(&headings, items, |item| shown.iter().map(|c| c.page_text(item)));
     let to_the_left = shown.iter().enumerate().filter(|(_, column)| !column.is_to_the_right(items));
     to_the_left.for_each(|(number, _)| align_left(&mut t, number));

@@ -1,14 +1,19 @@
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context, bail, ensure};
 use tongue_core::choice;
 use tongue_core::statistics::distinct;
+use tongue_files::report::batch::journal::{Journal, JournalEntry};
+use tongue_files::report::batch::sha256;
 use tongue_files::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
-use tongue_files::run::{ScreenedRecording, TrackRun};
+use tongue_files::run::{ScreenedRecording, TrackRun, TrackedBody, bones_apart_m, check_scale};
 use tongue_fit::body::Body;
 use tongue_fit::system::TissueModel;
 use tongue_infer::adapt::{AdaptationInput, RestShapeMethod};
-use tongue_infer::track::{self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, is_untrusted};
+use tongue_infer::track::{
+    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, TrackedRecording, Watch, is_untrusted,
+};
 use tongue_input::measured::recording::AlignedRecording;
 
 use super::inputs::choice_among;
@@ -16,8 +21,7 @@ use super::recordings::{self, GivenRecordings, Loaded, PriorArguments};
 use super::track_files::{Done, body_record};
 use super::track_sound::FORMANTS;
 use super::{
-    Global, Outcome, body, output, space_track, track_files, track_run, track_sound, track_speakers,
-    track_table,
+    Global, Outcome, batch, body, output, space_track, track_files, track_sound, track_speakers, track_table,
 };
 
 #[derive(Debug, Clone, clap::Args)]
@@ -163,7 +167,7 @@ fn track_speaker(
     run.check_free_bones(&seen).context("--free-bone")?;
     let mut notes = run.check(&recordings)?;
     let sound = arguments.sound.read()?;
-    let speaker = track_run::speaker(&run, &seen)?;
+    let speaker = speaker(&run, &seen)?;
     let contact = run.wall(&speaker.body, &output::note)?;
     let shape = run.shape(&speaker, contact.as_ref(), &seen, &output::note)?;
     if speaker.is_fitted() {
@@ -173,7 +177,7 @@ fn track_speaker(
                 .to_owned(),
         );
     }
-    let journal = track_run::journal(&run, out, &seen, &format!("{sound:?}"))?;
+    let journal = journal(&run, out, &seen, &format!("{sound:?}"))?;
     let sound = match sound {
         Some((given, lips)) => {
             Some((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
@@ -186,9 +190,8 @@ fn track_speaker(
         });
     };
     let unknown = (shape.as_ref(), contact.as_ref());
-    let (journal, found) = track_run::resume(journal, seen.len(), |watch| {
-        Ok(run.track(&speaker, unknown, &seen, &add_sound, watch)?)
-    })?;
+    let (journal, found) =
+        resume(journal, seen.len(), |watch| Ok(run.track(&speaker, unknown, &seen, &add_sound, watch)?))?;
     let implausible = ScreenedRecording::implausible(&recordings);
     let (mut record, unmet) = run.record(&speaker, recordings, found);
     let results = &record.results.recordings;
@@ -268,15 +271,17 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> anyhow::Result<Vec<usiz
 }
 
 fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> anyhow::Result<Vec<String>> {
+    let first = recordings.iter().take(1).map(|r| &r.seen);
+    let points = first.flat_map(|s| s.contour.iter().chain(s.sensors.iter().map(|(name, _)| name)));
+    let known: Vec<&String> = points.collect();
     let mut out = Vec::new();
-    for word in &arguments.hold_out {
-        let word = word.trim();
-        let known: Vec<String> = recordings.first().map(|r| points(&r.seen)).unwrap_or_default();
+    for word in arguments.hold_out.iter().map(|word| word.trim()) {
         let ending = format!("_{word}");
-        let point =
-            known.iter().find(|n| *n == word || (word.parse::<u32>().is_ok() && n.ends_with(&ending)));
-        let point = point.with_context(|| {
-            let hint = choice::hint(word, known.iter().map(String::as_str));
+        let point = known
+            .iter()
+            .find(|n| n.as_str() == word || (word.parse::<u32>().is_ok() && n.ends_with(&ending)));
+        let point = point.copied().with_context(|| {
+            let hint = choice::hint(word, known.iter().map(|name| name.as_str()));
             format!("--hold-out {word}: there is no such contour point or coil; {hint}")
         })?;
         ensure!(!out.contains(point), "--hold-out: {point} is given twice; give each point once");
@@ -293,6 +298,68 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> an
     Ok(out)
 }
 
-fn points(seen: &AlignedRecording) -> Vec<String> {
-    seen.contour.iter().chain(seen.sensors.iter().map(|(name, _)| name)).cloned().collect()
+/// The given body, or one adapted to these recordings while a progress bar is shown.
+fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> anyhow::Result<TrackedBody> {
+    let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))??;
+    if let Some(similarity) = &made.similarity {
+        check_scale(similarity.scale(), bones_apart_m(&made.followed))?;
+        output::step(|| {
+            let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
+            format!("{}: scale {:.3}{rms}", made.body.what, similarity.scale())
+        });
+    }
+    Ok(made)
+}
+
+/// The journal of a run, with the recordings that an earlier run with the same inputs finished. `sound` is the tract that was read.
+fn journal(
+    run: &TrackRun<'_>,
+    out: &OutputDir,
+    seen: &[&AlignedRecording],
+    sound: &str,
+) -> anyhow::Result<Journal> {
+    let (mesh, model) = (&run.basis.body.mesh, run.basis.model);
+    let key = sha256(&[
+        tongue_fit::VERSION,
+        &super::words_of_the_result().join(" "),
+        &format!("{seen:?}"),
+        &format!("{mesh:?} {model:?} {:?}", run.adaptation),
+        sound,
+    ]);
+    batch::open_journal(out.path().join("track.journal"), &key, seen.len(), (seen.len(), "recordings"))
+}
+
+/// Recordings with more frames are not kept, because their entry would be too large for a journal.
+const MOST_KEPT: usize = 5000;
+
+/// The results of all `count` recordings: those in the journal, and those of the search, which are added to it.
+fn resume(
+    journal: Journal,
+    count: usize,
+    search: impl FnOnce(&Watch<'_>) -> anyhow::Result<()>,
+) -> anyhow::Result<(Journal, Vec<TrackedRecording>)> {
+    let clock = Instant::now();
+    let recordings: Vec<Option<TrackedRecording>> = (0..count)
+        .map(|nth| Ok(journal.read(nth)?.and_then(|entry| entry.result.ok())))
+        .collect::<anyhow::Result<_>>()?;
+    let wanted: Vec<bool> = recordings.iter().map(Option::is_none).collect();
+    let state = Mutex::new((journal, recordings, Ok(())));
+    let take = |nth: usize, recording: TrackedRecording| {
+        let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (journal, recordings, written) = &mut *state;
+        let is_kept = recording.frames.len() <= MOST_KEPT;
+        let entry = JournalEntry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
+        if is_kept && written.is_ok() {
+            *written = journal.append(&entry);
+        }
+        recordings[nth] = entry.result.ok();
+    };
+    if wanted.contains(&true) {
+        output::with_bar("{bar:40} {percent:>3} % of the tensions, {eta} left", |progress| {
+            search(&Watch { progress, is_wanted: &|nth| wanted[nth], take: &take })
+        })??;
+    }
+    let (journal, recordings, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    written?;
+    Ok((journal, recordings.into_iter().flatten().collect()))
 }
