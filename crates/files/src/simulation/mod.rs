@@ -16,10 +16,8 @@ mod assembly;
 mod error;
 mod problem;
 mod shape;
-mod solver;
 
 pub use assembly::Assembly;
 pub use error::{SimulationError, check_tension, read_tensions};
 pub use problem::{Estimate, InverseProblem, Observations};
-pub use shape::Shape;
-pub use solver::Solver;
+pub use shape::{Shape, Solver};

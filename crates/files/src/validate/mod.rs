@@ -6,8 +6,7 @@
 //! same to the last bit for any number of threads.
 
 mod cases;
-mod columns;
-mod page;
+mod outputs;
 mod posterior;
 mod scored;
 mod statistics;
@@ -24,8 +23,7 @@ use crate::simulation::SimulationError;
 use cases::{Case, subjects};
 use statistics::{bootstraps, constant, correlation, middle, root_mean};
 
-pub use columns::{Prediction, ScoredOpponent, ValidationStudy, opponents, scores};
-pub use page::{files, page};
+pub use outputs::{Prediction, ScoredOpponent, ValidationStudy, files, opponents, page, scores};
 pub use posterior::{PosteriorStudy, ScoredBaseline};
 pub use scored::{Scored, ScoredPrediction};
 
