@@ -15,7 +15,7 @@ use tongue_input::measured::recording::{
 };
 
 use super::track::{TrackRun, TrackedBody, given_body};
-use crate::report::{RecordingResult, TrackRecord, TrackResults, status_name, tally};
+use crate::report::{RecordingResult, TrackRecord, TrackResults, names_or_none, status_name, tally};
 use crate::simulation::SimulationError;
 
 /// A recording without its outliers.
@@ -71,8 +71,8 @@ impl ScreenedRecording {
                 seen.frames.len(),
                 seen.contour.len(),
                 seen.sensors.len(),
-                list(&seen.bones),
-                list(&seen.ignored)
+                names_or_none(&seen.bones),
+                names_or_none(&seen.ignored)
             ));
             let sound = sound.and_then(|path| Waveform::read(path).map_err(|why| seen.notes.push(why)).ok());
             all.push(Self { seen, sound, faults, palate, is_trusted });
@@ -281,10 +281,6 @@ fn check_frame(seen: &AlignedRecording, followed: &[Followed]) -> Result<(), Sim
         }
     }
     Ok(())
-}
-
-fn list(names: &[String]) -> String {
-    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 /// Largest plausible motion of a bone in speech, m.

@@ -93,33 +93,26 @@ pub(super) fn displace_bones<const D: usize>(
     body: &Body<D>,
     additions: &mut Additions<D>,
 ) -> Result<[Planned; 2], SimulationError> {
-    let jaw = scene.effects.jaw.as_ref();
-    let hyoid = scene.effects.hyoid.as_ref();
-    let turned = jaw.map(|j| PrescribedDisplacement::Turned {
+    let turned = scene.effects.jaw.as_ref().map(|j| PrescribedDisplacement::Turned {
         joint: flat(j.joint_mm.map(|x| x * 1e-3)),
         angle: j.opening_deg.to_radians(),
     });
-    let shifted = hyoid.map(|h| PrescribedDisplacement::Shifted(flat(h.shift_mm.map(|x| x * 1e-3))));
-    let [mandible, hyoid_bone] = [MANDIBLE, HYOID].map(|name| body.bone(name));
-    let wanted = [("effects.jaw", turned, mandible), ("effects.hyoid", shifted, hyoid_bone)];
-    for (key, displacement, nodes) in wanted {
+    let shifted = scene.effects.hyoid.as_ref();
+    let shifted = shifted.map(|h| PrescribedDisplacement::Shifted(flat(h.shift_mm.map(|x| x * 1e-3))));
+    let mut planned = ["jaw", "hyoid"].map(|name| Planned::leave_out(name, "not asked for"));
+    let wanted = [(turned, body.bone(MANDIBLE)), (shifted, body.bone(HYOID))];
+    for (planned, (displacement, nodes)) in planned.iter_mut().zip(wanted) {
         let Some(displacement) = displacement else { continue };
         if nodes.is_empty() {
             let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
+            let key = format!("effects.{}", planned.effect);
             return Err(SimulationError::contradiction(key, scene.body_key(), why));
         }
         additions.displaced.extend(nodes.iter().map(|&n| (n, displacement.place(body.mesh.nodes[n]))));
+        let why = "asked for; brought there in parts, each an equilibrium";
+        *planned = Planned::simulate(planned.effect, why).counting(nodes.len());
     }
-    Ok([asked_for("jaw", jaw.is_some(), mandible), asked_for("hyoid", hyoid.is_some(), hyoid_bone)])
-}
-
-fn asked_for(name: &'static str, asked: bool, nodes: &[usize]) -> Planned {
-    if asked {
-        Planned::simulate(name, "asked for; brought there in parts, each an equilibrium")
-            .counting(nodes.len())
-    } else {
-        Planned::leave_out(name, "not asked for")
-    }
+    Ok(planned)
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -163,7 +156,7 @@ fn as_recording(points: &Points) -> AlignedRecording {
 }
 
 fn numbered(stem: &str, count: usize) -> Vec<String> {
-    (1..=count).map(|i| format!("{stem}_{i}")).collect::<Vec<_>>()
+    (1..=count).map(|i| format!("{stem}_{i}")).collect()
 }
 
 /// The tensions of all chains of the mesh, N, and their intervals; `None` in space, for which [`frame`] makes no observations.
@@ -188,8 +181,8 @@ pub(super) fn fit<const D: usize>(
         status: tracked.status,
         rms_mm: tracked.rms_m.map(|r| r * 1e3),
         resolved: tracked.resolved,
-        low_n: of_body(&tracked.tensions.iter().map(|l| l.low).collect::<Vec<_>>()),
-        high_n: of_body(&tracked.tensions.iter().map(|l| l.high).collect::<Vec<_>>()),
+        low_n: of_body(&Vec::from_iter(tracked.tensions.iter().map(|l| l.low))),
+        high_n: of_body(&Vec::from_iter(tracked.tensions.iter().map(|l| l.high))),
     };
     Some((of_body(&tracked.tensions_n()), fit))
 }
