@@ -7,7 +7,6 @@ mod drive;
 mod fit;
 mod fit_table;
 mod inputs;
-mod install;
 mod interrupt;
 mod invocation;
 mod lengths;
@@ -16,7 +15,6 @@ mod mesh;
 mod muscles;
 mod option_checks;
 mod others;
-mod outcome;
 mod output;
 mod page;
 mod posterior;
@@ -49,7 +47,7 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub use invocation::Called;
 use invocation::{Invocation, line_of, provenance, words_of_the_result};
-use outcome::{Outcome, untrusted_sentence, word};
+use output::{Outcome, untrusted_sentence, word};
 
 const FAILED: u8 = 1;
 
@@ -146,7 +144,7 @@ enum Command {
     /// Validate predictions of muscles that were not fitted, against other ways to predict them
     Validate(validate::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
-    Completions(install::Completions),
+    Completions(Completions),
 }
 
 pub fn main() -> ExitCode {
@@ -235,7 +233,7 @@ impl Cli {
             Some(Command::Mesh(arguments)) => mesh::run(arguments, global),
             Some(Command::Priors) => posterior::priors(global).map(|()| Outcome::Good),
             Some(Command::Validate(arguments)) => validate::run(arguments, global),
-            Some(Command::Completions(arguments)) => install::completions(arguments),
+            Some(Command::Completions(arguments)) => completions(arguments),
         }
     }
 }
@@ -288,6 +286,28 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     let mut given =
         own.filter(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine));
     given.find_map(|a| a.get_long().map(str::to_owned))
+}
+
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(after_help = "Examples:\n  \
+    tongue-fit completions bash > ~/.local/share/bash-completion/completions/tongue-fit\n  \
+    tongue-fit completions zsh > ~/.zfunc/_tongue-fit\n  \
+    tongue-fit completions fish > ~/.config/fish/completions/tongue-fit.fish")]
+struct Completions {
+    /// The shell
+    #[arg(value_enum)]
+    shell: clap_complete::Shell,
+}
+
+fn completions(arguments: &Completions) -> anyhow::Result<Outcome> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);
+    let script = String::from_utf8_lossy(&script);
+    // For bash, clap_complete 4.6 writes a hyphen in the program's name in two ways, so that nothing is completed after a subcommand
+    // (https://github.com/clap-rs/clap/issues/6421). Once that is fixed, nothing is replaced here.
+    output::print(&script.replace("tongue__subcmd__fit", "tongue__fit"))?;
+    Ok(Outcome::Good)
 }
 
 /// Starts the threads that were asked for, or one for each core.

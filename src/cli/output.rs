@@ -1,6 +1,7 @@
-//! Output to the terminal: results on stdout, everything else on stderr.
+//! Output to the terminal: results on stdout, everything else on stderr; and how commands end.
 
 use std::borrow::Borrow;
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -8,14 +9,15 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use tongue_files::report::{EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
+use tongue_files::report::{self, EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
 use tongue_files::run::Solved;
 use tongue_files::surgery::OperationRecord;
 use tongue_fit::body::Body;
 use tongue_fit::statics::SolveStatus;
+use tongue_infer::inverse::alarms::Alarm;
 
 use super::invocation::{Stream, Volume, current, stop_if_asked};
-use super::{Global, Outcome, table, word};
+use super::{Global, table};
 
 fn volume() -> Volume {
     current().map_or(Volume::Normal, |run| run.volume)
@@ -245,6 +247,44 @@ pub fn answer_equilibrium<const D: usize>(
     let failed = status != SolveStatus::Converged;
     let failed = failed.then(|| format!("no equilibrium was found ({})", word(&status)));
     Ok(Outcome::of_alarms(failed, &record.equilibrium.alarms))
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// Exit status 0.
+    Good,
+    /// Exit status 3: a result did not converge or cannot be trusted, for this reason.
+    Untrustworthy(String),
+    /// Exit status 1: some rows of the input could not be used; everything else is done.
+    SomeRowsRefused,
+}
+
+impl Outcome {
+    /// The outcome of a result that cannot be trusted for these reasons, if there are any.
+    pub fn of_reasons(why: impl IntoIterator<Item = String>) -> Self {
+        let why: Vec<String> = why.into_iter().collect();
+        if why.is_empty() {
+            Self::Good
+        } else {
+            Self::Untrustworthy(format!("{}; see the results", why.join("; ")))
+        }
+    }
+
+    /// The outcome of a result with its alarms; `failed` says why the result failed, if it did.
+    pub fn of_alarms(failed: Option<String>, alarms: &[Alarm]) -> Self {
+        Self::of_reasons(failed.into_iter().chain(alarms.iter().map(Alarm::to_string)))
+    }
+}
+
+/// A sentence about the results that cannot be trusted, by status, of `all` results; `None` if there are none.
+pub fn untrusted_sentence(bad: &BTreeMap<String, usize>, all: usize, what: &str) -> Option<String> {
+    let count: usize = bad.values().sum();
+    let statuses = table::status_counts(bad);
+    (count > 0).then(|| format!("{count} of the {all} {what} cannot be trusted ({statuses})"))
+}
+
+pub fn word(status: &impl Serialize) -> String {
+    report::status_name(status).replace('_', " ")
 }
 
 #[cfg(test)]

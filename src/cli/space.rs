@@ -123,8 +123,7 @@ pub fn run(
     let all = activations(&arguments.activation, &whole)?;
     let model = arguments.model.model()?;
     let surgery = arguments.surgery.surgery();
-    let operation = surgery.map(|surgery| Operation::new(&surgery, whole.clone()));
-    let operation = operation.transpose()?;
+    let operation = surgery.map(|surgery| Operation::new(&surgery, whole.clone())).transpose()?;
     let out = global.given_folder()?;
     let solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step)?;
     let (body, solved, changed, shapes) = match &operation {

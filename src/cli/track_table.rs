@@ -1,5 +1,7 @@
 //! Tracking as text for a terminal of 100 columns.
 
+use std::collections::BTreeSet;
+
 use tongue_core::statistics::median;
 use tongue_files::report::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
@@ -110,9 +112,7 @@ fn other_ways(record: &TrackRecord) -> String {
 
 fn displacements_of_free_bones(record: &TrackRecord) -> Vec<(String, String)> {
     let recordings = &record.results.recordings;
-    let mut names: Vec<&String> = recordings.iter().flat_map(|r| &r.freed).collect();
-    names.sort();
-    names.dedup();
+    let names: BTreeSet<&String> = recordings.iter().flat_map(|r| &r.freed).collect();
     Vec::from_iter(names.into_iter().map(|name| {
         let own = recordings.iter().filter_map(|r| Some((r, r.freed.iter().position(|n| n == name)?)));
         let all: Vec<&Displacement> =

@@ -14,7 +14,7 @@ use tongue_infer::inverse::batch;
 
 use super::Arguments;
 use crate::cli::table::{align_left, count_of, most_agree, rows, status_counts, wrap_sentence};
-use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, table};
+use crate::cli::{Global, Outcome, inputs, line_of, output, table};
 
 const MOST_NOTES: usize = 10;
 
@@ -117,7 +117,7 @@ impl PreparedBatch {
             (contradicted > 0).then(|| format!("{} the measured lengths", contradict(contradicted)));
         let mut bad = summary.statuses.clone();
         bad.remove("converged");
-        let fits = outcome::untrusted_sentence(&bad, summary.fits, "fits");
+        let fits = output::untrusted_sentence(&bad, summary.fits, "fits");
         Ok(Outcome::of_reasons(fits.into_iter().chain(untold).chain(contradicted)))
     }
 

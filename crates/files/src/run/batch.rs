@@ -12,8 +12,7 @@ use tongue_infer::posterior::{AuxiliaryData, PosteriorModel, Sampling};
 use tongue_input::measured::lengths::rest_distance;
 use tongue_input::measured::{Dataset, Target, TargetKind, reference_muscle};
 
-use super::fit::{FitRun, VerdictSource};
-use super::posterior::PosteriorRun;
+use super::fit::{FitRun, PosteriorRun, VerdictSource};
 use crate::report::batch::record::AssessedRecord;
 use crate::report::batch::{
     BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fit_outputs, passive_groups,

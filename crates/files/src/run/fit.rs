@@ -1,4 +1,6 @@
-//! One fit of a target with its alarms and its verdict, and the published answer.
+//! One fit of a target with its alarms and its verdict, the posterior of rows of one speaker, and the published answer.
+
+use std::time::Instant;
 
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::Contact;
@@ -7,13 +9,16 @@ use tongue_core::statics::SolveStatus;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
-use tongue_infer::posterior::{Report, Summary, Verdict};
+use tongue_infer::posterior::{
+    self, AuxiliaryData, Contrast, Measurements, Posterior, PosteriorModel, Report, Sampling, Summary,
+    Verdict,
+};
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Target, TargetKind};
 
 use super::equilibrium::Solved;
-use crate::report::{FitRecord, Provenance};
+use crate::report::{self, Draws, Files, FitRecord, Provenance, Svg};
 use crate::scene::effects::CONTACT_REACH_MM;
 use crate::simulation::SimulationError;
 
@@ -107,6 +112,75 @@ fn of_posterior(report: &Report) -> Result<Verdict, String> {
         );
     }
     Ok(verdict)
+}
+
+#[derive(Debug)]
+pub struct PosteriorRun<'a> {
+    pub model: &'a PosteriorModel,
+    /// Rows of one speaker with the same baseline.
+    pub targets: &'a [&'a Target],
+    /// Activity, contours and points measured in the same postures.
+    pub auxiliary: AuxiliaryData,
+    pub sampling: Sampling,
+}
+
+/// A sampled posterior, with a report for each row.
+#[derive(Debug)]
+pub struct SampledPosterior<'a> {
+    pub posterior: Posterior<'a>,
+    pub reports: Vec<Report>,
+    pub contrasts: Vec<Contrast>,
+    pub subject: String,
+    pub baseline: String,
+    pub wall_s: f64,
+}
+
+impl<'a> PosteriorRun<'a> {
+    /// Samples the posterior; `tell` gets a line that says what is sampled. Refused are a number of draws out of range, no rows, muscles
+    /// that the body does not have, and data from which no chain can begin.
+    pub fn run(self, tell: &dyn Fn(&str)) -> Result<SampledPosterior<'a>, SimulationError> {
+        let clock = Instant::now();
+        let Self { model, targets, auxiliary, sampling } = self;
+        sampling.check()?;
+        let matched = targets.iter().map(|target| TargetOnBody::new(&model.body.mesh, target));
+        let matched = matched.collect::<Result<Vec<_>, _>>()?;
+        let [first, ..] = targets else {
+            return Err(SimulationError::Refused("there is nothing measured".to_owned()));
+        };
+        let seen = Measurements { auxiliary, ..Measurements::of_vowels(&matched.iter().collect::<Vec<_>>()) };
+        let (Sampling { draws, seed }, vowels) = (sampling, seen.labels.join(", "));
+        tell(&format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject));
+        let posterior = posterior::sample(model, seen, &sampling)?;
+        Ok(SampledPosterior {
+            reports: Report::of_each(&posterior, true, seed),
+            contrasts: Contrast::all(&posterior),
+            posterior,
+            subject: first.subject.clone(),
+            baseline: first.baseline.to_string(),
+            wall_s: clock.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+impl SampledPosterior<'_> {
+    /// A title such as `S2 /a/`.
+    pub fn what(&self, posture: usize) -> String {
+        format!("{} /{}/", self.subject, self.posterior.density.measurements.labels[posture])
+    }
+
+    /// A figure of the change of every tension in a posture; `None` if the chains have not mixed.
+    pub fn ridges(&self, posture: usize) -> Option<Svg> {
+        let title = format!("{}: change of every tension from the baseline", self.what(posture));
+        let is_told = self.reports[posture].summary.is_some();
+        is_told.then(|| report::ridges(&self.posterior, posture, &title))
+    }
+
+    /// The draws of a posture as a table, and its ridges if the chains have mixed.
+    pub fn files(&self, posture: usize) -> Files<'_> {
+        let mut files: Files<'_> = vec![("posterior.csv", Box::new(Draws(&self.posterior, posture)))];
+        files.extend(self.ridges(posture).map(|ridges| ("ridges.svg", Box::new(ridges) as _)));
+        files
+    }
 }
 
 /// The published answer for /a/ of S2, simulated in this body, to compare a fit with.
