@@ -62,13 +62,9 @@ impl PreparedBatch {
         ];
         inputs.extend(posterior_model.as_ref().map(|g| format!("{how:?} {:?}", g.priors)));
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
+        let (sampling, joint) = (how.sampling(), how.joint);
         let posteriors = posterior_model.zip(selection.kinds.last());
-        let posteriors = posteriors.map(|(model, &with)| RowPosteriors {
-            model,
-            sampling: how.sampling(),
-            joint: how.joint,
-            with,
-        });
+        let posteriors = posteriors.map(|(model, &with)| RowPosteriors { model, sampling, joint, with });
         // A body and a model that make no system are reported before anything is written.
         let run = BatchRun::new((&data, plan), settings, (&tongue, &model), posteriors)?;
         let key = outputs::sha256(&[&inputs_sha256, &command]);
