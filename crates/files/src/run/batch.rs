@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use tongue_core::body::{Body, Mesh};
 use tongue_core::parallel;
+use tongue_core::statistics::grouped;
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::alarms::THICKNESS_M;
 use tongue_infer::inverse::batch::{BatchPlan, PublishedFacts};
@@ -91,17 +92,8 @@ impl BatchRun {
     pub fn sample(&mut self, jobs: &[usize], tell: &(dyn Fn(&str) + Sync)) {
         let Some(how) = self.posteriors.as_ref().filter(|how| how.joint) else { return };
         let all = &self.plan.jobs;
-        let mut speakers: Vec<Vec<usize>> = Vec::new();
-        for number in (0..all.len()).filter(|&n| self.posteriors_with(n).is_some()) {
-            let same = speakers.iter_mut().find(|rows| {
-                let [a, b] = [rows[0], number].map(|n| &all[n].target);
-                a.subject == b.subject && a.baseline == b.baseline
-            });
-            match same {
-                Some(rows) => rows.push(number),
-                None => speakers.push(vec![number]),
-            }
-        }
+        let sampled = (0..all.len()).filter(|&n| self.posteriors_with(n).is_some());
+        let mut speakers = grouped(sampled, |&n| (&all[n].target.subject, &all[n].target.baseline));
         speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
         let results = parallel::map(&speakers, |rows| self.posteriors(how, rows, tell));
         self.sampled = results.into_iter().flatten().collect();

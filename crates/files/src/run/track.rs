@@ -12,6 +12,7 @@ use tongue_core::effect::Contact;
 use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
 use tongue_core::random::seed_of;
+use tongue_core::statistics::grouped;
 use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;
@@ -159,7 +160,8 @@ impl TrackRun<'_> {
             SimulationError::Refused(format!("{} has no outline of tissue to compare with", body.what))
         })?;
         let compared = track::labels_to_compare(seen);
-        for (nth_session, session) in sessions(seen).into_iter().enumerate() {
+        let sessions = grouped(0..seen.len(), |&nth| [HYOID, MANDIBLE].map(|b| seen[nth].shows_bone(b)));
+        for (nth_session, session) in sessions.into_iter().enumerate() {
             if !session.iter().any(|&number| (watch.is_wanted)(number)) {
                 continue;
             }
@@ -168,7 +170,7 @@ impl TrackRun<'_> {
             if nth_session > 0 {
                 settings.seed = seed_of(settings.seed, nth_session);
             }
-            let freed = session.first().map(|&nth| self.unseen_free_bones(seen[nth])).into_iter().flatten();
+            let freed = self.unseen_free_bones(seen[session[0]]);
             let freed = freed.map(|name| MovableBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
             let mut frames = Vec::from_iter(session.iter().map(|&nth| {
@@ -230,19 +232,6 @@ impl TrackRun<'_> {
         }
         Ok(())
     }
-}
-
-/// Indices of the recordings that are tracked together, which are those that show the same bones.
-fn sessions(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
-    let bones = |nth: usize| [HYOID, MANDIBLE].map(|b| seen[nth].shows_bone(b));
-    let mut out: Vec<Vec<usize>> = Vec::new();
-    for nth in 0..seen.len() {
-        match out.iter_mut().find(|session| session.first().is_some_and(|&one| bones(one) == bones(nth))) {
-            Some(session) => session.push(nth),
-            None => out.push(vec![nth]),
-        }
-    }
-    out
 }
 
 pub(super) fn given_body(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {

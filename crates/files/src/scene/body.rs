@@ -112,17 +112,3 @@ pub(super) fn operation(scene: &Scene) -> Result<Option<Operation>, SimulationEr
     };
     Operation::new(surgery, space_body(given)?).map(Some).map_err(SimulationError::in_surgery)
 }
-
-/// Activations of the muscles of `body`, which is the body after surgery if there was any.
-pub(super) fn activations<const D: usize>(
-    scene: &Scene,
-    operation: Option<&Operation>,
-    body: &Body<D>,
-) -> Result<Vec<f64>, SimulationError> {
-    let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
-    let refused = |wrong| SimulationError::Refused(format!("activations: {wrong}"));
-    match operation {
-        None => body.activations(&given).map_err(refused),
-        Some(operation) => Ok(operation.of_remaining(&operation.whole.activations(&given).map_err(refused)?)),
-    }
-}

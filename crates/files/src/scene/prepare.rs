@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::body::{activations, operation};
+use super::body::operation;
 use super::file::{FitTarget, Scene, Want};
 use super::loads::{contact, displace_bones, gravity};
 use super::plan::{self, MuscleRole, Planned, ScenePlan, force_unit};
@@ -153,14 +153,19 @@ fn target<const D: usize>(
     })
 }
 
-/// The tension or activation of every muscle of the mesh; muscles of one name have the same.
+/// The tension or activation of every muscle of `body`, after surgery if there was any; muscles of one name have the same.
 fn tensions<const D: usize>(
     scene: &Scene,
     operation: Option<&Operation>,
     body: &Body<D>,
 ) -> Result<Vec<f64>, SimulationError> {
     if body.is_activated() {
-        return activations(scene, operation, body);
+        let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
+        let all = match operation {
+            None => body.activations(&given),
+            Some(operation) => operation.whole.activations(&given).map(|all| operation.of_remaining(&all)),
+        };
+        return all.map_err(|wrong| SimulationError::Refused(format!("activations: {wrong}")));
     }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {

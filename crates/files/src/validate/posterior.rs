@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use tongue_core::body::Body;
 use tongue_core::parallel;
-use tongue_core::statistics::distinct;
+use tongue_core::statistics::{distinct, grouped};
 use tongue_core::system::Model;
 use tongue_infer::inverse::TargetOnBody;
 use tongue_infer::posterior::{
@@ -77,8 +77,7 @@ const KINDS: [PosteriorKind; 4] = [
 ];
 
 fn of_speakers(all: &[Case]) -> Vec<Vec<usize>> {
-    let of = |subject| (0..all.len()).filter(|&i| all[i].target().subject == subject).collect();
-    subjects(all).into_iter().map(of).collect()
+    grouped(0..all.len(), |&i| &all[i].target().subject)
 }
 
 /// The first row of one speaker, the second row of the next one, and so on, as if they were of one speaker.
