@@ -17,7 +17,6 @@ use super::{Global, Outcome, body, inputs, output, table};
 const DRAWN_FRAMES: usize = 20;
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit adapt speaker.tsv --out results/speaker\n  \
     tongue-fit adapt --landmarks speaker.csv --contour rest.mrk.json\n\n\

@@ -23,7 +23,6 @@ pub enum LengthsAction {
 }
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit lengths check my.csv\n  \
     tongue-fit lengths check my.csv --baseline e --json > understood.json\n\n\

@@ -14,7 +14,6 @@ use super::{Cli, Command, Global, Outcome, line_of};
 const MOST_NAMED: usize = 5;
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Example:\n  \
     tongue-fit merge results/shards --out results/batch\n\n\
     The shards are those of `tongue-fit batch --shard I/N`. The files are, byte for byte, those of one run. If a shard is missing or \

@@ -9,7 +9,6 @@ use tongue_fit::system;
 use super::{Global, Outcome, body, output};
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(
     after_help = "Examples:\n  tongue-fit mesh --h 2.75mm --json > mesh.json\n  tongue-fit mesh --mesh my.msh\n\n\
                   Physical groups of a mesh from Gmsh say what is what: a surface (in space a volume) called tissue, \

@@ -289,7 +289,6 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
 }
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit completions bash > ~/.local/share/bash-completion/completions/tongue-fit\n  \
     tongue-fit completions zsh > ~/.zfunc/_tongue-fit\n  \

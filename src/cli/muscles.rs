@@ -14,7 +14,6 @@ use tongue_fit::system::TissueModel;
 use super::{Global, Outcome, body, output, space, table};
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit muscles --out results/muscles\n  \
     tongue-fit muscles --tension 30\n  \

@@ -15,7 +15,6 @@ const DEFAULT_OUT: &str = "results/tongue.html";
 const MOST_FITS: usize = 200;
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit page --out tongue.html\n  \
     tongue-fit page --lengths my.csv --body continuum --out mine.html")]

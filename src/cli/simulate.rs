@@ -6,7 +6,6 @@ use tongue_files::run::Solved;
 use super::{Global, Outcome, body, drive, output, space, trajectory};
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Example (the published answer for /a/):\n  \
         tongue-fit simulate --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5\n\n\
         Example (its first 3 s):\n  \

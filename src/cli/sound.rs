@@ -22,7 +22,6 @@ const BASELINE: &str = "ɯ";
 const IN_SPACE: &str = "Body in space";
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:\n  \
@@ -54,7 +53,6 @@ pub struct Arguments {
         long,
         value_name = "X,Y",
         value_delimiter = ',',
-        num_args = 1,
         allow_hyphen_values = true,
         hide_short_help = true
     )]

@@ -25,7 +25,6 @@ use super::{
 };
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit track speaker.tsv --out results/speaker\n  \
     tongue-fit track speaker.tsv --mesh results/speaker/body.json\n  \

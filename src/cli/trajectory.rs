@@ -49,16 +49,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = choice::<IntegrationMethod>(), default_value = "tr-bdf2", requires = "trajectory", hide_short_help = true)]
     method: IntegrationMethod,
     /// Fixed step, s [default: error control; 0.9 of the stability limit for verlet]
-    #[arg(
-        long,
-        value_name = "S",
-        requires = "trajectory",
-        conflicts_with = "tolerance",
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "S", requires = "trajectory", hide_short_help = true)]
     dt: Option<f64>,
     /// Largest error of a node in one step of tr-bdf2, mm [default: 1e-6]
-    #[arg(long, value_name = "MM", requires = "trajectory", hide_short_help = true)]
+    #[arg(long, value_name = "MM", requires = "trajectory", conflicts_with = "dt", hide_short_help = true)]
     tolerance: Option<f64>,
     /// Time in which the tensions grow to the values of --tension, s
     #[arg(long, value_name = "S", default_value_t = 0.0, requires = "trajectory", hide_short_help = true)]

@@ -11,7 +11,6 @@ use tongue_fit::system::TissueModel;
 use super::{Global, Outcome, body, inputs, output, table};
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(
     after_help = "Examples:\n  tongue-fit validate\n  tongue-fit validate --lengths mine.csv --baseline e --out results/mine"
 )]

@@ -22,7 +22,6 @@ pub use self::prepared::PreparedBatch;
 pub const DEFAULT_OUT: &str = "results/batch";
 
 #[derive(Debug, Clone, clap::Args)]
-#[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit batch\n  \
     tongue-fit batch --target stretch\n  \
