@@ -61,9 +61,16 @@
 
 #![warn(missing_docs)]
 
-// The program's modules use the library by the names that its users know, and what only they need from its crates.
+// The program's modules use the library by the names that its users know, and what only they need by `inner`.
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;
+#[cfg(feature = "cli")]
+mod inner {
+    pub(crate) use tongue_core::{choice, dynamics, limits, statistics};
+    pub(crate) use tongue_files::{report, run, scene, surgery, validate};
+    pub(crate) use tongue_infer::{adapt, inverse, posterior, track};
+    pub(crate) use tongue_input::{files, measured};
+}
 
 #[cfg(feature = "cli")]
 #[doc(hidden)]

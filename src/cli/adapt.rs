@@ -2,12 +2,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use serde_json::{Value, json};
-use tongue_files::report::{self, Export, Json, OutputDir, SectionPicture};
-use tongue_files::run::{self, ScreenedRecording};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_infer::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
-use tongue_input::measured::recording::AlignedRecording;
+use tongue_fit::inner::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{self, Export, Json, OutputDir, SectionPicture};
+use tongue_fit::inner::run::{self, ScreenedRecording};
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, PriorArguments};

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
-use tongue_core::choice;
-use tongue_files::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::body::{Anatomy, Body, Unit};
+use tongue_fit::inner::choice;
+use tongue_fit::inner::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
 use tongue_fit::system::Model;

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context;
-use tongue_core::choice::name_of;
-use tongue_files::report::{self, Files, Series, SolutionCurveRecord};
-use tongue_files::run::{FitRun, PosteriorRun, Published, VerdictSource};
+use tongue_fit::inner::choice::name_of;
+use tongue_fit::inner::posterior::AuxiliaryData;
+use tongue_fit::inner::report::{self, Files, Series, SolutionCurveRecord};
+use tongue_fit::inner::run::{FitRun, PosteriorRun, Published, VerdictSource};
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::system::TissueModel;
-use tongue_infer::posterior::AuxiliaryData;
 
 use super::fit_table::ShownFit;
 use super::inputs::choice;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_files::report::{self, Conclusion, FitRecord, with_decimals};
-use tongue_files::run::{Published, SampledPosterior};
+use tongue_fit::inner::report::{self, Conclusion, FitRecord, with_decimals};
+use tongue_fit::inner::run::{Published, SampledPosterior};
 use tongue_fit::inverse::Fit;
 use tongue_fit::measured::TargetKind;
 

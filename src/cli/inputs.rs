@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::de::DeserializeOwned;
-use tongue_core::choice::{named, names};
 use tongue_fit::acoustics::{Tract, VocalTract};
+use tongue_fit::inner::choice::{named, names};
+use tongue_fit::inner::files::{self, advice};
+use tongue_fit::inner::measured::lengths::plausibility;
 use tongue_fit::measured::Dataset;
-use tongue_input::files::{self, advice};
-use tongue_input::measured::lengths::plausibility;
 
 use super::{invocation, output};
 

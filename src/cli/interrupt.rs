@@ -24,7 +24,7 @@ pub fn remove_unfinished_files_on_signals() {
     let Ok(mut signals) = Signals::new(wanted) else { return };
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            let _guard = tongue_files::report::discard_unfinished();
+            let _guard = tongue_fit::inner::report::discard_unfinished();
             // Only at a terminal, because writing to a full pipe would wait for ever.
             if std::io::stderr().is_terminal()
                 && let Some(message) = STOP_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner).as_deref()

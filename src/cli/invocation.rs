@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-use tongue_files::report::Provenance;
+use tongue_fit::inner::report::Provenance;
 
 /// What a call printed, and how it ended.
 #[derive(Debug, Clone, PartialEq, Eq)]

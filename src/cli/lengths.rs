@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use tongue_core::choice;
+use tongue_fit::inner::choice;
+use tongue_fit::inner::inverse::batch::{self, Refusal, Selection};
+use tongue_fit::inner::measured::lengths::{Encoding, HalfWidth, ReadColumn, Reading, Row};
 use tongue_fit::measured::{Dataset, Lengths, Muscles, TargetKind, Vowel};
-use tongue_infer::inverse::batch::{self, Refusal, Selection};
-use tongue_input::measured::lengths::{Encoding, HalfWidth, ReadColumn, Reading, Row};
 
 use super::table::{align_left, join_first, rows};
 use super::{Global, Outcome, inputs, output, table, word};

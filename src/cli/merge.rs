@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use clap::Parser;
-use tongue_files::report::batch::Shard;
-use tongue_files::report::batch::journal::{self, Journal};
+use tongue_fit::inner::report::batch::Shard;
+use tongue_fit::inner::report::batch::journal::{self, Journal};
 
 use super::batch::{DEFAULT_OUT, PreparedBatch};
 use super::table::join_first;

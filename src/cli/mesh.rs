@@ -1,8 +1,8 @@
 use std::fmt::Write as _;
 
-use tongue_files::report::{Export, Json, Msh, Vtu};
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Mesh, Quality};
+use tongue_fit::inner::report::{Export, Json, Msh, Vtu};
 use tongue_fit::material::Coefficients;
 use tongue_fit::system;
 

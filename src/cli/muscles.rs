@@ -2,12 +2,12 @@
 
 use anyhow::{Context, ensure};
 use serde_json::json;
-use tongue_core::statistics::distinct;
-use tongue_files::report::column::{self, Column};
-use tongue_files::report::{self, Export, Json, OutputDir, Panel};
-use tongue_files::run::{EffectRow, MuscleEffect};
 use tongue_fit::body::Mesh;
 use tongue_fit::geometry::Point;
+use tongue_fit::inner::report::column::{self, Column};
+use tongue_fit::inner::report::{self, Export, Json, OutputDir, Panel};
+use tongue_fit::inner::run::{EffectRow, MuscleEffect};
+use tongue_fit::inner::statistics::distinct;
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::TissueModel;
 

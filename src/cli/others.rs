@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
-use tongue_core::statistics::{distinct, median};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
+use tongue_fit::inner::adapt::Landmarks;
+use tongue_fit::inner::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
+use tongue_fit::inner::posterior::{AuxiliaryData, PosteriorModel};
+use tongue_fit::inner::statistics::{distinct, median};
 use tongue_fit::measured::{Activity, Muscles, Target, Vowel};
 use tongue_fit::track::TongueSurface;
-use tongue_infer::adapt::Landmarks;
-use tongue_infer::posterior::{AuxiliaryData, PosteriorModel};
-use tongue_input::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
 
 use super::{inputs, output};
 

@@ -9,12 +9,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
-use tongue_files::report::{self, EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu};
-use tongue_files::run::Solved;
-use tongue_files::surgery::OperationRecord;
 use tongue_fit::body::Body;
+use tongue_fit::inner::inverse::alarms::Alarm;
+use tongue_fit::inner::report::{
+    self, EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu,
+};
+use tongue_fit::inner::run::Solved;
+use tongue_fit::inner::surgery::OperationRecord;
 use tongue_fit::statics::SolveStatus;
-use tongue_infer::inverse::alarms::Alarm;
 
 use super::invocation::{Stream, Volume, current, stop_if_asked};
 use super::{Global, table};

@@ -1,12 +1,12 @@
 use std::path::PathBuf;
 
 use serde_json::json;
-use tongue_files::report::{Export, Json, OutputDir, TonguePage};
-use tongue_files::run::FitRun;
+use tongue_fit::inner::inverse::batch::{self, Selection};
+use tongue_fit::inner::report::{Export, Json, OutputDir, TonguePage};
+use tongue_fit::inner::run::FitRun;
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
 use tongue_fit::system::TissueModel;
-use tongue_infer::inverse::batch::{self, Selection};
 
 use super::{Global, Outcome, body, inputs, output};
 

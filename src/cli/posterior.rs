@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Context;
-use tongue_files::report::{probability, with_decimals};
-use tongue_files::run::SampledPosterior;
 use tongue_fit::body::Body;
+use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
+use tongue_fit::inner::report::{probability, with_decimals};
+use tongue_fit::inner::run::SampledPosterior;
 use tongue_fit::system::Model;
-use tongue_infer::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
 
 use super::table::{difference, rows};
 use super::{Global, body, inputs, output};

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, ensure};
-use tongue_files::run::ScreenedRecording;
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
-use tongue_infer::adapt::{Adaptation, AdaptationInput};
-use tongue_infer::track::TrackSettings;
-use tongue_input::measured::recording::{Format, Map, Recording, Waveform};
+use tongue_fit::inner::adapt::{Adaptation, AdaptationInput};
+use tongue_fit::inner::measured::recording::{Format, Map, Recording, Waveform};
+use tongue_fit::inner::run::ScreenedRecording;
+use tongue_fit::inner::track::TrackSettings;
 
 use super::{body, inputs, output};
 
@@ -48,7 +48,7 @@ fn format(name: &str) -> Result<Format, String> {
     let format = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
     format.map(|(_, format)| *format).ok_or_else(|| {
         let names = Format::NAMES.map(|(n, _)| n);
-        format!("{}; formats: {}", tongue_core::choice::hint(name, names), names.join(", "))
+        format!("{}; formats: {}", tongue_fit::inner::choice::hint(name, names), names.join(", "))
     })
 }
 

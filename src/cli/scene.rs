@@ -3,11 +3,11 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use nalgebra::SVector;
 use serde_json::json;
-use tongue_files::report::{
+use tongue_fit::body::{AnyBody, Body};
+use tongue_fit::inner::report::{
     self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu,
 };
-use tongue_files::scene::run::in_axes_of_body;
-use tongue_fit::body::{AnyBody, Body};
+use tongue_fit::inner::scene::run::in_axes_of_body;
 use tongue_fit::scene::{self, Prepared, Scene, SceneBody, SceneOutcome as Answer, Want, build, prepare};
 
 use super::{Global, Outcome, inputs, output, scene_table};

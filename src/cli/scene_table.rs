@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use tongue_files::report;
-use tongue_files::scene::{ScenePlan, force_unit, run::SceneOutcome};
 use tongue_fit::dynamics::MotionOutcome;
+use tongue_fit::inner::report;
+use tongue_fit::inner::scene::{ScenePlan, force_unit, run::SceneOutcome};
 
 use super::table::{self, align_left, newtons, rows};
 use super::word;

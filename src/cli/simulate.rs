@@ -1,7 +1,7 @@
 //! `tongue-fit simulate`: one equilibrium at given tensions, or the motion there.
 
-use tongue_files::report::{self, SectionPicture};
-use tongue_files::run::Solved;
+use tongue_fit::inner::report::{self, SectionPicture};
+use tongue_fit::inner::run::Solved;
 
 use super::{Global, Outcome, body, drive, output, space, trajectory};
 

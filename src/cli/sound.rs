@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
-use tongue_files::report::{self, Export, Json, Rows, Wav};
-use tongue_files::run::{Kind, SpaceSource, TongueSound};
-use tongue_files::scene::effects::Effects;
-use tongue_files::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
+use tongue_fit::inner::report::{self, Export, Json, Rows, Wav};
+use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
+use tongue_fit::inner::scene::effects::Effects;
+use tongue_fit::inner::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::scene::{Scene, SceneBody, Want};
 use tongue_sound::voice::{self, Voice};

@@ -2,10 +2,10 @@
 
 use anyhow::{anyhow, bail};
 
-use tongue_files::report;
-use tongue_files::run::{Solved, SpaceSource};
-use tongue_files::surgery::{FillingKind, Operation, Surgery};
 use tongue_fit::body::{Body, Unit};
+use tongue_fit::inner::report;
+use tongue_fit::inner::run::{Solved, SpaceSource};
+use tongue_fit::inner::surgery::{FillingKind, Operation, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel};
 
 use super::inputs::choice;

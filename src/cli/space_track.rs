@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow, bail, ensure};
 
-use tongue_files::report::{self, Export, Json, Pvd, Vtu, tally};
-use tongue_files::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, tally};
+use tongue_fit::inner::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::system::TissueModel;
-use tongue_input::measured::recording::AlignedRecording;
 
 use super::space::ModelArguments;
 use super::{Global, Outcome, output, recordings, table, untrusted_sentence, word};

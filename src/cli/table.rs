@@ -4,16 +4,16 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
-use tongue_core::choice::name_of;
-use tongue_core::dynamics::{MotionOutcome, MotionStatus};
-use tongue_files::report::column::{self, Column};
-use tongue_files::report::{self, OfBody, SimulationRecord, TrajectoryRecord};
-use tongue_files::run::Equilibrium;
-use tongue_files::surgery::OperationRecord;
-use tongue_files::validate::{self, ValidationStudy};
+use tongue_fit::inner::choice::name_of;
+use tongue_fit::inner::dynamics::{MotionOutcome, MotionStatus};
+use tongue_fit::inner::inverse::alarms::{self, Alarm};
+use tongue_fit::inner::posterior::{Contrast, OverSpeakers};
+use tongue_fit::inner::report::column::{self, Column};
+use tongue_fit::inner::report::{self, OfBody, SimulationRecord, TrajectoryRecord};
+use tongue_fit::inner::run::Equilibrium;
+use tongue_fit::inner::surgery::OperationRecord;
+use tongue_fit::inner::validate::{self, ValidationStudy};
 use tongue_fit::statics::{self, Connection, FromRest};
-use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_infer::posterior::{Contrast, OverSpeakers};
 
 pub(super) fn align_left(t: &mut Table, column: usize) {
     align(t, column, CellAlignment::Left);

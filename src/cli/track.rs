@@ -2,19 +2,19 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use anyhow::{Context, bail, ensure};
-use tongue_core::choice;
-use tongue_core::statistics::distinct;
-use tongue_files::report::batch::journal::{Journal, JournalEntry};
-use tongue_files::report::batch::sha256;
-use tongue_files::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
-use tongue_files::run::{ScreenedRecording, TrackRun, TrackedBody, bones_apart_m, check_scale};
 use tongue_fit::body::Body;
-use tongue_fit::system::TissueModel;
-use tongue_infer::adapt::{AdaptationInput, RestShapeMethod};
-use tongue_infer::track::{
+use tongue_fit::inner::adapt::{AdaptationInput, RestShapeMethod};
+use tongue_fit::inner::choice;
+use tongue_fit::inner::measured::recording::AlignedRecording;
+use tongue_fit::inner::report::batch::journal::{Journal, JournalEntry};
+use tongue_fit::inner::report::batch::sha256;
+use tongue_fit::inner::report::{FormantsRecord, Json, OutputDir, RecordingResult, status_name, tally};
+use tongue_fit::inner::run::{ScreenedRecording, TrackRun, TrackedBody, bones_apart_m, check_scale};
+use tongue_fit::inner::statistics::distinct;
+use tongue_fit::inner::track::{
     self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, TrackedRecording, Watch, is_untrusted,
 };
-use tongue_input::measured::recording::AlignedRecording;
+use tongue_fit::system::TissueModel;
 
 use super::inputs::choice_among;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments};

@@ -4,16 +4,16 @@ use std::io;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
-use tongue_files::report::column;
-use tongue_files::report::{
+use tongue_fit::body::Body;
+use tongue_fit::body::json::MeshRecord;
+use tongue_fit::inner::adapt::Adaptation;
+use tongue_fit::inner::report::column;
+use tongue_fit::inner::report::{
     Export, Json, OutputDir, Provenance, Pvd, RecordingResult, Ssff, TrackRecord, contrasts, draws_csv,
     formants_csv, repeats_columns, segments_csv, timelines, track_csv, track_page,
 };
-use tongue_fit::body::Body;
-use tongue_fit::body::json::MeshRecord;
+use tongue_fit::inner::track::Tracked;
 use tongue_fit::system::Model;
-use tongue_infer::adapt::Adaptation;
-use tongue_infer::track::Tracked;
 
 use super::Outcome;
 

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use anyhow::bail;
 use serde::Serialize;
 use serde_json::json;
-use tongue_files::report::{Export, Json, OutputDir, over_speakers};
-use tongue_infer::posterior::OverSpeakers;
-use tongue_infer::track::Comparison;
+use tongue_fit::inner::posterior::OverSpeakers;
+use tongue_fit::inner::report::{Export, Json, OutputDir, over_speakers};
+use tongue_fit::inner::track::Comparison;
 
 use super::recordings::Loaded;
 use super::track_files::Done;

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use tongue_core::statistics::median;
-use tongue_files::report::{
+use tongue_fit::inner::report::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
     repetitions_sentence, with_decimals,
 };
-use tongue_infer::track::{Comparison, Displacement, FrameStatus, NARROW};
+use tongue_fit::inner::statistics::median;
+use tongue_fit::inner::track::{Comparison, Displacement, FrameStatus, NARROW};
 
 use super::table::{self, count_of, difference, join_first};
 
@@ -36,7 +36,7 @@ pub fn track(record: &TrackRecord) -> String {
         link.prior_quantile(0.0),
         NARROW * link.scale_n(),
         compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
-        tongue_files::report::limit_of_plane()
+        tongue_fit::inner::report::limit_of_plane()
     );
     let resolved = median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
     text += &format!(

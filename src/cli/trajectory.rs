@@ -5,22 +5,22 @@ use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, ensure};
 use indicatif::ProgressBar;
-use tongue_core::dynamics::{
-    self, Control, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
-};
-use tongue_core::limits::TOLERANCE_MM;
-use tongue_files::report::{
-    self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
-    TrajectoryRecord, Vtu,
-};
-use tongue_files::run::{STEP_ERROR_MM, SampledMotion};
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::Curves;
 use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
+use tongue_fit::inner::dynamics::{
+    self, Control, IntegrationMethod, Integrator, Motion, MotionStatus, SHORTEST_S, Tensions,
+};
+use tongue_fit::inner::inverse::alarms;
+use tongue_fit::inner::limits::TOLERANCE_MM;
+use tongue_fit::inner::report::{
+    self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
+    TrajectoryRecord, Vtu,
+};
+use tongue_fit::inner::run::{STEP_ERROR_MM, SampledMotion};
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::system::System;
-use tongue_infer::inverse::alarms;
 
 use super::inputs::choice;
 use super::invocation::stop_if_asked;

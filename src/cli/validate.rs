@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use tongue_files::report::{Files, Json, Markdown};
-use tongue_files::validate::{self, ValidationPlan};
+use tongue_fit::inner::report::{Files, Json, Markdown};
+use tongue_fit::inner::validate::{self, ValidationPlan};
 use tongue_fit::measured::Vowel;
 use tongue_fit::system::TissueModel;
 

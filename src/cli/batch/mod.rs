@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use anyhow::{anyhow, bail, ensure};
 use rayon::prelude::*;
-use tongue_core::choice::name_of;
-use tongue_files::report::ReportError;
-use tongue_files::report::batch::journal::{Journal, JournalEntry, NAME};
-use tongue_files::report::batch::{Fitted, Shard};
+use tongue_fit::inner::choice::name_of;
+use tongue_fit::inner::inverse::batch::{Job, Selection};
+use tongue_fit::inner::report::ReportError;
+use tongue_fit::inner::report::batch::journal::{Journal, JournalEntry, NAME};
+use tongue_fit::inner::report::batch::{Fitted, Shard};
 use tongue_fit::inverse::Method;
 use tongue_fit::measured::{Target, TargetKind, Vowel};
-use tongue_infer::inverse::batch::{Job, Selection};
 
 use super::inputs::choice;
 use super::{Global, Outcome, body, interrupt, output, posterior};

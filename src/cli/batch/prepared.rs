@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use anyhow::bail;
-use tongue_files::report::batch::journal::Journal;
-use tongue_files::report::batch::{
+use tongue_fit::inner::inverse::batch;
+use tongue_fit::inner::report::batch::journal::Journal;
+use tongue_fit::inner::report::batch::{
     self as outputs, Batch, FinishedFits, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
 };
-use tongue_files::report::{OutputDir, Provenance};
-use tongue_files::run::{BatchRun, RowPosteriors};
+use tongue_fit::inner::report::{OutputDir, Provenance};
+use tongue_fit::inner::run::{BatchRun, RowPosteriors};
 use tongue_fit::measured::Dataset;
-use tongue_infer::inverse::batch;
 
 use super::Arguments;
 use crate::cli::table::{align_left, count_of, most_agree, rows, status_counts, wrap_sentence};
