@@ -23,7 +23,7 @@ fn solves<const D: usize>(mesh: &Mesh<D>, side: f64, compare: bool) {
         (0..n).map(|i| SVector::from_fn(|d, _| ((i * D + d) as f64).cos())).collect();
 
     let mut factor = Factor::new(pattern);
-    factor.factorise(pattern, &k).unwrap();
+    assert!(factor.factorise(pattern, &k));
     let mut ours = b.clone();
     factor.solve(pattern, &mut ours);
 
@@ -73,9 +73,9 @@ fn refuses<const D: usize>(mesh: &Mesh<D>) {
     let at = Configuration { positions: &mesh.nodes, tensions: &tensions };
     system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut k));
     let mut factor = Factor::new(pattern);
-    assert!(factor.factorise(pattern, &k).is_ok());
+    assert!(factor.factorise(pattern, &k));
     k.shift(pattern, -1.0e4);
-    assert!(factor.factorise(pattern, &k).is_err());
+    assert!(!factor.factorise(pattern, &k));
     // The reported direction proves the failure, because the matrix is not positive along it.
     let mut d = vec![SVector::zeros(); pattern.unknowns()];
     factor.negative_curvature(pattern, &k, &mut d);
@@ -83,5 +83,5 @@ fn refuses<const D: usize>(mesh: &Mesh<D>) {
     k.multiply(pattern, &d, &mut image);
     assert!(d.iter().zip(&image).map(|(d, k)| d.dot(k)).sum::<f64>() < 0.0);
     k.shift(pattern, f64::NAN);
-    assert!(factor.factorise(pattern, &k).is_err());
+    assert!(!factor.factorise(pattern, &k));
 }

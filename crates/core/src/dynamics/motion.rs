@@ -103,7 +103,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
         let positions = self.equilibrium_from(self.system.rest(), tensions)?;
         let mut state = State { positions, ..self.at_rest() };
-        self.update_internal_state_under(tensions, UNTIL_EQUILIBRIUM, &mut state);
+        self.update_internal_state(tensions, UNTIL_EQUILIBRIUM, &mut state);
         Some(state)
     }
 
@@ -169,31 +169,12 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// Solves `s = known + step rate` for the internal states at the state's positions and time; `state` holds `known`.
-    pub(super) fn update_internal_state(&self, state: &mut State<D>, step: f64, tensions: &mut [f64]) {
-        self.tensions.write_at(state.time, tensions);
-        self.update_internal_state_under(tensions, step, state);
-    }
-
-    fn update_internal_state_under(&self, tensions: &[f64], step: f64, state: &mut State<D>) {
+    /// Solves `s = known + step rate` for the internal states at the state's positions; `state` holds `known`.
+    pub(super) fn update_internal_state(&self, tensions: &[f64], step: f64, state: &mut State<D>) {
         let at = Configuration { positions: &state.positions, tensions };
         for (i, range) in self.internal() {
             i.update_internal_state(at, step, &mut state.internal[range]);
         }
-    }
-
-    /// `m / step² + C / step + K`, N/m, with the internal states eliminated: the matrix of an implicit step. It is symmetric, because the
-    /// change of direction of the dampers is left out; Newton's iterations correct for that.
-    pub(super) fn add_step_matrix(
-        &self,
-        state: &State<D>,
-        step: f64,
-        tangent: Tangent,
-        matrix: &mut BlockMatrix<D>,
-    ) {
-        self.add_stiffness(state, step, tangent, matrix);
-        self.add_damping(state, 1.0 / step, matrix);
-        matrix.shift(self.system.pattern(), self.mass / (step * step));
     }
 
     /// The stiffness, N/m, with the internal states solved over `step`, s (constant if it is zero).

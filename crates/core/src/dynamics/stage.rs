@@ -133,7 +133,8 @@ impl<const D: usize> StageSolver<D> {
             stage.velocities[i] = (stage.positions[i] - known.positions[i]) / g;
         }
         stage.internal.copy_from_slice(&known.internal);
-        motion.update_internal_state(stage, g, &mut self.tensions);
+        motion.tensions().write_at(stage.time, &mut self.tensions);
+        motion.update_internal_state(&self.tensions, g, stage);
     }
 
     fn factorise(
@@ -143,12 +144,16 @@ impl<const D: usize> StageSolver<D> {
         g: f64,
         counts: &mut StepCounts,
     ) -> Option<()> {
+        let pattern = motion.system().pattern();
         // With a long step the exact matrix can be indefinite near buckling; the convex one cannot.
         for tangent in [Tangent::Exact, Tangent::Convex] {
+            // The matrix is symmetric, because the change of direction of the dampers is left out; later iterations correct for that.
             self.matrix.clear();
-            motion.add_step_matrix(stage, g, tangent, &mut self.matrix);
+            motion.add_stiffness(stage, g, tangent, &mut self.matrix);
+            motion.add_damping(stage, 1.0 / g, &mut self.matrix);
+            self.matrix.shift(pattern, motion.mass() / (g * g));
             counts.factorisations += 1;
-            if self.factor.factorise(motion.system().pattern(), &self.matrix).is_ok() {
+            if self.factor.factorise(pattern, &self.matrix) {
                 self.factor_step = g;
                 return Some(());
             }

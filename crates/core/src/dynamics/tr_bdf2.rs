@@ -19,7 +19,9 @@
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
-use super::{Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StepCounts, after, cut};
+use super::{
+    Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StateRates, StepCounts, after, cut,
+};
 
 /// Tolerance of the corrections of Newton's method at a fixed step, m.
 const FIXED_STEP_TOLERANCE: f64 = 1e-12;
@@ -101,15 +103,6 @@ impl<const D: usize> TrBdf2<D> {
             stage,
             derivatives: std::array::from_fn(|_| zero.clone()),
         }
-    }
-
-    fn start(&mut self, motion: &Motion<'_, D>, state: &State<D>, counts: &mut StepCounts) {
-        let mut rates = motion.rates();
-        motion.evaluate(state, &mut rates, counts);
-        let first = &mut self.derivatives[0];
-        first.velocity.copy_from_slice(&state.velocities);
-        first.acceleration.copy_from_slice(&rates.acceleration);
-        first.internal.copy_from_slice(&rates.internal);
     }
 
     /// Computes all stages of a step of `h` that ends at `end`, with the result in `self.stage`. Returns whether they were solved.
@@ -208,7 +201,10 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
         counts: &mut StepCounts,
     ) -> Result<(), MotionStatus> {
         if self.step == 0.0 {
-            self.start(motion, state, counts);
+            let mut rates = motion.rates();
+            motion.evaluate(state, &mut rates, counts);
+            let (velocity, StateRates { acceleration, internal, .. }) = (state.velocities.clone(), rates);
+            self.derivatives[0] = Derivative { velocity, acceleration, internal };
             self.step = match self.control {
                 Control::Fixed(dt) => dt,
                 Control::Adaptive(_) => FIRST_STEP * (until - state.time),

@@ -7,10 +7,6 @@ use pulp::{Arch, NullaryFnOnce};
 use super::supernodal::Supernodal;
 use super::{BlockMatrix, Pattern};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("not positive definite")]
-pub struct NotPositiveDefinite;
-
 /// A factor and its scratch space. After its creation it allocates only in [`Factor::negative_curvature`].
 #[derive(Debug)]
 pub struct Factor<const D: usize> {
@@ -46,19 +42,14 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Factorises `matrix`. It fails, and the factor must not be used, if a pivot is at most `SMALLEST_PIVOT` times the largest diagonal
-    /// entry.
+    /// Factorises `matrix`. Returns whether it is positive definite; if not, the factor must not be used: a pivot is at most
+    /// `SMALLEST_PIVOT` times the largest diagonal entry.
     #[inline(never)]
-    pub fn factorise(
-        &mut self,
-        pattern: &Pattern,
-        matrix: &BlockMatrix<D>,
-    ) -> Result<(), NotPositiveDefinite> {
-        let is_done = match &mut self.supernodal {
+    pub fn factorise(&mut self, pattern: &Pattern, matrix: &BlockMatrix<D>) -> bool {
+        match &mut self.supernodal {
             Some(faer) => faer.factorise(pattern, matrix, floor(pattern, matrix)),
             None => self.factorise_blocks(pattern, matrix),
-        };
-        if is_done { Ok(()) } else { Err(NotPositiveDefinite) }
+        }
     }
 
     /// Factorises by blocks. Returns false, and stores the unknown at which it failed, if a pivot is too small.

@@ -3,10 +3,10 @@
 use nalgebra::SVector;
 
 use crate::effect::{Configuration, Tangent};
-use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
 use super::Workspace;
+use super::state::SolveState;
 
 /// The factorised equilibrium that the last solve left in a workspace, and the motion of its nodes for the last change.
 #[derive(Debug)]
@@ -17,17 +17,16 @@ pub struct Response<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Response<'a, D> {
-    /// Factorises the exact stiffness at the positions and tensions of the last solve.
+    /// Factorises the exact stiffness at the positions and tensions of the last solve; `None` if it is not positive definite.
     #[inline(never)]
-    pub fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Result<Self, NotPositiveDefinite> {
-        let at = Configuration { positions: &w.positions, tensions: &w.tensions };
-        w.stiffness.clear();
-        system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut w.stiffness));
-        w.factor_ready = false;
-        w.factor.factorise(system.pattern(), &w.stiffness)?;
-        w.factor_ready = true;
+    pub fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Option<Self> {
+        let mut state = SolveState::new(system, w);
+        state.assemble(Tangent::Exact);
+        if !state.try_factor() {
+            return None;
+        }
         w.factor_is_exact = true;
-        Ok(Self::with_existing_factor(system, w))
+        Some(Self::with_existing_factor(system, w))
     }
 
     /// A response with the factor that the workspace has of this equilibrium.
@@ -106,7 +105,7 @@ pub fn position_rates<const D: usize>(
     muscles: &[Vec<usize>],
 ) -> Option<Vec<Vec<SVector<f64, D>>>> {
     workspace.set(positions, tensions)?;
-    let mut response = Response::new(system, workspace).ok()?;
+    let mut response = Response::new(system, workspace)?;
     let motions = muscles.iter().map(|fibres| {
         let mut motion = vec![SVector::zeros(); positions.len()];
         for &fibre in fibres {

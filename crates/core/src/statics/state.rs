@@ -26,8 +26,7 @@ impl<'a, const D: usize> SolveState<'a, D> {
 
     pub(super) fn energy(&mut self) -> f64 {
         self.done.energy_evaluations += 1;
-        let w = &*self.w;
-        self.system.energy(Configuration { positions: &w.positions, tensions: &w.tensions })
+        self.system.energy(self.w.configuration())
     }
 
     pub(super) fn update_force(&mut self) {
@@ -51,7 +50,7 @@ impl<'a, const D: usize> SolveState<'a, D> {
     /// Factorises the stiffness. Returns whether it is positive definite.
     pub(super) fn try_factor(&mut self) -> bool {
         self.done.factorisations += 1;
-        self.w.factor_ready = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness).is_ok();
+        self.w.factor_ready = self.w.factor.factorise(self.system.pattern(), &self.w.stiffness);
         self.w.factor_ready
     }
 

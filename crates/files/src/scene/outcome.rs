@@ -137,7 +137,7 @@ pub(super) fn sound_record<const D: usize>(
     let mut record = SoundRecord::new(&airway.tract, &airway.acoustics, &sound, posture);
     let rates = airway.rates(&sound);
     // An equilibrium that is not stable has no derivatives.
-    if let Ok(mut response) = Response::new(&prepared.system, workspace) {
+    if let Some(mut response) = Response::new(&prepared.system, workspace) {
         for &chain in prepared.system.contracting() {
             let muscle = &prepared.body.mesh.muscles[chain].name;
             let own = VocalTract::by_tension(&rates, &mut response, chain);

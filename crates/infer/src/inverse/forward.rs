@@ -192,7 +192,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let problem = self.problem;
         let system = self.candidate_system.as_ref().unwrap_or(problem.system);
         self.motions.resize(problem.unknowns.len(), vec![SVector::zeros(); self.workspace.positions().len()]);
-        let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
+        let mut response = statics::Response::new(system, &mut self.workspace)?;
         for (column, unknown) in problem.unknowns.iter().enumerate() {
             match unknown.quantity {
                 Quantity::Tension { muscle } => {

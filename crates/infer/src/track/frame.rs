@@ -202,7 +202,7 @@ impl<'a> FrameSolver<'a> {
     }
 
     pub fn response(&mut self) -> Option<Response<'_, 2>> {
-        Response::new(self.system, &mut self.workspace).ok()
+        Response::new(self.system, &mut self.workspace)
     }
 }
 

@@ -80,7 +80,7 @@ impl<const D: usize> ScalarFallback<D> {
     pub fn adjoint(&mut self, system: &System<D>, gradient: &[SVector<f64, D>]) -> Option<Adjoint<D>> {
         let response = match self.is_factorised {
             true => Response::with_existing_factor(system, &mut self.w),
-            false => Response::new(system, &mut self.w).ok()?,
+            false => Response::new(system, &mut self.w)?,
         };
         self.is_factorised = true;
         Some(adjoint_of(system, response, gradient, BONE_FORCE_STEP))
@@ -96,7 +96,7 @@ pub(super) fn adjoint_scalar<const D: usize>(
 ) -> Option<Adjoint<D>> {
     let mut w = Workspace::new(system);
     w.set(positions, tensions)?;
-    Some(adjoint_of(system, Response::new(system, &mut w).ok()?, gradient, 1e-3))
+    Some(adjoint_of(system, Response::new(system, &mut w)?, gradient, 1e-3))
 }
 
 /// Step of the differences of forces on bones, over the size of the body. It is small because fibres between a bone and the tissue can be
