@@ -15,6 +15,7 @@ type SimplexEdge = [(usize, f64); 3];
 pub type SimplexNodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
 /// The simplices of any element, each with its share of the element's area or volume at rest.
+#[derive(Debug, Clone)]
 pub struct BarrierSimplices<const D: usize>(Vec<([SimplexEdge; 3], f64)>);
 
 impl<const D: usize> Default for BarrierSimplices<D> {

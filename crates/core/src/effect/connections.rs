@@ -106,16 +106,11 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    fn add_force_per_tension(
-        &self,
-        at: Configuration<'_, D>,
-        muscle: usize,
-        derivative: &mut [SVector<f64, D>],
-    ) {
+    fn add_force_per_tension(&self, at: Configuration<'_, D>, muscle: usize, rate: &mut [SVector<f64, D>]) {
         if self.number() == Some(muscle) {
             for s in &self.springs {
                 let (_, n) = length_and_direction(at.positions, s.nodes);
-                s.add_pull(n, 1.0, derivative);
+                s.add_pull(n, 1.0, rate);
             }
         }
     }

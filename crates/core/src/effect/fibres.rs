@@ -280,14 +280,9 @@ impl<const D: usize> Effect<D> for Fibres<D> {
         );
     }
 
-    fn add_force_per_tension(
-        &self,
-        at: Configuration<'_, D>,
-        muscle: usize,
-        derivative: &mut [SVector<f64, D>],
-    ) {
+    fn add_force_per_tension(&self, at: Configuration<'_, D>, muscle: usize, rate: &mut [SVector<f64, D>]) {
         if muscle == self.muscle {
-            self.groups.iter().for_each(|g| g.add_force(at.positions, 1.0, 0.0, derivative));
+            self.groups.iter().for_each(|g| g.add_force(at.positions, 1.0, 0.0, rate));
         }
     }
 

@@ -9,6 +9,7 @@ use super::{Configuration, Effect, Tangent};
 use crate::geometry::hexahedron::{self, CORNERS, POINTS};
 use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::MooneyRivlin;
+use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
@@ -76,27 +77,18 @@ impl Hexahedra {
     }
 
     #[inline(always)]
-    fn factor(&self, number: usize, activations: &[f64]) -> f64 {
-        let own = self.elements[number].factor;
-        let Some(s) = &self.stiffening else { return own };
-        let sum: f64 = s.muscles[number].iter().map(|&m| activations[m]).sum();
-        own * (1.0 + s.gain * sum.clamp(0.0, 1.0))
-    }
-
-    #[inline(always)]
-    fn moved(&self, e: &HexahedronElement, positions: &[Vector3<f64>]) -> HexahedronCorners {
-        from_fn(|i| positions[e.nodes[i]] - self.rest[e.nodes[i]])
-    }
-
-    #[inline(always)]
     fn at_points(&self, e: &HexahedronElement, positions: &[Vector3<f64>]) -> [TissuePoint; POINTS] {
-        let moved = self.moved(e, positions);
+        let moved: HexahedronCorners = from_fn(|i| positions[e.nodes[i]] - self.rest[e.nodes[i]]);
         from_fn(|i| TissuePoint::new(&e.shapes[i], &moved))
     }
 
     #[inline(always)]
     fn law_of(&self, number: usize, activations: &[f64]) -> MooneyRivlin {
-        self.law.scaled(self.factor(number, activations))
+        let stiffer = self.stiffening.as_ref().map_or(1.0, |s| {
+            let sum: f64 = s.muscles[number].iter().map(|&m| activations[m]).sum();
+            1.0 + s.gain * sum.clamp(0.0, 1.0)
+        });
+        self.law.scaled(self.elements[number].factor * stiffer)
     }
 
     fn energy_of(&self, e: &HexahedronElement, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
@@ -252,20 +244,16 @@ fn add_convex(
         }
     }
     let local = shape.map(|g| axes.tr_mul(&g));
-    let mut pair = 0;
-    for a in 0..CORNERS {
-        for b in a..CORNERS {
-            let (ga, gb) = (&local[a], &local[b]);
-            let mut block = Matrix3::from_fn(|i, k| {
-                let across = if i == k { 0.0 } else { cross[(i, k)] * ga[k] * gb[i] };
-                stretch[(i, k)] * ga[i] * gb[k] + across
-            });
-            for i in 0..3 {
-                block[(i, i)] += (0..3).map(|j| own[(i, j)] * ga[j] * gb[j]).sum::<f64>();
-            }
-            blocks[pair] += turned * block * turned.transpose() * share;
-            pair += 1;
+    for (sum, (a, b)) in blocks.iter_mut().zip(pairs(CORNERS)) {
+        let (ga, gb) = (&local[a], &local[b]);
+        let mut block = Matrix3::from_fn(|i, k| {
+            let across = if i == k { 0.0 } else { cross[(i, k)] * ga[k] * gb[i] };
+            stretch[(i, k)] * ga[i] * gb[k] + across
+        });
+        for i in 0..3 {
+            block[(i, i)] += (0..3).map(|j| own[(i, j)] * ga[j] * gb[j]).sum::<f64>();
         }
+        *sum += turned * block * turned.transpose() * share;
     }
 }
 
@@ -306,12 +294,7 @@ impl Effect<3> for Hexahedra {
     }
 
     /// With stiffening a muscle also acts through the tissue while the activations of an element add up to less than 1.
-    fn add_force_per_tension(
-        &self,
-        at: Configuration<'_, 3>,
-        muscle: usize,
-        derivative: &mut [Vector3<f64>],
-    ) {
+    fn add_force_per_tension(&self, at: Configuration<'_, 3>, muscle: usize, rate: &mut [Vector3<f64>]) {
         let Some(s) = &self.stiffening else { return };
         for (e, muscles) in self.elements.iter().zip(&s.muscles) {
             let sum: f64 = muscles.iter().map(|&m| at.tensions[m]).sum();
@@ -319,7 +302,7 @@ impl Effect<3> for Hexahedra {
                 continue;
             }
             let own = self.force_of(e, &self.law.scaled(s.gain * e.factor), at.positions);
-            e.nodes.iter().zip(own).for_each(|(&node, f)| derivative[node] += f);
+            e.nodes.iter().zip(own).for_each(|(&node, f)| rate[node] += f);
         }
     }
 

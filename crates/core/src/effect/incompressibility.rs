@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::body::Cells;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::{self, barrier};
@@ -135,14 +136,11 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
             let gradient = simplex::gradient(&x);
             let outer =
                 |a: usize, b: usize| -> SMatrix<f64, D, D> { gradient[a] * scale * gradient[b].transpose() };
-            let mut slots = c.slots.iter();
-            for a in 0..=D {
-                for (b, &slot) in (a..=D).zip(&mut slots) {
-                    if a == b {
-                        stiffness.add_symmetric(slot, &outer(a, a));
-                    } else {
-                        stiffness.add(slot, &(outer(a, b) + simplex::hessian(&x, a, b) * bend));
-                    }
+            for (&slot, (a, b)) in c.slots.iter().zip(pairs(D + 1)) {
+                if a == b {
+                    stiffness.add_symmetric(slot, &outer(a, a));
+                } else {
+                    stiffness.add(slot, &(outer(a, b) + simplex::hessian(&x, a, b) * bend));
                 }
             }
         }

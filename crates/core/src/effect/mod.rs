@@ -121,7 +121,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         &self,
         _at: Configuration<'_, D>,
         _muscle: usize,
-        _derivative: &mut [SVector<f64, D>],
+        _rate: &mut [SVector<f64, D>],
     ) {
     }
 

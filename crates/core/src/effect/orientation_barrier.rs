@@ -4,12 +4,12 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex;
+use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::barrier;
-use super::barrier_simplices::{
-    BarrierSimplex, BarrierSimplices, SimplexNodes, barrier_is_inactive, step_is_free,
-};
+use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, barrier_is_inactive, step_is_free};
+use super::quadratic_element::gather;
 use super::{Configuration, Effect, Tangent};
 
 /// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide it.
@@ -24,6 +24,7 @@ pub struct OrientationBarrier<const D: usize> {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
     lambda: f64,
     elements: Vec<BarrierElement>,
+    simplices: BarrierSimplices<D>,
 }
 
 #[derive(Debug, Clone)]
@@ -51,7 +52,7 @@ impl<const D: usize> OrientationBarrier<D> {
             let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
             BarrierElement { nodes, measure, slots: Vec::new() }
         });
-        Self { lambda, elements: elements.collect() }
+        Self { lambda, elements: elements.collect(), simplices: BarrierSimplices::default() }
     }
 
     /// Calls `act` for every simplex in which the barrier acts, with its ratio and the energy that scales the barrier, J.
@@ -60,29 +61,17 @@ impl<const D: usize> OrientationBarrier<D> {
         positions: &[SVector<f64, D>],
         mut act: impl FnMut(&BarrierElement, &BarrierSimplex<'_, D>, f64, f64),
     ) {
-        let guards = BarrierSimplices::<D>::default();
         for e in &self.elements {
-            let x = e.gather::<D>(positions);
+            let x = gather(&e.nodes, |node| positions[node]);
             if barrier_is_inactive(e.measure, &x) {
                 continue;
             }
-            for guarded in guards.of(e.measure, &x) {
+            for guarded in self.simplices.of(e.measure, &x) {
                 if let Some(ratio) = guarded.ratio() {
-                    act(e, &guarded, ratio, self.lambda * e.measure / guards.count() as f64);
+                    act(e, &guarded, ratio, self.lambda * e.measure / self.simplices.count() as f64);
                 }
             }
         }
-    }
-}
-
-impl BarrierElement {
-    #[inline(always)]
-    fn gather<const D: usize>(&self, of_nodes: &[SVector<f64, D>]) -> SimplexNodes<D> {
-        let mut x = [SVector::zeros(); MAX_NODES];
-        for (x, &node) in x.iter_mut().zip(&self.nodes[..quadratic::nodes::<D>()]) {
-            *x = of_nodes[node];
-        }
-        x
     }
 }
 
@@ -124,33 +113,27 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
             let counts = guarded.counts();
             let slopes = guarded.slopes(&counts);
             let bend = if tangent == Tangent::Exact { scale * b.slope / guarded.rest } else { 0.0 };
-            let mut slots = e.slots.iter();
-            for i in 0..Self::NODES {
-                for j in i..Self::NODES {
-                    let Some(slot) = slots.next() else { return };
-                    let mut block: SMatrix<f64, D, D> =
-                        slopes[i] * slopes[j].transpose() * (scale * b.curvature);
-                    for (p, q) in (0..D).flat_map(|p| (0..D).map(move |q| (p, q))) {
-                        let count = counts[i][p] * counts[j][q] * bend;
-                        if count != 0.0 && p != q {
-                            block += simplex::hessian(&guarded.corners, p + 1, q + 1) * count;
-                        }
+            for (slot, (i, j)) in e.slots.iter().zip(pairs(Self::NODES)) {
+                let mut block: SMatrix<f64, D, D> = slopes[i] * slopes[j].transpose() * (scale * b.curvature);
+                for (p, q) in (0..D).flat_map(|p| (0..D).map(move |q| (p, q))) {
+                    let count = counts[i][p] * counts[j][q] * bend;
+                    if count != 0.0 && p != q {
+                        block += simplex::hessian(&guarded.corners, p + 1, q + 1) * count;
                     }
-                    stiffness.add(*slot, &block);
                 }
+                stiffness.add(*slot, &block);
             }
         });
     }
 
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
-        let guards = BarrierSimplices::<D>::default();
         let mut limit: f64 = 1.0;
         for e in &self.elements {
-            let (x, p) = (e.gather::<D>(at.positions), e.gather::<D>(step));
+            let (x, p) = (gather(&e.nodes, |node| at.positions[node]), gather(&e.nodes, |node| step[node]));
             if limit == 1.0 && step_is_free(&x, &p) {
                 continue;
             }
-            for (here, way) in guards.of(e.measure, &x).zip(guards.of(e.measure, &p)) {
+            for (here, way) in self.simplices.of(e.measure, &x).zip(self.simplices.of(e.measure, &p)) {
                 limit *= simplex::safe_part(&here.corners, &way.corners.map(|p| p * limit));
             }
         }
@@ -162,10 +145,10 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
     }
 
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
-        let guards = BarrierSimplices::<D>::default();
         let guarded = self.elements.iter().filter(|e| {
-            let x = e.gather::<D>(at.positions);
-            !barrier_is_inactive(e.measure, &x) && guards.of(e.measure, &x).any(|g| g.ratio().is_some())
+            let x = gather(&e.nodes, |node| at.positions[node]);
+            !barrier_is_inactive(e.measure, &x)
+                && self.simplices.of(e.measure, &x).any(|g| g.ratio().is_some())
         });
         guarded.count()
     }

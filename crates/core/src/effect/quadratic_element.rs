@@ -7,6 +7,7 @@ use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::law::{Deformed, contract};
 use crate::material::{NeoHookean, Stress};
+use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
@@ -43,11 +44,6 @@ struct Element<const D: usize> {
 
 type Shapes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
-/// Pairs of nodes of an element, with those of a node with itself.
-fn pairs<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
-    (0..quadratic::nodes::<D>()).flat_map(|a| (a..quadratic::nodes::<D>()).map(move |b| (a, b)))
-}
-
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
@@ -78,7 +74,7 @@ impl<const D: usize> QuadraticElements<D> {
 
     #[inline(always)]
     fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
-        e.gather(|node| positions[node] - self.rest[node])
+        gather(&e.nodes, |node| positions[node] - self.rest[node])
     }
 
     /// Adds the convex stiffness of an element by the eigenvalues of the moduli at each point.
@@ -86,14 +82,14 @@ impl<const D: usize> QuadraticElements<D> {
         let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
         e.at_points(self.law, displaced, |shape, deformed, law| {
             let convex = law.nearest_convex_moduli();
-            for (block, (a, b)) in blocks.iter_mut().zip(pairs::<D>()) {
+            for (block, (a, b)) in blocks.iter_mut().zip(pairs(Self::NODES)) {
                 *block += match &convex {
                     Some(moduli) => contract(moduli, &shape[a], &shape[b]),
                     None => law.tangent([&shape[a], &shape[b]], [&deformed[a], &deformed[b]]),
                 };
             }
         });
-        for ((slot, block), _) in e.slots.iter().zip(&blocks).zip(pairs::<D>()) {
+        for ((slot, block), _) in e.slots.iter().zip(&blocks).zip(pairs(Self::NODES)) {
             stiffness.add(*slot, &(block * e.share));
         }
     }
@@ -110,15 +106,6 @@ impl<const D: usize> Element<D> {
     #[inline(always)]
     fn shapes(&self) -> &[Shapes<D>] {
         &self.shapes[..quadratic::points::<D>().len()]
-    }
-
-    #[inline(always)]
-    fn gather(&self, of_node: impl Fn(usize) -> SVector<f64, D>) -> Shapes<D> {
-        let mut own = [SVector::zeros(); MAX_NODES];
-        for (own, &node) in own.iter_mut().zip(self.nodes()) {
-            *own = of_node(node);
-        }
-        own
     }
 
     /// Calls `point` for every integration point with the gradients of the shape functions at rest and in the deformed shape (`F⁻ᵀ` times
@@ -141,6 +128,19 @@ impl<const D: usize> Element<D> {
             point(shape, &deformed, here);
         }
     }
+}
+
+/// A vector of each of an element's nodes.
+#[inline(always)]
+pub(super) fn gather<const D: usize>(
+    nodes: &[usize; MAX_NODES],
+    of_node: impl Fn(usize) -> SVector<f64, D>,
+) -> Shapes<D> {
+    let mut own = [SVector::zeros(); MAX_NODES];
+    for (own, &node) in own.iter_mut().zip(&nodes[..quadratic::nodes::<D>()]) {
+        *own = of_node(node);
+    }
+    own
 }
 
 /// The gradient of a field with these values at the nodes, from the gradients of the shape functions.
@@ -246,7 +246,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
                 e.shapes.iter_mut().zip(&old.shapes).for_each(|(shape, old)| shape[new] = old[a]);
             }
             let points = &e.shapes[..quadratic::points::<D>().len()];
-            for ((slot, product), (a, b)) in e.slots.iter_mut().zip(&mut e.products).zip(pairs::<D>()) {
+            for ((slot, product), (a, b)) in e.slots.iter_mut().zip(&mut e.products).zip(pairs(Self::NODES)) {
                 *slot = pattern.slot(e.nodes[a], e.nodes[b]);
                 *product = points.iter().map(|shape| shape[a].dot(&shape[b])).sum();
             }
@@ -299,7 +299,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         force: &mut [SVector<f64, D>],
     ) {
         for e in &self.elements {
-            let moving = e.gather(|node| velocities[node]);
+            let moving = gather(&e.nodes, |node| velocities[node]);
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
                 let gradient = gradient(deformed, &moving);
                 let stress =
@@ -316,14 +316,10 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         for e in &self.elements {
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
                 let scale = weight * self.viscosity * e.share * law.volume_ratio();
-                let mut pair = 0;
-                for a in 0..Self::NODES {
-                    for b in a..Self::NODES {
-                        let [ga, gb] = [&deformed[a], &deformed[b]];
-                        let both = SMatrix::identity() * ga.dot(gb) + gb * ga.transpose();
-                        damping.add(e.slots[pair], &(both * scale));
-                        pair += 1;
-                    }
+                for (slot, (a, b)) in e.slots.iter().zip(pairs(Self::NODES)) {
+                    let [ga, gb] = [&deformed[a], &deformed[b]];
+                    let both = SMatrix::identity() * ga.dot(gb) + gb * ga.transpose();
+                    damping.add(*slot, &(both * scale));
                 }
             });
         }
@@ -353,7 +349,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
-            let (x, p) = (e.gather(|node| at.positions[node]), e.gather(|node| step[node]));
+            let (x, p) = (gather(&e.nodes, |node| at.positions[node]), gather(&e.nodes, |node| step[node]));
             for shape in e.shapes() {
                 let x = simplex::of_columns(&gradient(shape, &x));
                 let p = simplex::of_columns(&(gradient(shape, &p) * limit));

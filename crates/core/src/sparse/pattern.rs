@@ -175,6 +175,11 @@ impl Pattern {
     /// The slots of all pairs of nodes in this order: those of the first node with itself and the others, of the second with itself and
     /// later ones, and so on.
     pub fn pair_slots<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = Slot> + 'a {
-        nodes.iter().enumerate().flat_map(move |(i, &a)| nodes[i..].iter().map(move |&b| self.slot(a, b)))
+        pairs(nodes.len()).map(|(a, b)| self.slot(nodes[a], nodes[b]))
     }
+}
+
+/// The pairs of so many nodes in the order of [`Pattern::pair_slots`].
+pub(crate) fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |a| (a..count).map(move |b| (a, b)))
 }

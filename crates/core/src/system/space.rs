@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::body::space::Half;
+use crate::body::space::{Half, Segment};
 use crate::body::{Body, Muscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
 use crate::geometry::hexahedron;
@@ -92,7 +92,7 @@ impl System<3> {
         let mut effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(tissue)];
         for (number, muscle) in body.muscles.iter().enumerate() {
             let strands = match model.muscles {
-                MusclesAs::Lines => lines(&muscle.segments.iter().collect::<Vec<_>>()),
+                MusclesAs::Lines => lines(muscle.segments.iter()),
                 MusclesAs::Stress => stresses(body, number, muscle),
             };
             effects.push(Box::new(Fibres::new(
@@ -111,17 +111,15 @@ impl System<3> {
 }
 
 /// Strands along segments from node to node.
-fn lines(segments: &[&crate::body::space::Segment]) -> Vec<Strand> {
+fn lines<'a>(segments: impl Iterator<Item = &'a Segment>) -> Vec<Strand> {
     segments
-        .iter()
         .map(|s| Strand { nodes: s.nodes.to_vec(), coefficients: vec![-1.0, 1.0], weight: s.force_n })
         .collect()
 }
 
 /// Strands along the fibres at the points of a muscle's elements, and along its segments outside the tissue.
 fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
-    let outside: Vec<_> = muscle.segments.iter().filter(|s| s.outside).collect();
-    let mut strands = lines(&outside);
+    let mut strands = lines(muscle.segments.iter().filter(|s| s.outside));
     for &element in &muscle.region {
         let nodes = &body.mesh.hexahedra[element];
         let x = hexahedron::corners(&body.mesh.nodes, nodes);
