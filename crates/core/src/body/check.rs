@@ -63,13 +63,12 @@ impl<const D: usize> Mesh<D> {
     /// Checks that the body was not given in millimetres.
     pub fn check_size(&self) -> Result<(), MeshFault> {
         let size_m = self.extent();
-        let is_too_large = size_m > LARGEST_M;
-        if !is_too_large {
-            return Ok(());
+        if size_m > LARGEST_M {
+            return Err(MeshFault::Other(format!(
+                "it is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+            )));
         }
-        Err(MeshFault::Other(format!(
-            "it is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
-        )))
+        Ok(())
     }
 
     fn check_connections(&self) -> Result<BTreeSet<[usize; 2]>, MeshFault> {

@@ -155,7 +155,7 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-fn sorted(mut face: [usize; 4]) -> [usize; 4] {
+pub(super) fn sorted(mut face: [usize; 4]) -> [usize; 4] {
     face.sort_unstable();
     face
 }
@@ -170,18 +170,14 @@ impl Mesh<2> {
 impl Mesh<3> {
     /// The triangles of the surface, with corners counter-clockwise as seen from outside.
     pub fn outward_faces(&self) -> Vec<[usize; 3]> {
-        let surface: BTreeSet<Vec<usize>> = self.surface().into_iter().collect();
+        let cells: Vec<&[usize]> = self.cells.iter().collect();
+        let mut surface: Vec<_> = topology::surface(self.cells.iter()).into_iter().collect();
+        surface.sort_by_key(|(_, place)| *place);
         let mut faces = Vec::with_capacity(surface.len());
-        for cell in self.cells.iter() {
-            for &left_out in cell {
-                let mut face: Vec<usize> = cell.iter().copied().filter(|n| *n != left_out).collect();
-                face.sort_unstable();
-                if let (true, &[a, b, c]) = (surface.contains(&face), face.as_slice()) {
-                    let x = &self.nodes;
-                    let inwards = (x[b] - x[a]).cross(&(x[c] - x[a])).dot(&(x[left_out] - x[a])) > 0.0;
-                    faces.push(if inwards { [a, c, b] } else { [a, b, c] });
-                }
-            }
+        for (face, [cell, opposite]) in surface {
+            let ([a, b, c], x) = ([face[0], face[1], face[2]], &self.nodes);
+            let inwards = (x[b] - x[a]).cross(&(x[c] - x[a])).dot(&(x[cells[cell][opposite]] - x[a])) > 0.0;
+            faces.push(if inwards { [a, c, b] } else { [a, b, c] });
         }
         let quadrilaterals = self.outward_quadrilaterals().into_iter();
         faces.extend(quadrilaterals.flat_map(|(_, [a, b, c, d])| [[a, b, c], [a, c, d]]));

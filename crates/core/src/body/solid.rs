@@ -8,15 +8,9 @@ use super::{Mesh, MuscleChain};
 /// have the same diagonals of their common face). `size` in m.
 pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
     let counts = counts.map(|n| n.max(1));
-    let [mx, my, mz] = counts.map(|n| n + 1);
     let mut mesh = Mesh::default();
-    for k in 0..mz {
-        for j in 0..my {
-            for i in 0..mx {
-                let at = [i, j, k];
-                mesh.nodes.push(Vector3::from_fn(|d, _| size[d] * at[d] as f64 / counts[d] as f64));
-            }
-        }
+    for at in grid(counts.map(|n| n + 1)) {
+        mesh.nodes.push(Vector3::from_fn(|d, _| size[d] * at[d] as f64 / counts[d] as f64));
     }
     // Each permutation of the axes gives a tetrahedron; those of odd permutations are mirrored.
     let walks = [
@@ -27,27 +21,33 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
         ([2, 1, 0], true),
         ([1, 0, 2], true),
     ];
-    for k in 0..counts[2] {
-        for j in 0..counts[1] {
-            for i in 0..counts[0] {
-                for (walk, mirrored) in walks {
-                    let mut at = [i, j, k];
-                    let mut cell = [grid_node([mx, my], at); 4];
-                    for (corner, axis) in cell.iter_mut().skip(1).zip(walk) {
-                        at[axis] += 1;
-                        *corner = grid_node([mx, my], at);
-                    }
-                    if mirrored {
-                        cell.swap(2, 3);
-                    }
-                    mesh.cells.push(&cell);
-                }
+    for cube in grid(counts) {
+        for (walk, mirrored) in walks {
+            let mut at = cube;
+            let mut cell = [grid_node(counts, at); 4];
+            for (corner, axis) in cell.iter_mut().skip(1).zip(walk) {
+                at[axis] += 1;
+                *corner = grid_node(counts, at);
             }
+            if mirrored {
+                cell.swap(2, 3);
+            }
+            mesh.cells.push(&cell);
         }
     }
     mesh.connect();
-    mesh.fixed = (0..mx * my).collect();
+    mesh.fixed = (0..grid_node(counts, [0, 0, 1])).collect();
     mesh
+}
+
+/// The places of a grid with these numbers of them along each axis; the first axis is the fastest.
+pub(super) fn grid([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+}
+
+/// The number of the node at a place of the grid of the nodes of so many cells along each axis.
+pub(super) fn grid_node([nx, ny, _]: [usize; 3], [i, j, k]: [usize; 3]) -> usize {
+    (k * (ny + 1) + j) * (nx + 1) + i
 }
 
 /// A cylinder along z of `rings` rings of triangles and `layers` layers of prisms, three tetrahedra each; every column of nodes is a
@@ -115,11 +115,6 @@ fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
     }
     triangles.iter_mut().for_each(|t| t.sort_unstable());
     (points, triangles)
-}
-
-/// The number of a node of a block with `[mx, my]` nodes along its first two axes.
-fn grid_node([mx, my]: [usize; 2], at: [usize; 3]) -> usize {
-    (at[2] * my + at[1]) * mx + at[0]
 }
 
 /// The number of points of a ring of a disc: one in the middle, then six more in each ring.

@@ -148,9 +148,7 @@ impl Constants {
     /// Table 4.1 of the thesis (after Fujita 2008).
     pub const TONGUE: Self =
         Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
-}
 
-impl Constants {
     pub fn check(&self) -> Result<(), BeyondLimit> {
         limits::YOUNG_MODULUS.check(self.young_modulus)?;
         limits::POISSON_RATIO.check(self.poisson_ratio)?;

@@ -45,11 +45,7 @@ impl<'a, const D: usize> Locator<'a, D> {
     /// The element in which a point lies deepest, and its barycentric coordinates there.
     fn find(&self, p: &SVector<f64, D>, among: &[usize]) -> Option<(usize, [f64; MAX_CORNERS])> {
         let mut best: Option<(usize, [f64; MAX_CORNERS], f64)> = None;
-        for &e in among {
-            let [low, high] = &self.boxes[e];
-            if !(0..D).all(|d| (low[d]..=high[d]).contains(&p[d])) {
-                continue;
-            }
+        for &e in among.iter().filter(|&&e| self.is_near(e, p, 0.0)) {
             let at = simplex::barycentric(&self.corners[e], p);
             let depth = at[..=D].iter().copied().fold(f64::INFINITY, f64::min);
             if depth >= -4.0 * SLACK && best.as_ref().is_none_or(|(_, _, d)| depth > *d) {
@@ -60,17 +56,19 @@ impl<'a, const D: usize> Locator<'a, D> {
     }
 
     /// Elements whose bounding box is nearer to a point than `reach`, m, along every axis.
-    fn near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
-        Vec::from_iter((0..self.boxes.len()).filter(|&e| {
-            let [low, high] = &self.boxes[e];
-            (0..D).all(|d| p[d] >= low[d] - reach && p[d] <= high[d] + reach)
-        }))
+    fn all_near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
+        (0..self.boxes.len()).filter(|&e| self.is_near(e, p, reach)).collect()
+    }
+
+    fn is_near(&self, element: usize, p: &SVector<f64, D>, reach: f64) -> bool {
+        let [low, high] = &self.boxes[element];
+        (0..D).all(|d| p[d] >= low[d] - reach && p[d] <= high[d] + reach)
     }
 
     /// Weights of nodes that give the mean of a field over the tissue within `radius`, m, of a point, where tissue at the distance d counts
     /// `(1 - d²/radius²)²`; with radius 0 the field at the point. `None` without tissue there.
     pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
-        let among = self.near(centre, radius);
+        let among = self.all_near(centre, radius);
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
         for (offset, weight) in ball::<D>(if radius > 0.0 { RINGS } else { 0 }) {
             let Some((e, at)) = self.find(&(centre + offset * radius), &among) else { continue };

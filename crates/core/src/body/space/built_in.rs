@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 
 use super::{Directions, Segment, Side};
+use crate::body::solid::{grid, grid_node};
 use crate::body::{Anatomy, Body, BodyError, Bone, Mesh, Muscle, MuscleChain};
 use crate::geometry::{ClosedSpline, Point, hexahedron, simplex};
 use crate::observe::{Line, LineEnd};
@@ -13,6 +14,8 @@ const REFERENCE: &str = include_str!("../../../../../targets/tongue_in_space.tom
 const FILE: &str = "targets/tongue_in_space.toml (embedded)";
 /// Tolerance of comparisons of the coordinates u, v and t.
 const TOLERANCE: f64 = 1e-9;
+/// Least barycentric coordinate, in its triangle of the midsagittal plane, of a point that moves with the tissue.
+const LEAST_COORDINATE: f64 = -0.5;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -118,7 +121,7 @@ impl Body<3> {
                         v * counts[1] as f64,
                         (1.0 + sign * t) * 0.5 * counts[2] as f64,
                     ];
-                    number(counts, steps.map(|s| s.round() as usize))
+                    grid_node(counts, steps.map(|s| s.round() as usize))
                 });
                 let mut chain = nearest.to_vec();
                 let force_n = if given.middle { given.force_n } else { 0.5 * given.force_n };
@@ -182,12 +185,7 @@ impl Body<3> {
         body.check().map_err(|fault| wrong(fault.to_string()))?;
         Ok(body)
     }
-}
 
-/// Least barycentric coordinate, in its triangle of the midsagittal plane, of a point that moves with the tissue.
-const LEAST_COORDINATE: f64 = -0.5;
-
-impl Body<3> {
     /// The line between two places of the midsagittal plane, m: each moves with the tissue near it, or is on bone outside of it.
     fn line(&self, ends: [Point; 2]) -> Line<3> {
         let section = self.midsagittal_mesh();
@@ -209,39 +207,26 @@ impl Body<3> {
     }
 }
 
-/// The node at a place of the grid, in steps along u, v and t.
-fn number([nu, nv, _]: [usize; 3], [i, j, k]: [usize; 3]) -> usize {
-    (k * (nv + 1) + j) * (nu + 1) + i
-}
-
 impl NodeGrid {
     fn new(file: &SpaceFile, outline: &ClosedSpline, fine: usize) -> Self {
         let [u, v, t] = file.elements.map(|n| n * fine);
         let counts = [u, v, 2 * t];
         let section = MidsagittalSection::new(file, outline);
         let (mut mesh, mut at) = (Mesh::<3>::default(), Vec::new());
-        for k in 0..=counts[2] {
-            for j in 0..=v {
-                for i in 0..=u {
-                    let place =
-                        [i as f64 / u as f64, j as f64 / v as f64, 2.0 * (k as f64 / counts[2] as f64) - 1.0];
-                    mesh.nodes.push(section.place(file, place));
-                    at.push(place);
-                }
-            }
+        for steps in grid(counts.map(|n| n + 1)) {
+            let [u, v, t]: [f64; 3] = std::array::from_fn(|d| steps[d] as f64 / counts[d] as f64);
+            let place = [u, v, 2.0 * t - 1.0];
+            mesh.nodes.push(section.place(file, place));
+            at.push(place);
         }
         let mut middles = Vec::new();
-        for k in 0..counts[2] {
-            for j in 0..v {
-                for i in 0..u {
-                    let floor = [[i, j, k], [i + 1, j, k], [i + 1, j, k + 1], [i, j, k + 1]];
-                    let top = floor.map(|[i, j, k]| [i, j + 1, k]);
-                    let corners = [floor, top].concat();
-                    mesh.hexahedra.push(std::array::from_fn(|c| number(counts, corners[c])));
-                    let [a, b] = [at[number(counts, floor[0])], at[number(counts, top[2])]];
-                    middles.push(std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
-                }
-            }
+        for [i, j, k] in grid(counts) {
+            let floor = [[i, j, k], [i + 1, j, k], [i + 1, j, k + 1], [i, j, k + 1]];
+            let top = floor.map(|[i, j, k]| [i, j + 1, k]);
+            let corners = [floor, top].concat();
+            mesh.hexahedra.push(std::array::from_fn(|c| grid_node(counts, corners[c])));
+            let [a, b] = [at[grid_node(counts, floor[0])], at[grid_node(counts, top[2])]];
+            middles.push(std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
         }
         Self { counts, mesh, at, middles }
     }

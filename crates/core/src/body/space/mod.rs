@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, SVector, SymmetricEigen, Vector2, Vector3};
 
+use super::mesh::sorted;
 use super::{Body, BodyError, Bone, MANDIBLE, Mesh};
 use crate::choice;
 use crate::geometry::hexahedron::{self, in_space};
@@ -113,16 +114,14 @@ impl<const D: usize> Body<D> {
 
     /// The numbers of the muscles with a name, that of one side or of both, without regard to case.
     pub fn both_sides(&self, name: &str) -> Result<Vec<usize>, BodyError> {
-        let numbered = |is_named: fn(&Muscle, &str) -> bool| -> Vec<usize> {
-            (0..self.muscles.len()).filter(|&m| is_named(&self.muscles[m], name)).collect()
-        };
-        let one_side = numbered(|m, name| m.name.eq_ignore_ascii_case(name));
-        if !one_side.is_empty() {
-            return Ok(one_side);
+        let numbers = 0..self.muscles.len();
+        let mut found: Vec<usize> =
+            numbers.clone().filter(|&m| self.muscles[m].name.eq_ignore_ascii_case(name)).collect();
+        if found.is_empty() {
+            found.extend(numbers.filter(|&m| self.muscles[m].group.eq_ignore_ascii_case(name)));
         }
-        let both_sides = numbered(|m, name| m.group.eq_ignore_ascii_case(name));
-        if !both_sides.is_empty() {
-            return Ok(both_sides);
+        if !found.is_empty() {
+            return Ok(found);
         }
         let known = self.groups();
         let hint = choice::hint(name, known.iter().map(String::as_str));
@@ -215,12 +214,7 @@ impl Body<3> {
         let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
         let faces = self.mesh.hexahedra.iter().flat_map(|c| hexahedron::FACES.map(|f| f.map(|i| c[i])));
         let in_plane = faces.filter(|f| f.iter().all(|&n| nodes[n].y.abs() <= near));
-        let keyed = in_plane.map(|f| {
-            let mut key = f;
-            key.sort_unstable();
-            (key, f)
-        });
-        keyed.collect::<BTreeMap<_, _>>().into_values().collect()
+        in_plane.map(|f| (sorted(f), f)).collect::<BTreeMap<_, _>>().into_values().collect()
     }
 
     /// The faces of [`Self::midsagittal`] as triangles in the plane (x backwards, y upwards), with the numbers of nodes of this body.

@@ -98,8 +98,9 @@ impl Body<3> {
         };
         // Nodes of operated elements only.
         let lost: BTreeSet<usize> = nodes_of(true).difference(&nodes_of(false)).copied().collect();
-        let mut number: Vec<Option<usize>> = (0..self.mesh.hexahedra.len()).map(Some).collect();
         let count = self.mesh.hexahedra.len();
+        let kept: Vec<usize> = (0..count).filter(|&e| !is_cut(e)).collect();
+        let mut number: Vec<Option<usize>> = (0..count).map(Some).collect();
         let factor_of = |e: usize| self.factors.get(e).copied().unwrap_or(1.0);
         match filling {
             Filling::Removed => {
@@ -113,16 +114,10 @@ impl Body<3> {
                         )));
                     }
                 }
-                let mut kept = 0..;
-                number = (0..number.len()).map(|e| if is_cut(e) { None } else { kept.next() }).collect();
-                body.mesh.hexahedra = number
-                    .iter()
-                    .zip(&self.mesh.hexahedra)
-                    .filter_map(|(n, corners)| n.map(|_| *corners))
-                    .collect();
-                if !self.factors.is_empty() {
-                    body.factors = (0..count).filter(|&e| !is_cut(e)).map(factor_of).collect();
-                }
+                number.fill(None);
+                kept.iter().enumerate().for_each(|(new, &old)| number[old] = Some(new));
+                body.mesh.hexahedra = kept.iter().map(|&e| self.mesh.hexahedra[e]).collect();
+                body.factors = kept.iter().filter_map(|&e| self.factors.get(e).copied()).collect();
                 body.mesh.fixed.extend(&lost);
                 body.mesh.fixed.sort_unstable();
                 body.mesh.connect();

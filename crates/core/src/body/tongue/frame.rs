@@ -83,10 +83,9 @@ impl OutlineFrame {
         let wanted = (curve.perimeter() / (OUTLINE_SPACING * h)).round().max(3.0);
         let first = stops[0].0;
         let ends = stops.iter().skip(1).map(|s| s.0).chain([first + curve.perimeter()]);
-        let spans: Vec<(f64, f64, Option<usize>)> =
-            stops.iter().zip(ends).map(|((from, anchor), to)| (*from, to - from, *anchor)).collect();
-        let lengths: Vec<f64> = spans.iter().map(|s| s.1).collect();
-        for ((from, length, anchor), parts) in spans.into_iter().zip(share(wanted as usize, &lengths)) {
+        let lengths: Vec<f64> = stops.iter().zip(ends).map(|((from, _), to)| to - from).collect();
+        let parts = share(wanted as usize, &lengths);
+        for (((from, anchor), length), parts) in stops.into_iter().zip(lengths).zip(parts) {
             for part in 0..parts {
                 let at = match anchor {
                     Some(anchor) if part == 0 => {
