@@ -12,6 +12,10 @@ use crate::system::System;
 /// chain.
 const ZERO_EIGENVALUE: f64 = 1e-9;
 
+/// First step along a direction of negative curvature, over the size of the body, and the largest number of doublings.
+const FIRST_CURVATURE_STEP: f64 = 1e-7;
+const MOST_DOUBLINGS: usize = 24;
+
 /// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the last solve, by inverse
 /// iteration on the stiffness plus a shift that makes it positive definite. `None` without unknowns, or if the stiffness is not finite.
 #[inline(never)]
@@ -71,13 +75,7 @@ impl<const D: usize> SolveState<'_, D> {
         self.w.factor_ready = false;
         if is_neutral { Stability::Neutral } else { Stability::Unstable }
     }
-}
 
-/// First step along a direction of negative curvature, over the size of the body, and the largest number of doublings.
-const FIRST_CURVATURE_STEP: f64 = 1e-7;
-const MOST_DOUBLINGS: usize = 24;
-
-impl<const D: usize> SolveState<'_, D> {
     /// Stores the direction of negative curvature of the stiffness whose factorisation failed.
     pub(super) fn find_curvature(&mut self) {
         let w = &mut *self.w;

@@ -7,23 +7,8 @@ use super::scalar_fallback::adjoint_scalar;
 use super::{Adjoint, LANES, LaneGroup, Lanes};
 use crate::parallel;
 use crate::sparse::simd::{Simd, SimdPair};
-use crate::statics::mass_spring::Neighbour;
 use crate::system::System;
-
-/// Adds `weight` times the derivatives of a muscle's length by the positions of all nodes.
-pub fn length_gradient<const D: usize>(
-    system: &System<D>,
-    positions: &[SVector<f64, D>],
-    muscle: usize,
-    weight: f64,
-    gradient: &mut [SVector<f64, D>],
-) {
-    let [a, b] = system.muscle_ends(muscle);
-    let way = positions[b] - positions[a];
-    let unit = way * (weight / way.norm());
-    gradient[a] -= unit;
-    gradient[b] += unit;
-}
+use crate::system::elements::{ElementNumbers, Elements};
 
 impl<const D: usize> LaneGroup<'_, D> {
     /// The derivatives of a function of the shape in each of the last equilibria, from `gradients`, its derivatives by the positions of
@@ -74,8 +59,12 @@ impl<const D: usize> LaneGroup<'_, D> {
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
         for muscle in 0..muscles {
             let gradients = Vec::from_iter(self.answers.iter().map(|shape| {
+                let [a, b] = self.system.muscle_ends(muscle);
+                let way = shape.positions[b] - shape.positions[a];
+                let direction = way * (1.0 / way.norm());
                 let mut gradient = vec![SVector::zeros(); shape.positions.len()];
-                length_gradient(self.system, &shape.positions, muscle, 1.0, &mut gradient);
+                gradient[a] -= direction;
+                gradient[b] += direction;
                 gradient
             }));
             for (all, adjoint) in rates.iter_mut().zip(self.adjoint(&gradients)) {
@@ -86,6 +75,37 @@ impl<const D: usize> LaneGroup<'_, D> {
             }
         }
         rates
+    }
+
+    /// The motion of all nodes in each of the last equilibria per unit of a change, m. `None` for an equilibrium that is not stable, where
+    /// the barrier acts, and for bodies that lanes cannot solve; there a [`Response`](crate::statics::Response) has the motion.
+    #[inline(never)]
+    pub fn motions(&mut self, change: UnitChange<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
+        let stable = self.factorise();
+        let Some((elements, work)) = self.work.as_mut().filter(|_| stable.contains(&true)) else {
+            return vec![None; self.answers.len()];
+        };
+        let wide: Vec<SimdPair<LANES>> = match change {
+            UnitChange::Tension(muscle) => work.motion_by_tension(elements, muscle),
+            UnitChange::Bone(nodes, axis) => work.motion_by_bone(elements, nodes, axis),
+            UnitChange::Rest(rest) if rest.is_of(elements) => work.motion_by_rest(elements, rest),
+            UnitChange::Rest(_) => return vec![None; self.answers.len()],
+        };
+        Vec::from_iter(self.answers.iter().enumerate().map(|(lane, shape)| {
+            let mut motion = vec![SVector::zeros(); shape.positions.len()];
+            for (u, &node) in wide.iter().zip(&elements.node) {
+                (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
+            }
+            match change {
+                UnitChange::Tension(_) => {}
+                UnitChange::Bone(nodes, axis) => nodes.iter().for_each(|&node| motion[node][axis] = 1.0),
+                UnitChange::Rest(rest) => {
+                    let bones = &elements.node[elements.unknowns..];
+                    bones.iter().for_each(|&node| motion[node] = rest.motion[node]);
+                }
+            }
+            stable[lane].then_some(motion)
+        }))
     }
 
     /// Factorises at the equilibrium of every lane. Returns the lanes in which that succeeded.
@@ -123,8 +143,19 @@ pub enum UnitChange<'a, const D: usize> {
 #[derive(Debug)]
 pub struct Reshaped<const D: usize> {
     /// Motion of all nodes at rest per unit of the change, m.
-    motion: Vec<SVector<f64, D>>,
-    neighbour: Neighbour,
+    pub(in crate::statics) motion: Vec<SVector<f64, D>>,
+    /// The numbers of the body after `part` of a unit, in all lanes.
+    pub(in crate::statics) numbers: ElementNumbers<LANES>,
+    pub(in crate::statics) part: f64,
+}
+
+impl<const D: usize> Reshaped<D> {
+    /// Whether its elements and nodes are as many as these.
+    fn is_of(&self, elements: &Elements) -> bool {
+        self.numbers.stiffness.len() == elements.edges.len()
+            && self.numbers.kappa.len() == elements.cells.len() + 1
+            && self.motion.len() == elements.number.len()
+    }
 }
 
 impl<const D: usize> Lanes<'_, D> {
@@ -138,44 +169,9 @@ impl<const D: usize> Lanes<'_, D> {
         part: f64,
     ) -> Option<Reshaped<D>> {
         let elements = self.elements?;
-        let of_bones =
-            elements.node[elements.unknowns..].iter().map(|&node| [motion[node][0], motion[node][1]]);
-        let neighbour = Neighbour::new(elements, changed, of_bones.collect(), part)?;
-        Some(Reshaped { motion, neighbour })
-    }
-}
-
-impl<const D: usize> LaneGroup<'_, D> {
-    /// The motion of all nodes in each of the last equilibria per unit of a change, m. `None` for an equilibrium that is not stable, where
-    /// the barrier acts, and for bodies that lanes cannot solve; there a [`Response`](crate::statics::Response) has the motion.
-    #[inline(never)]
-    pub fn motions(&mut self, change: UnitChange<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
-        let stable = self.factorise();
-        let Some((elements, work)) = self.work.as_mut().filter(|_| stable.contains(&true)) else {
-            return vec![None; self.answers.len()];
-        };
-        let wide: Vec<SimdPair<LANES>> = match change {
-            UnitChange::Tension(muscle) => work.motion_by_tension(elements, muscle),
-            UnitChange::Bone(nodes, axis) => work.motion_by_bone(elements, nodes, axis),
-            UnitChange::Rest(rest) if rest.neighbour.is_of(elements) => {
-                work.motion_by_rest(elements, &rest.neighbour)
-            }
-            UnitChange::Rest(_) => return vec![None; self.answers.len()],
-        };
-        Vec::from_iter(self.answers.iter().enumerate().map(|(lane, shape)| {
-            let mut motion = vec![SVector::zeros(); shape.positions.len()];
-            for (u, &node) in wide.iter().zip(&elements.node) {
-                (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
-            }
-            match change {
-                UnitChange::Tension(_) => {}
-                UnitChange::Bone(nodes, axis) => nodes.iter().for_each(|&node| motion[node][axis] = 1.0),
-                UnitChange::Rest(rest) => {
-                    let bones = &elements.node[elements.unknowns..];
-                    bones.iter().for_each(|&node| motion[node] = rest.motion[node]);
-                }
-            }
-            stable[lane].then_some(motion)
-        }))
+        let mut numbers = elements.numbers();
+        let is_same = elements.fill(changed, 0, &mut numbers);
+        numbers.copy_first_lane();
+        is_same.then_some(Reshaped { motion, numbers, part })
     }
 }

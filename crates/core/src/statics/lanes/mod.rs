@@ -64,7 +64,7 @@ use crate::system::System;
 use crate::system::elements::Elements;
 
 pub use crate::sparse::simd::LANES;
-pub use adjoint::{Reshaped, UnitChange, length_gradient};
+pub use adjoint::{Reshaped, UnitChange};
 use scalar_fallback::{ScalarFallback, solve_scalar};
 
 /// Number of loads that one thread solves in a row; if all loads of a group have starts, it begins with the factor of the group before.

@@ -15,7 +15,6 @@ use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
-pub(super) use rates::Neighbour;
 pub(super) use single::{Single, at_rest};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

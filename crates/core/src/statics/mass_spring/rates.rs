@@ -3,42 +3,11 @@
 
 use crate::sparse::flat::Solve;
 use crate::sparse::simd::{LANES, Simd, SimdPair, difference};
-use crate::system::System;
+use crate::statics::lanes::Reshaped;
+use crate::system::elements::Elements;
 use crate::system::elements::local::Evaluate;
-use crate::system::elements::{ElementNumbers, Elements};
 
 use super::SimdNewton;
-
-/// A body whose shape at rest differs by a small part of a unit of a change.
-#[derive(Debug)]
-pub(in crate::statics) struct Neighbour {
-    numbers: ElementNumbers<LANES>,
-    /// Motion of the nodes of bones per unit, m.
-    bones: Vec<[f64; 2]>,
-    part: f64,
-}
-
-impl Neighbour {
-    /// `None` if the body has other edges, triangles or unknowns.
-    pub fn new<const D: usize>(
-        elements: &Elements,
-        changed: &System<D>,
-        bones: Vec<[f64; 2]>,
-        part: f64,
-    ) -> Option<Self> {
-        let mut numbers = elements.numbers();
-        let same = elements.fill(changed, 0, &mut numbers);
-        numbers.copy_first_lane();
-        same.then_some(Self { numbers, bones, part })
-    }
-
-    /// Whether its elements and bone nodes are as many as these.
-    pub fn is_of(&self, elements: &Elements) -> bool {
-        self.numbers.stiffness.len() == elements.edges.len()
-            && self.numbers.kappa.len() == elements.cells.len() + 1
-            && self.bones.len() + elements.unknowns == elements.node.len()
-    }
-}
 
 impl<const L: usize> SimdNewton<L> {
     /// Replaces forces on the unknowns, N, by the motion that they cause, m.
@@ -113,15 +82,19 @@ impl<const L: usize> SimdNewton<L> {
 
 impl SimdNewton<LANES> {
     /// Motion of the unknowns per unit of a change of the shape at rest. The last evaluation must be that at the equilibrium.
-    pub fn motion_by_rest(&mut self, elements: &Elements, neighbour: &Neighbour) -> Vec<SimdPair<LANES>> {
-        let part = Simd::splat(neighbour.part);
+    pub fn motion_by_rest<const D: usize>(
+        &mut self,
+        elements: &Elements,
+        change: &Reshaped<D>,
+    ) -> Vec<SimdPair<LANES>> {
+        let part = Simd::splat(change.part);
         self.trial.copy_from_slice(&self.positions);
-        for (x, motion) in self.trial[elements.unknowns..].iter_mut().zip(&neighbour.bones) {
-            (0..2).for_each(|axis| x[axis] += Simd::splat(motion[axis]) * part);
+        for (x, &node) in self.trial.iter_mut().zip(&elements.node).skip(elements.unknowns) {
+            (0..2).for_each(|axis| x[axis] += Simd::splat(change.motion[node][axis]) * part);
         }
         let mut u = vec![[Simd::ZERO; 2]; elements.node.len()];
         let (tension, x, h) = (&self.tension, &self.trial, &mut self.h);
-        let numbers = &neighbour.numbers;
+        let numbers = &change.numbers;
         self.arch.dispatch(Evaluate { elements, numbers, tension, x, h, force: &mut u });
         u.truncate(elements.unknowns);
         let inverse = part.inverse();
