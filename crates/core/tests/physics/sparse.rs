@@ -16,23 +16,6 @@ fn a_star_is_eliminated_from_its_tips_without_fill() {
     assert_eq!(rows_below(&neighbours, &order).concat().len(), 5);
 }
 
-#[test]
-fn a_ring_fills_in_n_minus_3_places() {
-    let n = 9u32;
-    let ring: Vec<Vec<u32>> = (0..n)
-        .map(|i| {
-            let mut a = vec![(i + 1) % n, (i + n - 1) % n];
-            a.sort_unstable();
-            a
-        })
-        .collect();
-    let order = minimum_degree(ring.clone());
-    let mut sorted = order.clone();
-    sorted.sort_unstable();
-    assert_eq!(sorted, (0..n as usize).collect::<Vec<_>>());
-    assert_eq!(rows_below(&ring, &order).concat().len(), (n + n - 3) as usize);
-}
-
 /// The rows below the diagonal, by joining all later neighbours of each unknown that is eliminated.
 fn eliminated_one_by_one(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
     let place = |unknown: usize| order.iter().position(|&u| u == unknown).unwrap() as u32;
