@@ -40,7 +40,7 @@ struct Repulsion {
 }
 
 impl Contact {
-    /// A wall of `stiffness` (κ, N/m; with zero it does not act) that acts on `nodes` nearer than `reach` (d̂, m; positive).
+    /// A wall of `stiffness` (κ, N/m; positive) that acts on `nodes` nearer than `reach` (d̂, m; positive).
     pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
         Self { outline, nodes: nodes.iter().map(|&n| (n, Slot::UNBOUND)).collect(), stiffness, reach }
     }
@@ -163,9 +163,6 @@ impl<const D: usize> Effect<D> for Contact {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        if self.stiffness == 0.0 {
-            return 0.0;
-        }
         self.nodes.iter().map(|(n, _)| self.repulsion(flat(&at.positions[*n])).energy).sum()
     }
 
@@ -194,9 +191,6 @@ impl<const D: usize> Effect<D> for Contact {
     /// Each node keeps at least a tenth of its straight path to the place where it would cross the wall.
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
-        if self.stiffness == 0.0 {
-            return limit;
-        }
         for (n, _) in &self.nodes {
             let (p, way) = (flat(&at.positions[*n]), flat(&step[*n]));
             for t in self.segments().filter_map(|s| first_meeting(p, way, s)) {

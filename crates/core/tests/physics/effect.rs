@@ -40,10 +40,10 @@ fn every_guarded_simplex_has_its_share_of_the_measure_at_rest_and_is_upright() {
     shares::<3>();
 }
 
-fn corner(stiffness: f64) -> Contact {
+fn corner() -> Contact {
     // The wall has a straight joint, a corner that points away from the node's side (below) and two that point towards it.
     let at = [[-2.0, 1.0], [-1.0, 1.0], [0.0, 1.0], [0.5, 1.5], [1.0, 1.0], [2.0, 1.0]];
-    Contact::new(at.map(Vector2::from).to_vec(), &[0], stiffness, 0.6)
+    Contact::new(at.map(Vector2::from).to_vec(), &[0], 1.0, 0.6)
 }
 
 /// The energy of a node by the wall.
@@ -56,14 +56,14 @@ fn beside_a_straight_run_one_wall_acts_however_many_segments_it_has() {
     let d: f64 = 0.3;
     let exact = -(d - 0.6) * (d - 0.6) * (d / 0.6).ln();
     for x in [-1.2, -1.0, -0.9, -0.75] {
-        let energy = energy(&corner(1.0), Vector2::new(x, 0.7));
+        let energy = energy(&corner(), Vector2::new(x, 0.7));
         assert!((energy - exact).abs() < 1e-15, "{x}: {energy}");
     }
 }
 
 #[test]
 fn the_energy_is_smooth_across_corners_and_positive_near_the_wall() {
-    let wall = corner(1.0);
+    let wall = corner();
     let h = 1e-6;
     for i in 0..400 {
         let p = Vector2::new(-2.5 + 0.0125 * f64::from(i), 0.8);
@@ -81,7 +81,7 @@ fn the_energy_is_smooth_across_corners_and_positive_near_the_wall() {
 
 #[test]
 fn a_step_stops_before_the_wall_and_along_it_is_free() {
-    let wall = corner(1.0);
+    let wall = corner();
     let limit = |from: [f64; 2], to: [f64; 2]| {
         let x = [Vector2::from(from)];
         let step = [Vector2::from(to) - x[0]];
