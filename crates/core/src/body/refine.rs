@@ -2,8 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::SVector;
-
 use super::{Body, ClosedSpline, Mesh};
 use crate::geometry::hexahedron::{CORNERS, LOCAL, values};
 use crate::geometry::quadratic;
@@ -54,8 +52,7 @@ impl Mesh<2> {
     pub fn on_outline(mut self, outline: &ClosedSpline) -> Self {
         for node in self.surface_nodes() {
             let (along, _) = outline.nearest(self.nodes[node]);
-            let at: SVector<f64, 2> = outline.point(along);
-            self.nodes[node] = at;
+            self.nodes[node] = outline.point(along);
         }
         self
     }

@@ -10,9 +10,8 @@ use super::simplex::{Corners, MAX_CORNERS};
 /// Largest number of nodes of a quadratic simplex, that of a tetrahedron. A triangle uses the first six items of an array.
 pub const MAX_NODES: usize = 10;
 
-/// The two corners of each edge; node `corners + n` is the middle of edge `n`.
-const EDGES: [[[usize; 2]; 6]; 2] =
-    [[[0, 1], [1, 2], [2, 0], [0, 0], [0, 0], [0, 0]], [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]];
+/// The two corners of each edge, of which a triangle has the first three; node `corners + n` is the middle of edge `n`.
+const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 
 /// The linear cells into which the nodes divide a quadratic cell.
 const PARTS: [&[&[usize]]; 2] = [
@@ -49,7 +48,7 @@ pub const fn nodes<const D: usize>() -> usize {
 
 /// The two corners beside each node that is the middle of an edge.
 pub fn edges<const D: usize>() -> &'static [[usize; 2]] {
-    &EDGES[D - 2][..nodes::<D>() - D - 1]
+    &EDGES[..nodes::<D>() - D - 1]
 }
 
 /// The linear cells, 4 in the plane and 8 in space, into which the nodes divide a quadratic cell.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Directions, Side};
-use crate::body::Body;
+use super::{Directions, Segment, Side};
+use crate::body::{Body, MuscleChain};
 use crate::statistics::least_by;
 
 /// Nodes are mirror images to this part of the body's size. Meshes that were made by hand are not exactly symmetric (ArtiSynth's to 4 µm,
@@ -75,7 +75,7 @@ impl Body<3> {
         let image = images(nodes, IMAGE_TOLERANCE * size)?;
         let is_on_plane = |n: usize| image[n] == n;
         let off = |n: usize| (nodes[image[n]] - Vector3::new(nodes[n].x, -nodes[n].y, nodes[n].z)).norm();
-        let is_asymmetric = |s: &super::Segment| s.nodes.iter().any(|&n| off(n) > SYMMETRIC_TOLERANCE * size);
+        let is_asymmetric = |s: &Segment| s.nodes.iter().any(|&n| off(n) > SYMMETRIC_TOLERANCE * size);
         let asymmetric = self.muscles.iter().map(|m| m.segments.iter().any(is_asymmetric)).collect();
         let mut number = vec![None; nodes.len()];
         let mut body = Body { what: format!("the left half of {}", self.what), ..Body::default() };
@@ -88,11 +88,7 @@ impl Body<3> {
             body.mesh.nodes.push(*x);
         }
         let of_node = (0..nodes.len())
-            .map(|n| {
-                number[n]
-                    .map(|h| (nodes[n], h, false))
-                    .or_else(|| number[image[n]].map(|h| (nodes[n], h, true)))
-            })
+            .map(|n| Some((nodes[n], number[n].or(number[image[n]])?, number[n].is_none())))
             .collect::<Option<Vec<_>>>()?;
         let kept_nodes = (0..nodes.len()).filter(|&n| number[n].is_some()).collect();
         body.tip_node = self.tip_node.and_then(|n| number[n]);
@@ -133,23 +129,20 @@ impl Body<3> {
         }
         let (mut muscles, mut half_muscle) = (Vec::new(), Vec::new());
         for (m, muscle) in self.muscles.iter().enumerate() {
-            let other = match muscle.side {
-                Side::Left | Side::Middle => {
-                    if muscle.side == Side::Middle && !mirrors(m, m) {
-                        return None;
-                    }
-                    half_muscle.push(muscles.len());
-                    muscles.push(m);
-                    continue;
+            if muscle.side != Side::Right {
+                if muscle.side == Side::Middle && !mirrors(m, m) {
+                    return None;
                 }
-                Side::Right => {
-                    self.muscles.iter().position(|o| o.side == Side::Left && o.group == muscle.group)?
-                }
-            };
-            let (left, right) = (&self.muscles[other], muscle);
-            let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs().max(b.abs());
-            let as_many = left.segments.len() == right.segments.len();
-            if !as_many || !near(left.stress_pa, right.stress_pa) || !mirrors(m, other) {
+                half_muscle.push(muscles.len());
+                muscles.push(m);
+                continue;
+            }
+            let other = self.muscles.iter().position(|o| o.side == Side::Left && o.group == muscle.group)?;
+            let left = &self.muscles[other];
+            let strongest = left.stress_pa.abs().max(muscle.stress_pa.abs());
+            let as_many = left.segments.len() == muscle.segments.len();
+            let as_strong = (left.stress_pa - muscle.stress_pa).abs() <= 1e-3 * strongest;
+            if !as_many || !as_strong || !mirrors(m, other) {
                 return None;
             }
             half_muscle.push(muscles.iter().position(|&l| l == other)?);
@@ -160,22 +153,19 @@ impl Body<3> {
             let in_half = muscle.region.iter().filter(|&&e| element_number[e].is_some());
             muscle.directions = in_half.map(|&e| self.directions(m, e)).collect();
             muscle.region = muscle.region.iter().filter_map(|&e| element_number[e]).collect();
-            muscle.segments = muscle
-                .segments
-                .iter()
-                .filter_map(|s| {
-                    let [a, b] = [number[s.nodes[0]]?, number[s.nodes[1]]?];
-                    // One half of a middle muscle's fibre on the plane belongs to each side; each muscle of a pair has its own fibre.
-                    let shared = s.nodes.iter().all(|&n| is_on_plane(n)) && muscle.side == Side::Middle;
-                    let force_n = if shared { 0.5 * s.force_n } else { s.force_n };
-                    Some(super::Segment { nodes: [a, b], force_n, ..*s })
-                })
-                .collect();
+            let segments = muscle.segments.iter().filter_map(|s| {
+                let [a, b] = [number[s.nodes[0]]?, number[s.nodes[1]]?];
+                // One half of a middle muscle's fibre on the plane belongs to each side; each muscle of a pair has its own fibre.
+                let shared = s.nodes.iter().all(|&n| is_on_plane(n)) && muscle.side == Side::Middle;
+                let force_n = if shared { 0.5 * s.force_n } else { s.force_n };
+                Some(Segment { nodes: [a, b], force_n, ..*s })
+            });
+            muscle.segments = segments.collect();
             let chain = self.mesh.muscles[m].clone();
             // The image measures a fibre of the other side.
             let nodes: Vec<usize> =
                 chain.nodes.iter().filter_map(|&n| number[n].or(number[image[n]])).collect();
-            body.mesh.muscles.push(super::super::MuscleChain { nodes, ..chain });
+            body.mesh.muscles.push(MuscleChain { nodes, ..chain });
             body.muscles.push(muscle);
         }
         body.lines = self.lines.clone();
