@@ -1,7 +1,7 @@
 //! Muscles as fibres embedded in a continuum, which need not follow its edges.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::Arch;
 
 use crate::body::Strand;
 use crate::geometry::quadratic::MAX_NODES;
@@ -138,66 +138,14 @@ impl<const D: usize> Fibres<D> {
         stiffness: &mut BlockMatrix<D>,
     ) {
         if tension != 0.0 || barrier_tension != 0.0 {
-            Arch::new().dispatch(StrandStiffness {
-                groups: &self.groups,
-                positions,
-                tension,
-                barrier_tension,
-                tangent,
-                stiffness,
-            });
-        }
-    }
-}
-
-/// Arguments of the stiffness of strands, which pulp compiles for the widest registers of the processor.
-struct StrandStiffness<'a, const D: usize> {
-    groups: &'a [StrandGroup<D>],
-    positions: &'a [SVector<f64, D>],
-    tension: f64,
-    barrier_tension: f64,
-    tangent: Tangent,
-    stiffness: &'a mut BlockMatrix<D>,
-}
-
-impl<const D: usize> NullaryFnOnce for StrandStiffness<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for g in self.groups {
-            // A group with more nodes than an element has one strand, so that its blocks need no sum.
-            let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
-            let few = g.slots.len() <= MAX_PAIRS;
-            for (rest, coefficients, by) in g.strands(self.positions) {
-                let (length, n) = direction_of(&(rest.vector + by));
-                if length == 0.0 {
-                    continue;
-                }
-                let StrandPull { tension, slope } = rest.pull(length, self.tension, self.barrier_tension);
-                let taut = if self.tangent == Tangent::Convex { tension.max(0.0) } else { tension } / length;
-                let along = n * n.transpose();
-                let across =
-                    ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
-                let mut pair = 0;
-                for (a, ca) in coefficients.iter().enumerate() {
-                    let row = across * *ca;
-                    for cb in &coefficients[a..] {
-                        let block = row * *cb;
-                        if few {
-                            blocks[pair] += block;
-                        } else {
-                            self.stiffness.add_symmetric(g.slots[pair], &block);
-                        }
-                        pair += 1;
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for g in &self.groups {
+                        g.add_stiffness(positions, tension, barrier_tension, tangent, stiffness);
                     }
-                }
-            }
-            if few {
-                for (slot, block) in g.slots.iter().zip(&blocks) {
-                    self.stiffness.add_symmetric(*slot, block);
-                }
-            }
+                },
+            );
         }
     }
 }
@@ -234,6 +182,48 @@ impl<const D: usize> StrandGroup<D> {
             let pull = n * (rest.pull(length, tension, barrier_tension).tension * rest.weight);
             for (&node, c) in self.nodes.iter().zip(coefficients) {
                 force[node] -= pull * *c;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_stiffness(
+        &self,
+        positions: &[SVector<f64, D>],
+        tension: f64,
+        barrier_tension: f64,
+        tangent: Tangent,
+        stiffness: &mut BlockMatrix<D>,
+    ) {
+        // A group with more nodes than an element has one strand, so that its blocks need no sum.
+        let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
+        let few = self.slots.len() <= MAX_PAIRS;
+        for (rest, coefficients, by) in self.strands(positions) {
+            let (length, n) = direction_of(&(rest.vector + by));
+            if length == 0.0 {
+                continue;
+            }
+            let StrandPull { tension, slope } = rest.pull(length, tension, barrier_tension);
+            let taut = if tangent == Tangent::Convex { tension.max(0.0) } else { tension } / length;
+            let along = n * n.transpose();
+            let across = ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
+            let mut pair = 0;
+            for (a, ca) in coefficients.iter().enumerate() {
+                let row = across * *ca;
+                for cb in &coefficients[a..] {
+                    let block = row * *cb;
+                    if few {
+                        blocks[pair] += block;
+                    } else {
+                        stiffness.add_symmetric(self.slots[pair], &block);
+                    }
+                    pair += 1;
+                }
+            }
+        }
+        if few {
+            for (slot, block) in self.slots.iter().zip(&blocks) {
+                stiffness.add_symmetric(*slot, block);
             }
         }
     }

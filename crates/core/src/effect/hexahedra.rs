@@ -3,7 +3,7 @@
 use std::array::from_fn;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::Arch;
 
 use super::{Configuration, Effect, Tangent};
 use crate::geometry::hexahedron::{self, CORNERS, POINTS};
@@ -121,31 +121,12 @@ impl Hexahedra {
         }
         force
     }
-}
-
-impl HexahedronElement {
-    /// Mean of `J - 1`.
-    #[inline(always)]
-    fn growth(&self, points: &[TissuePoint; POINTS]) -> f64 {
-        points.iter().zip(&self.shares).map(|(p, share)| share * p.growth).sum::<f64>() / self.volume
-    }
-}
-
-struct HexahedronStiffness<'a> {
-    all: &'a Hexahedra,
-    at: Configuration<'a, 3>,
-    tangent: Tangent,
-    stiffness: &'a mut BlockMatrix<3>,
-}
-
-impl NullaryFnOnce for HexahedronStiffness<'_> {
-    type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        for (number, e) in self.all.elements.iter().enumerate() {
-            let law = self.all.law_of(number, self.at.tensions);
-            let points = self.all.at_points(e, self.at.positions);
+    fn add_blocks(&self, at: Configuration<'_, 3>, tangent: Tangent, stiffness: &mut BlockMatrix<3>) {
+        for (number, e) in self.elements.iter().enumerate() {
+            let law = self.law_of(number, at.tensions);
+            let points = self.at_points(e, at.positions);
             let pressure = law.bulk * e.growth(&points);
             let mut blocks = [Matrix3::zeros(); PAIRS];
             let mut swelling = [Vector3::zeros(); CORNERS];
@@ -154,7 +135,7 @@ impl NullaryFnOnce for HexahedronStiffness<'_> {
                 let grown = shape.map(|g| cofactors * g * share);
                 swelling.iter_mut().zip(&grown).for_each(|(s, g)| *s += g);
                 let moduli = ModuliTerms::new(&law, point, pressure);
-                match self.tangent {
+                match tangent {
                     Tangent::Exact => add_exact(&mut blocks, point, shape, &grown, &moduli, share),
                     Tangent::Convex => add_convex(&mut blocks, point, shape, &moduli, share),
                 }
@@ -165,11 +146,19 @@ impl NullaryFnOnce for HexahedronStiffness<'_> {
                 let row = of_a * bulk;
                 for of_b in &swelling[a..] {
                     blocks[pair] += row * of_b.transpose();
-                    self.stiffness.add(e.slots[pair], &blocks[pair]);
+                    stiffness.add(e.slots[pair], &blocks[pair]);
                     pair += 1;
                 }
             }
         }
+    }
+}
+
+impl HexahedronElement {
+    /// Mean of `J - 1`.
+    #[inline(always)]
+    fn growth(&self, points: &[TissuePoint; POINTS]) -> f64 {
+        points.iter().zip(&self.shares).map(|(p, share)| share * p.growth).sum::<f64>() / self.volume
     }
 }
 
@@ -290,7 +279,10 @@ impl Effect<3> for Hexahedra {
     }
 
     fn add_stiffness(&self, at: Configuration<'_, 3>, tangent: Tangent, stiffness: &mut BlockMatrix<3>) {
-        Arch::new().dispatch(HexahedronStiffness { all: self, at, tangent, stiffness });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || self.add_blocks(at, tangent, stiffness),
+        );
     }
 
     /// With stiffening a muscle also acts through the tissue while the activations of an element add up to less than 1.

@@ -1,7 +1,7 @@
 //! Tissue as a continuum that hardly locks: quadratic finite elements of a [`NeoHookean`] solid.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::Arch;
 
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, MAX_CORNERS};
@@ -93,6 +93,57 @@ impl<const D: usize> QuadraticElements<D> {
             stiffness.add(*slot, &(block * e.share));
         }
     }
+
+    /// Adds the stiffness of every element. The part that does not depend on the shape was computed once (`products`); the rest is summed
+    /// over the integration points.
+    #[inline(always)]
+    fn add_blocks(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
+        let NeoHookean { lambda, mu } = self.law;
+        let convex = tangent == Tangent::Convex;
+        let count = quadratic::points::<D>().len();
+        for e in &self.elements {
+            let displaced = self.displaced(e, at.positions);
+            let none = [[SVector::<f64, D>::zeros(); MAX_NODES]; MAX_CORNERS];
+            let (mut points, mut untwisted, mut turns) = (none, none, [0.0; MAX_CORNERS]);
+            let (mut point, mut is_simple) = (0, true);
+            e.at_points(self.law, &displaced, |shape, deformed, law| {
+                points[point] = *deformed;
+                turns[point] = law.transpose_modulus() * e.share;
+                if convex {
+                    let untwisting = law.untwisting();
+                    is_simple &= untwisting.is_some();
+                    let untwisting = untwisting.unwrap_or_else(SMatrix::zeros) * e.share.sqrt();
+                    untwisted[point] = shape.map(|g| untwisting * g);
+                }
+                point += 1;
+            });
+            if !is_simple {
+                self.add_convex(e, &displaced, stiffness);
+                continue;
+            }
+            let (lambda, mu) = (lambda * e.share, mu * e.share);
+            let mut pair = 0;
+            for a in 0..Self::NODES {
+                for b in a..Self::NODES {
+                    let mut block = SMatrix::<f64, D, D>::identity() * (mu * e.products[pair]);
+                    for (deformed, turn) in points[..count].iter().zip(turns) {
+                        let (ga, gb) = (deformed[a], deformed[b]);
+                        let (stretched, turned) = (ga * lambda, ga * turn);
+                        for c in 0..D {
+                            for r in 0..D {
+                                block[(r, c)] += stretched[r] * gb[c] + turned[c] * gb[r];
+                            }
+                        }
+                    }
+                    if convex {
+                        untwisted[..count].iter().for_each(|g| block += g[a] * g[b].transpose());
+                    }
+                    stiffness.add(e.slots[pair], &block);
+                    pair += 1;
+                }
+            }
+        }
+    }
 }
 
 impl<const D: usize> Element<D> {
@@ -164,68 +215,6 @@ fn cofactors<const D: usize>(f: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
     out
 }
 
-struct QuadraticStiffness<'a, const D: usize> {
-    all: &'a QuadraticElements<D>,
-    at: Configuration<'a, D>,
-    tangent: Tangent,
-    stiffness: &'a mut BlockMatrix<D>,
-}
-
-impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
-    type Output = ();
-
-    /// Adds the stiffness of every element. The part that does not depend on the shape was computed once (`products`); the rest is summed
-    /// over the integration points.
-    #[inline(always)]
-    fn call(self) {
-        let NeoHookean { lambda, mu } = self.all.law;
-        let convex = self.tangent == Tangent::Convex;
-        let count = quadratic::points::<D>().len();
-        for e in &self.all.elements {
-            let displaced = self.all.displaced(e, self.at.positions);
-            let none = [[SVector::<f64, D>::zeros(); MAX_NODES]; MAX_CORNERS];
-            let (mut points, mut untwisted, mut turns) = (none, none, [0.0; MAX_CORNERS]);
-            let (mut point, mut is_simple) = (0, true);
-            e.at_points(self.all.law, &displaced, |shape, deformed, law| {
-                points[point] = *deformed;
-                turns[point] = law.transpose_modulus() * e.share;
-                if convex {
-                    let untwisting = law.untwisting();
-                    is_simple &= untwisting.is_some();
-                    let untwisting = untwisting.unwrap_or_else(SMatrix::zeros) * e.share.sqrt();
-                    untwisted[point] = shape.map(|g| untwisting * g);
-                }
-                point += 1;
-            });
-            if !is_simple {
-                self.all.add_convex(e, &displaced, self.stiffness);
-                continue;
-            }
-            let (lambda, mu) = (lambda * e.share, mu * e.share);
-            let mut pair = 0;
-            for a in 0..quadratic::nodes::<D>() {
-                for b in a..quadratic::nodes::<D>() {
-                    let mut block = SMatrix::<f64, D, D>::identity() * (mu * e.products[pair]);
-                    for (deformed, turn) in points[..count].iter().zip(turns) {
-                        let (ga, gb) = (deformed[a], deformed[b]);
-                        let (stretched, turned) = (ga * lambda, ga * turn);
-                        for c in 0..D {
-                            for r in 0..D {
-                                block[(r, c)] += stretched[r] * gb[c] + turned[c] * gb[r];
-                            }
-                        }
-                    }
-                    if convex {
-                        untwisted[..count].iter().for_each(|g| block += g[a] * g[b].transpose());
-                    }
-                    self.stiffness.add(e.slots[pair], &block);
-                    pair += 1;
-                }
-            }
-        }
-    }
-}
-
 impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn name(&self) -> &'static str {
         "quadratic elements"
@@ -287,7 +276,10 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     /// `V0` times the block of `dP/dF` between the gradients of two shape functions for each point; [`Tangent::Convex`] leaves out the
     /// negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        Arch::new().dispatch(QuadraticStiffness { all: self, at, tangent, stiffness });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || self.add_blocks(at, tangent, stiffness),
+        );
     }
 
     /// `-V 2 η d g` on each node for each point, with the deformed measure `V`, the rate of deformation `d` and the shape function's

@@ -2,7 +2,7 @@
 //! and by faer's supernodes where the factor is so full that dense blocks are faster.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::Arch;
 
 use super::supernodal::Supernodal;
 use super::{BlockMatrix, Pattern};
@@ -58,8 +58,10 @@ impl<const D: usize> Factor<D> {
     fn factorise_blocks(&mut self, pattern: &Pattern, matrix: &BlockMatrix<D>) -> bool {
         let floor = floor(pattern, matrix);
         let (lower, place_of_row) = (&mut self.lower[..], &mut self.place_of_row[..]);
-        let failure =
-            Arch::new().dispatch(Blocks { pattern, matrix: &matrix.blocks, lower, place_of_row, floor });
+        let failure = Arch::new().dispatch(
+            #[inline(always)]
+            || left_looking(pattern, &matrix.blocks, lower, place_of_row, floor),
+        );
         self.failed_at = failure.unwrap_or(self.failed_at);
         failure.is_none()
     }
@@ -132,47 +134,39 @@ impl<const D: usize> Factor<D> {
     }
 }
 
-/// Arguments of the factorisation by blocks, which pulp compiles for the widest registers of the processor: it takes two thirds of the
-/// time and gives the same bits.
-struct Blocks<'a, const D: usize> {
-    pattern: &'a Pattern,
-    matrix: &'a [SMatrix<f64, D, D>],
-    lower: &'a mut [SMatrix<f64, D, D>],
-    place_of_row: &'a mut [u32],
+/// Factorises by blocks. Returns the unknown whose pivot is too small, if there is one. pulp compiles it for the widest registers of the
+/// processor: it takes two thirds of the time and gives the same bits.
+#[inline(always)]
+fn left_looking<const D: usize>(
+    pattern: &Pattern,
+    matrix: &[SMatrix<f64, D, D>],
+    lower: &mut [SMatrix<f64, D, D>],
+    place_of_row: &mut [u32],
     floor: f64,
-}
-
-impl<const D: usize> NullaryFnOnce for Blocks<'_, D> {
-    /// The unknown whose pivot is too small, if there is one.
-    type Output = Option<usize>;
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        let Self { pattern, matrix, lower, place_of_row, floor } = self;
-        for j in 0..pattern.unknowns() {
-            let column = pattern.column(j);
-            lower[column.clone()].copy_from_slice(&matrix[column.clone()]);
-            for (p, &i) in column.clone().zip(pattern.rows(column.clone())) {
-                place_of_row[i as usize] = p as u32;
-            }
-            let (done, current) = lower.split_at_mut(column.start);
-            for &(k, place) in pattern.left_of(j) {
-                let places = place as usize..pattern.column(k as usize).end;
-                let head = done[place as usize].transpose();
-                for (block, &i) in done[places.clone()].iter().zip(pattern.rows(places)) {
-                    let target = place_of_row[i as usize] as usize - column.start;
-                    current[target] -= product(block, &head);
-                }
-            }
-            let Some(inverse) = invert_lower_cholesky(&current[0], floor) else { return Some(j) };
-            current[0] = inverse;
-            let turned = inverse.transpose();
-            for block in &mut current[1..column.len()] {
-                *block = product(block, &turned);
+) -> Option<usize> {
+    for j in 0..pattern.unknowns() {
+        let column = pattern.column(j);
+        lower[column.clone()].copy_from_slice(&matrix[column.clone()]);
+        for (p, &i) in column.clone().zip(pattern.rows(column.clone())) {
+            place_of_row[i as usize] = p as u32;
+        }
+        let (done, current) = lower.split_at_mut(column.start);
+        for &(k, place) in pattern.left_of(j) {
+            let places = place as usize..pattern.column(k as usize).end;
+            let head = done[place as usize].transpose();
+            for (block, &i) in done[places.clone()].iter().zip(pattern.rows(places)) {
+                let target = place_of_row[i as usize] as usize - column.start;
+                current[target] -= product(block, &head);
             }
         }
-        None
+        let Some(inverse) = invert_lower_cholesky(&current[0], floor) else { return Some(j) };
+        current[0] = inverse;
+        let turned = inverse.transpose();
+        for block in &mut current[1..column.len()] {
+            *block = product(block, &turned);
+        }
     }
+    None
 }
 
 /// Pivots up to this size count as zero.

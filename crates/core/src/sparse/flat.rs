@@ -1,8 +1,6 @@
 //! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of several matrices at once, one in each lane. Each block of
 //! `L` is written once, from a flat list of its products, so that the sums stay in registers (dot form).
 
-use pulp::NullaryFnOnce;
-
 use super::Pattern;
 use super::cholesky::SMALLEST_PIVOT;
 use super::simd::{Simd, SimdPair};
@@ -57,30 +55,23 @@ impl Symbolic {
     pub fn factor<const L: usize>(&self) -> FlatFactor<L> {
         vec![[Simd::ZERO; 4]; self.pattern.blocks()]
     }
-}
 
-/// Factorises the matrices whose blocks are `pairs`, off the diagonal, and `diagonal`. Returns for each lane whether every pivot exceeds
-/// its floor; if not, that lane of the factor must not be used.
-pub(crate) struct Factorise<'a, const L: usize> {
-    pub symbolic: &'a Symbolic,
-    pub pairs: &'a [MatrixBlock<L>],
-    pub diagonal: &'a [Lower<L>],
-    pub factor: &'a mut FlatFactor<L>,
-}
-
-impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
-    type Output = [bool; L];
-
+    /// Factorises the matrices whose blocks are `pairs`, off the diagonal, and `diagonal`. Returns for each lane whether every pivot
+    /// exceeds its floor; if not, that lane of the factor must not be used.
     #[inline(always)]
-    fn call(self) -> [bool; L] {
-        let Self { symbolic: s, pairs, diagonal, factor } = self;
-        let diagonal = &diagonal[..s.pattern.unknowns()];
+    pub fn factorise<const L: usize>(
+        &self,
+        pairs: &[MatrixBlock<L>],
+        diagonal: &[Lower<L>],
+        factor: &mut FlatFactor<L>,
+    ) -> [bool; L] {
+        let diagonal = &diagonal[..self.pattern.unknowns()];
         let floor = largest_diagonal(diagonal) * Simd::splat(SMALLEST_PIVOT);
         let mut safe = [true; L];
         let mut product = 0;
         for (j, whole) in diagonal.iter().enumerate() {
             let mut d = *whole;
-            for &(_, place) in s.pattern.left_of(j) {
+            for &(_, place) in self.pattern.left_of(j) {
                 let l = &factor[place as usize];
                 d[0] -= l[0] * l[0] + l[1] * l[1];
                 d[1] -= l[2] * l[0] + l[3] * l[1];
@@ -93,15 +84,15 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
                 safe[lane] &= safe_p[lane] & safe_q[lane];
             }
             let r = -(across * p * q);
-            let column = s.pattern.column(j);
+            let column = self.pattern.column(j);
             factor[column.start] = [p, r, q, Simd::ZERO];
             for block in column.skip(1) {
-                let mut b = match s.source[block] {
+                let mut b = match self.source[block] {
                     FILL => [Simd::ZERO; 4],
                     pair => pairs[pair as usize],
                 };
-                let end = s.products_end[block] as usize;
-                for &[i, j] in &s.products[product..end] {
+                let end = self.products_end[block] as usize;
+                for &[i, j] in &self.products[product..end] {
                     let (x, y) = (&factor[i as usize], &factor[j as usize]);
                     b[0] -= x[0] * y[0] + x[1] * y[1];
                     b[1] -= x[0] * y[2] + x[1] * y[3];
@@ -114,21 +105,11 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
         }
         safe
     }
-}
 
-/// Solves `K x = b` in place; `b` has one vector for each unknown.
-pub(crate) struct Solve<'a, const L: usize> {
-    pub symbolic: &'a Symbolic,
-    pub factor: &'a FlatFactor<L>,
-    pub b: &'a mut [SimdPair<L>],
-}
-
-impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
-    type Output = ();
-
+    /// Solves `K x = b` in place; `b` has one vector for each unknown.
     #[inline(always)]
-    fn call(self) {
-        let Self { symbolic: Symbolic { pattern, .. }, factor, b } = self;
+    pub fn solve<const L: usize>(&self, factor: &FlatFactor<L>, b: &mut [SimdPair<L>]) {
+        let pattern = &self.pattern;
         for i in 0..pattern.unknowns() {
             let mut y = b[i];
             for &(column, place) in pattern.left_of(i) {

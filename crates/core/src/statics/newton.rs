@@ -182,10 +182,7 @@ impl<const D: usize> SolveState<'_, D> {
         let mut part = self.step_limit();
         self.w.trial.copy_from_slice(&self.w.positions);
         while part > SHORTEST_STEP {
-            let w = &mut *self.w;
-            for &node in self.system.pattern().nodes() {
-                w.positions[node] = w.trial[node] + w.step[node] * part;
-            }
+            self.place_along(part);
             let energy = self.energy();
             if energy <= old + SUFFICIENT_DECREASE * part * slope + noise {
                 let before = self.done.max_residual_force;

@@ -133,7 +133,7 @@ impl<const D: usize> SolveState<'_, D> {
     }
 
     /// Places the nodes at the start plus a part of the step.
-    fn place_along(&mut self, part: f64) {
+    pub(super) fn place_along(&mut self, part: f64) {
         let w = &mut *self.w;
         for &node in self.system.pattern().nodes() {
             w.positions[node] = w.trial[node] + w.step[node] * part;

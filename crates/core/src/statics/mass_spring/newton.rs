@@ -5,16 +5,13 @@
 //! response to the step predicts, as if pressures were unknowns of their own (Magisano, Leonetti and Garcea 2017, mixed integration
 //! points). Forces use the true pressure, so the equilibria are the same. A draw of a posterior takes a quarter fewer factors.
 
-use pulp::NullaryFnOnce;
-
-use crate::sparse::flat::{Factorise, Solve};
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::Stability;
 use crate::statics::newton::{
     ENERGY_NOISE, MOST_INDEFINITE, NEGLIGIBLE_RESIDUAL, REUSE_REDUCTION, ROUNDING, SUFFICIENT_DECREASE,
 };
 use crate::system::elements::Elements;
-use crate::system::elements::local::{AssembleStiffness, Evaluate, Local, PredictPressure};
+use crate::system::elements::local::{AssembleStiffness, Local, evaluate, predict_pressure};
 
 use super::{Phase, SimdNewton, of_lane, step_limit};
 
@@ -143,7 +140,10 @@ impl<const L: usize> SimdNewton<L> {
             lane.done.factorisations += usize::from(lane.phase != Phase::GivenUp);
         }
         let (pairs, diagonal, factor) = (&self.blocks, &self.diagonal, &mut self.factor);
-        self.arch.dispatch(Factorise { symbolic: &elements.factor, pairs, diagonal, factor })
+        self.arch.dispatch(
+            #[inline(always)]
+            || elements.factor.factorise(pairs, diagonal, factor),
+        )
     }
 
     /// Assembles the stiffness. Returns the largest entry on its diagonal.
@@ -154,14 +154,20 @@ impl<const L: usize> SimdNewton<L> {
 
     pub(super) fn evaluate(&mut self, elements: &Elements) -> Local<L> {
         let Self { numbers, tension, positions: x, h, force, .. } = self;
-        self.arch.dispatch(Evaluate { elements, numbers, tension, x, h, force })
+        self.arch.dispatch(
+            #[inline(always)]
+            || evaluate(elements, numbers, tension, x, h, force),
+        )
     }
 
     /// Solves for the step. Returns the slope of the energy along it, J.
     fn find_step(&mut self, elements: &Elements) -> Simd<L> {
         self.step.copy_from_slice(&self.force[..elements.unknowns]);
         let (factor, b) = (&self.factor, &mut self.step);
-        self.arch.dispatch(Solve { symbolic: &elements.factor, factor, b });
+        self.arch.dispatch(
+            #[inline(always)]
+            || elements.factor.solve(factor, b),
+        );
         let along = self.step.iter().zip(&self.force);
         along.fold(Simd::ZERO, |slope, (s, f)| slope - (s[0] * f[0] + s[1] * f[1]))
     }
@@ -176,7 +182,10 @@ impl<const L: usize> SimdNewton<L> {
         self.positions[elements.unknowns..].copy_from_slice(&self.trial[elements.unknowns..]);
         loop {
             let Self { arch, positions, trial, step, .. } = &mut *self;
-            arch.dispatch(Advance { x: positions, from: trial, step, part });
+            arch.dispatch(
+                #[inline(always)]
+                || advance(positions, trial, step, part),
+            );
             let there = self.evaluate(elements);
             let mut again = false;
             for i in 0..L {
@@ -216,7 +225,10 @@ impl<const L: usize> SimdNewton<L> {
             }
         }
         let Self { arch, numbers, positions: x, trial: from, h, linear_h, .. } = &mut *self;
-        arch.dispatch(PredictPressure { elements, numbers, from, x, h, linear_h });
+        arch.dispatch(
+            #[inline(always)]
+            || predict_pressure(elements, numbers, from, x, h, linear_h),
+        );
         let mut reuse = true;
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
             let noise = ENERGY_NOISE * before[i].done.energy.abs();
@@ -235,25 +247,14 @@ impl<const L: usize> SimdNewton<L> {
 }
 
 /// `x = from + part step` of the unknowns; `x` is exactly `from` in lanes whose part is zero.
-struct Advance<'a, const L: usize> {
-    x: &'a mut [SimdPair<L>],
-    from: &'a [SimdPair<L>],
-    step: &'a [SimdPair<L>],
-    part: Simd<L>,
-}
-
-impl<const L: usize> NullaryFnOnce for Advance<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for ((x, from), step) in self.x.iter_mut().zip(self.from).zip(self.step) {
-            for axis in 0..2 {
-                let there = from[axis] + step[axis] * self.part;
-                for lane in 0..L {
-                    let stays = self.part.0[lane] == 0.0;
-                    x[axis].0[lane] = if stays { from[axis].0[lane] } else { there.0[lane] };
-                }
+#[inline(always)]
+fn advance<const L: usize>(x: &mut [SimdPair<L>], from: &[SimdPair<L>], step: &[SimdPair<L>], part: Simd<L>) {
+    for ((x, from), step) in x.iter_mut().zip(from).zip(step) {
+        for axis in 0..2 {
+            let there = from[axis] + step[axis] * part;
+            for lane in 0..L {
+                let stays = part.0[lane] == 0.0;
+                x[axis].0[lane] = if stays { from[axis].0[lane] } else { there.0[lane] };
             }
         }
     }

@@ -1,18 +1,20 @@
 //! Response of an equilibrium to small changes, and derivatives of functions of it by all parameters, with the present factor of the
 //! stiffness.
 
-use crate::sparse::flat::Solve;
 use crate::sparse::simd::{LANES, Simd, SimdPair, difference};
 use crate::statics::lanes::Reshaped;
 use crate::system::elements::Elements;
-use crate::system::elements::local::Evaluate;
+use crate::system::elements::local::evaluate;
 
 use super::SimdNewton;
 
 impl<const L: usize> SimdNewton<L> {
     /// Replaces forces on the unknowns, N, by the motion that they cause, m.
     fn respond(&self, elements: &Elements, forces: &mut [SimdPair<L>]) {
-        self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: forces });
+        self.arch.dispatch(
+            #[inline(always)]
+            || elements.factor.solve(&self.factor, forces),
+        );
     }
 
     /// Motion of the unknowns per unit of tension in a muscle, m/N.
@@ -95,7 +97,10 @@ impl SimdNewton<LANES> {
         let mut u = vec![[Simd::ZERO; 2]; elements.node.len()];
         let (tension, x, h) = (&self.tension, &self.trial, &mut self.h);
         let numbers = &change.numbers;
-        self.arch.dispatch(Evaluate { elements, numbers, tension, x, h, force: &mut u });
+        self.arch.dispatch(
+            #[inline(always)]
+            || evaluate(elements, numbers, tension, x, h, &mut u),
+        );
         u.truncate(elements.unknowns);
         let inverse = part.inverse();
         for (u, force) in u.iter_mut().zip(&self.force) {

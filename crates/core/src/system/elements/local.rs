@@ -36,91 +36,77 @@ fn twice_area<const L: usize>(a: SimdPair<L>, b: SimdPair<L>, c: SimdPair<L>) ->
 }
 
 /// Computes energy and forces at `x` with the tension of every edge, and `h` of every triangle.
-pub(crate) struct Evaluate<'a, const L: usize> {
-    pub elements: &'a Elements,
-    pub numbers: &'a ElementNumbers<L>,
-    pub tension: &'a [Simd<L>],
-    pub x: &'a [SimdPair<L>],
-    pub h: &'a mut [Simd<L>],
-    pub force: &'a mut [SimdPair<L>],
-}
-
-impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
-    type Output = Local<L>;
-
-    #[inline(always)]
-    fn call(self) -> Local<L> {
-        let Self { elements, numbers, tension, x, h, force } = self;
-        let half = Simd::splat(0.5);
-        let mut cell_energy = Simd::ZERO;
-        let mut least = Simd::ONE;
-        for (i, corners) in elements.cells.iter().enumerate() {
-            let [a, b, c] = corners.map(|n| x[n as usize]);
-            let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
-            let ratio = half * twice_area(a, b, c) * inverse;
-            let strain = ratio - Simd::ONE;
-            cell_energy += kappa * (strain * strain);
-            h[i] = half * kappa * inverse * strain;
-            least = ratio.min(least);
-        }
-        force.fill([Simd::ZERO; 2]);
-        let (mut energy, mut slack) = (Simd::ZERO, Simd::ONE);
-        for (i, edge) in elements.edges.iter().enumerate() {
-            let [a, b] = edge.nodes.map(|n| n as usize);
-            let d = difference(x[a], x[b]);
-            let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-            let (k, rest, pull) = (numbers.stiffness[i], numbers.rest[i], tension[i]);
-            let e = length - rest;
-            energy += (half * k * e + pull) * e;
-            // Positive while the spring is longer than the length at which the barrier begins.
-            slack = (length - rest * Simd::splat(THRESHOLD)).min(slack);
-            let along = (k * e + pull) * length.inverse();
-            let push = h[edge.cells[0] as usize] - h[edge.cells[1] as usize];
-            let f = [along * d[0], along * d[1]];
-            let g = [push * d[1], push * d[0]];
-            force[a][0] += f[0] - g[0];
-            force[a][1] += f[1] + g[1];
-            force[b][0] -= f[0] + g[0];
-            force[b][1] -= f[1] - g[1];
-        }
-        let mut residual_squared = Simd::ZERO;
-        for f in &force[..elements.unknowns] {
-            residual_squared = (f[0] * f[0] + f[1] * f[1]).max(residual_squared);
-        }
-        let (cells, lines) = (least.above(Simd::splat(THRESHOLD)), slack.above(Simd::ZERO));
-        let upright = std::array::from_fn(|lane| cells[lane] && lines[lane]);
-        Local { energy: energy + half * cell_energy, residual_squared, upright }
+#[inline(always)]
+pub(crate) fn evaluate<const L: usize>(
+    elements: &Elements,
+    numbers: &ElementNumbers<L>,
+    tension: &[Simd<L>],
+    x: &[SimdPair<L>],
+    h: &mut [Simd<L>],
+    force: &mut [SimdPair<L>],
+) -> Local<L> {
+    let half = Simd::splat(0.5);
+    let mut cell_energy = Simd::ZERO;
+    let mut least = Simd::ONE;
+    for (i, corners) in elements.cells.iter().enumerate() {
+        let [a, b, c] = corners.map(|n| x[n as usize]);
+        let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
+        let ratio = half * twice_area(a, b, c) * inverse;
+        let strain = ratio - Simd::ONE;
+        cell_energy += kappa * (strain * strain);
+        h[i] = half * kappa * inverse * strain;
+        least = ratio.min(least);
     }
+    force.fill([Simd::ZERO; 2]);
+    let (mut energy, mut slack) = (Simd::ZERO, Simd::ONE);
+    for (i, edge) in elements.edges.iter().enumerate() {
+        let [a, b] = edge.nodes.map(|n| n as usize);
+        let d = difference(x[a], x[b]);
+        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
+        let (k, rest, pull) = (numbers.stiffness[i], numbers.rest[i], tension[i]);
+        let e = length - rest;
+        energy += (half * k * e + pull) * e;
+        // Positive while the spring is longer than the length at which the barrier begins.
+        slack = (length - rest * Simd::splat(THRESHOLD)).min(slack);
+        let along = (k * e + pull) * length.inverse();
+        let push = h[edge.cells[0] as usize] - h[edge.cells[1] as usize];
+        let f = [along * d[0], along * d[1]];
+        let g = [push * d[1], push * d[0]];
+        force[a][0] += f[0] - g[0];
+        force[a][1] += f[1] + g[1];
+        force[b][0] -= f[0] + g[0];
+        force[b][1] -= f[1] - g[1];
+    }
+    let mut residual_squared = Simd::ZERO;
+    for f in &force[..elements.unknowns] {
+        residual_squared = (f[0] * f[0] + f[1] * f[1]).max(residual_squared);
+    }
+    let (cells, lines) = (least.above(Simd::splat(THRESHOLD)), slack.above(Simd::ZERO));
+    let upright = std::array::from_fn(|lane| cells[lane] && lines[lane]);
+    Local { energy: energy + half * cell_energy, residual_squared, upright }
 }
 
 /// Computes the `h` of every triangle that the linear response to the step from `from` predicts: `h` at `x` without the term of second
 /// order, the area of the triangle that the steps of its corners form.
-pub(crate) struct PredictPressure<'a, const L: usize> {
-    pub elements: &'a Elements,
-    pub numbers: &'a ElementNumbers<L>,
-    pub from: &'a [SimdPair<L>],
-    pub x: &'a [SimdPair<L>],
-    pub h: &'a [Simd<L>],
-    pub linear_h: &'a mut [Simd<L>],
-}
-
-impl<const L: usize> NullaryFnOnce for PredictPressure<'_, L> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { elements, numbers, from, x, h, linear_h } = self;
-        let quarter = Simd::splat(0.25);
-        for (i, corners) in elements.cells.iter().enumerate() {
-            let [a, b, c] = corners.map(|n| difference(from[n as usize], x[n as usize]));
-            let inverse = numbers.inverse_area[i];
-            let scale = quarter * numbers.kappa[i] * (inverse * inverse);
-            linear_h[i] = h[i] - scale * twice_area(a, b, c);
-        }
+#[inline(always)]
+pub(crate) fn predict_pressure<const L: usize>(
+    elements: &Elements,
+    numbers: &ElementNumbers<L>,
+    from: &[SimdPair<L>],
+    x: &[SimdPair<L>],
+    h: &[Simd<L>],
+    linear_h: &mut [Simd<L>],
+) {
+    let quarter = Simd::splat(0.25);
+    for (i, corners) in elements.cells.iter().enumerate() {
+        let [a, b, c] = corners.map(|n| difference(from[n as usize], x[n as usize]));
+        let inverse = numbers.inverse_area[i];
+        let scale = quarter * numbers.kappa[i] * (inverse * inverse);
+        linear_h[i] = h[i] - scale * twice_area(a, b, c);
     }
 }
 
-/// Computes the stiffness at the positions of the last [`Evaluate`], the exact one or, in the lanes of `convex`, the convex one. Returns
+/// Computes the stiffness at the positions of the last [`evaluate`], the exact one or, in the lanes of `convex`, the convex one. Returns
 /// its largest diagonal entry.
 pub(crate) struct AssembleStiffness<'a, const L: usize> {
     pub elements: &'a Elements,
