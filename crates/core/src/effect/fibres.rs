@@ -1,10 +1,10 @@
 //! Muscles as fibres embedded in a continuum, which need not follow its edges.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::Arch;
 
 use crate::body::Strand;
 use crate::geometry::quadratic::MAX_NODES;
+use crate::sparse::simd::vectorised;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::{THRESHOLD, barrier};
@@ -138,7 +138,7 @@ impl<const D: usize> Fibres<D> {
         stiffness: &mut BlockMatrix<D>,
     ) {
         if tension != 0.0 || barrier_tension != 0.0 {
-            Arch::new().dispatch(
+            vectorised(
                 #[inline(always)]
                 || {
                     for g in &self.groups {

@@ -3,13 +3,13 @@
 use std::array::from_fn;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use pulp::Arch;
 
 use super::{Configuration, Effect, Tangent};
 use crate::geometry::hexahedron::{self, CORNERS, POINTS};
 use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::MooneyRivlin;
 use crate::sparse::pattern::pairs;
+use crate::sparse::simd::vectorised;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
@@ -279,7 +279,7 @@ impl Effect<3> for Hexahedra {
     }
 
     fn add_stiffness(&self, at: Configuration<'_, 3>, tangent: Tangent, stiffness: &mut BlockMatrix<3>) {
-        Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             || self.add_blocks(at, tangent, stiffness),
         );

@@ -1,13 +1,13 @@
 //! Tissue as a continuum that hardly locks: quadratic finite elements of a [`NeoHookean`] solid.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::Arch;
 
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::law::{Deformed, contract};
 use crate::material::{NeoHookean, Stress};
 use crate::sparse::pattern::pairs;
+use crate::sparse::simd::vectorised;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::{Configuration, Effect, Tangent};
@@ -276,7 +276,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     /// `V0` times the block of `dP/dF` between the gradients of two shape functions for each point; [`Tangent::Convex`] leaves out the
     /// negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             || self.add_blocks(at, tangent, stiffness),
         );

@@ -2,8 +2,8 @@
 //! and by faer's supernodes where the factor is so full that dense blocks are faster.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::Arch;
 
+use super::simd::vectorised;
 use super::supernodal::Supernodal;
 use super::{BlockMatrix, Pattern};
 
@@ -58,7 +58,7 @@ impl<const D: usize> Factor<D> {
     fn factorise_blocks(&mut self, pattern: &Pattern, matrix: &BlockMatrix<D>) -> bool {
         let floor = floor(pattern, matrix);
         let (lower, place_of_row) = (&mut self.lower[..], &mut self.place_of_row[..]);
-        let failure = Arch::new().dispatch(
+        let failure = vectorised(
             #[inline(always)]
             || left_looking(pattern, &matrix.blocks, lower, place_of_row, floor),
         );

@@ -63,7 +63,7 @@ impl Symbolic {
         &self,
         pairs: &[MatrixBlock<L>],
         diagonal: &[Lower<L>],
-        factor: &mut FlatFactor<L>,
+        factor: &mut [MatrixBlock<L>],
     ) -> [bool; L] {
         let diagonal = &diagonal[..self.pattern.unknowns()];
         let floor = largest_diagonal(diagonal) * Simd::splat(SMALLEST_PIVOT);
@@ -108,7 +108,7 @@ impl Symbolic {
 
     /// Solves `K x = b` in place; `b` has one vector for each unknown.
     #[inline(always)]
-    pub fn solve<const L: usize>(&self, factor: &FlatFactor<L>, b: &mut [SimdPair<L>]) {
+    pub fn solve<const L: usize>(&self, factor: &[MatrixBlock<L>], b: &mut [SimdPair<L>]) {
         let pattern = &self.pattern;
         for i in 0..pattern.unknowns() {
             let mut y = b[i];

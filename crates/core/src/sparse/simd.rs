@@ -2,6 +2,8 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
+use pulp::{Arch, NullaryFnOnce};
+
 /// Number of lanes: four double-precision numbers fill one AVX2 register, or two of SSE2.
 pub const LANES: usize = 4;
 
@@ -109,6 +111,24 @@ impl<const L: usize> SubAssign for Simd<L> {
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
+}
+
+struct Inlined<F>(F);
+
+impl<R, F: FnMut() -> R> NullaryFnOnce for Inlined<F> {
+    type Output = R;
+
+    #[inline(always)]
+    fn call(mut self) -> R {
+        (self.0)()
+    }
+}
+
+/// Does work with instructions for the widest registers of the processor. The closure and all that it calls must be `#[inline(always)]`,
+/// and it must not be called as `FnOnce`, which is never inlined.
+#[inline(always)]
+pub(crate) fn vectorised<R>(work: impl FnMut() -> R) -> R {
+    Arch::new().dispatch(Inlined(work))
 }
 
 /// A vector of the plane in each lane.

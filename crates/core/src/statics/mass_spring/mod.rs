@@ -58,7 +58,6 @@ impl Lane {
 
 #[derive(Debug)]
 pub(crate) struct SimdNewton<const L: usize> {
-    arch: pulp::Arch,
     numbers: ElementNumbers<L>,
     tension: Vec<Simd<L>>,
     positions: Vec<SimdPair<L>>,
@@ -82,7 +81,6 @@ impl<const L: usize> SimdNewton<L> {
     pub fn new(elements: &Elements) -> Self {
         let nodes = elements.node.len();
         Self {
-            arch: pulp::Arch::new(),
             numbers: elements.numbers(),
             tension: vec![Simd::ZERO; elements.edges.len()],
             positions: vec![[Simd::ZERO; 2]; nodes],

@@ -5,7 +5,7 @@
 //! response to the step predicts, as if pressures were unknowns of their own (Magisano, Leonetti and Garcea 2017, mixed integration
 //! points). Forces use the true pressure, so the equilibria are the same. A draw of a posterior takes a quarter fewer factors.
 
-use crate::sparse::simd::{Simd, SimdPair};
+use crate::sparse::simd::{Simd, SimdPair, vectorised};
 use crate::statics::Stability;
 use crate::statics::newton::{
     ENERGY_NOISE, MOST_INDEFINITE, NEGLIGIBLE_RESIDUAL, REUSE_REDUCTION, ROUNDING, SUFFICIENT_DECREASE,
@@ -140,7 +140,7 @@ impl<const L: usize> SimdNewton<L> {
             lane.done.factorisations += usize::from(lane.phase != Phase::GivenUp);
         }
         let (pairs, diagonal, factor) = (&self.blocks, &self.diagonal, &mut self.factor);
-        self.arch.dispatch(
+        vectorised(
             #[inline(always)]
             || elements.factor.factorise(pairs, diagonal, factor),
         )
@@ -149,12 +149,21 @@ impl<const L: usize> SimdNewton<L> {
     /// Assembles the stiffness. Returns the largest entry on its diagonal.
     fn assemble(&mut self, elements: &Elements, convex: [bool; L]) -> Simd<L> {
         let Self { numbers, tension, positions: x, linear_h: h, blocks, diagonal, .. } = self;
-        self.arch.dispatch(AssembleStiffness { elements, numbers, tension, x, h, convex, blocks, diagonal })
+        pulp::Arch::new().dispatch(AssembleStiffness {
+            elements,
+            numbers,
+            tension,
+            x,
+            h,
+            convex,
+            blocks,
+            diagonal,
+        })
     }
 
     pub(super) fn evaluate(&mut self, elements: &Elements) -> Local<L> {
         let Self { numbers, tension, positions: x, h, force, .. } = self;
-        self.arch.dispatch(
+        vectorised(
             #[inline(always)]
             || evaluate(elements, numbers, tension, x, h, force),
         )
@@ -164,7 +173,7 @@ impl<const L: usize> SimdNewton<L> {
     fn find_step(&mut self, elements: &Elements) -> Simd<L> {
         self.step.copy_from_slice(&self.force[..elements.unknowns]);
         let (factor, b) = (&self.factor, &mut self.step);
-        self.arch.dispatch(
+        vectorised(
             #[inline(always)]
             || elements.factor.solve(factor, b),
         );
@@ -181,8 +190,8 @@ impl<const L: usize> SimdNewton<L> {
         std::mem::swap(&mut self.positions, &mut self.trial);
         self.positions[elements.unknowns..].copy_from_slice(&self.trial[elements.unknowns..]);
         loop {
-            let Self { arch, positions, trial, step, .. } = &mut *self;
-            arch.dispatch(
+            let Self { positions, trial, step, .. } = &mut *self;
+            vectorised(
                 #[inline(always)]
                 || advance(positions, trial, step, part),
             );
@@ -224,8 +233,8 @@ impl<const L: usize> SimdNewton<L> {
                 break;
             }
         }
-        let Self { arch, numbers, positions: x, trial: from, h, linear_h, .. } = &mut *self;
-        arch.dispatch(
+        let Self { numbers, positions: x, trial: from, h, linear_h, .. } = &mut *self;
+        vectorised(
             #[inline(always)]
             || predict_pressure(elements, numbers, from, x, h, linear_h),
         );

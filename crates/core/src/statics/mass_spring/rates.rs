@@ -1,7 +1,7 @@
 //! Response of an equilibrium to small changes, and derivatives of functions of it by all parameters, with the present factor of the
 //! stiffness.
 
-use crate::sparse::simd::{LANES, Simd, SimdPair, difference};
+use crate::sparse::simd::{LANES, Simd, SimdPair, difference, vectorised};
 use crate::statics::lanes::Reshaped;
 use crate::system::elements::Elements;
 use crate::system::elements::local::evaluate;
@@ -11,7 +11,7 @@ use super::SimdNewton;
 impl<const L: usize> SimdNewton<L> {
     /// Replaces forces on the unknowns, N, by the motion that they cause, m.
     fn respond(&self, elements: &Elements, forces: &mut [SimdPair<L>]) {
-        self.arch.dispatch(
+        vectorised(
             #[inline(always)]
             || elements.factor.solve(&self.factor, forces),
         );
@@ -97,7 +97,7 @@ impl SimdNewton<LANES> {
         let mut u = vec![[Simd::ZERO; 2]; elements.node.len()];
         let (tension, x, h) = (&self.tension, &self.trial, &mut self.h);
         let numbers = &change.numbers;
-        self.arch.dispatch(
+        vectorised(
             #[inline(always)]
             || evaluate(elements, numbers, tension, x, h, &mut u),
         );
