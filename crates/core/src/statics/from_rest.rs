@@ -1,38 +1,15 @@
-//! Whether loads lead from rest to a given shape, and a solve that is compared with a trace.
-
-use nalgebra::SVector;
+//! A solve that is compared with a trace.
 
 use crate::body::largest_distance;
 use crate::system::System;
 
-use super::trace::{COARSE_RESOLUTION, Path, Trace, trace};
+use super::trace::{Trace, trace};
 use super::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 
 /// Shapes are the same if their nodes, or their lengths of muscles, differ by less than this, m. At 1785 loads of `results/stability` the
 /// direct and the traced solution differ by at most 3.7e-12 m or by at least 2.9e-4 m. In four posteriors equal lengths differed by at
 /// most 1.4e-12 m, and those of different equilibria at the same tensions by 0.2 to 2.7 mm.
 pub const SAME_SHAPE_M: f64 = 1e-8;
-
-/// Whether `tensions` that grow together lead from rest to `positions`, m, jumps included. Where the branch ends this costs less than a
-/// [`trace()`], because the end is located only to a ten-thousandth of the load.
-#[inline(never)]
-pub fn leads_from_rest<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &SolveSettings,
-    positions: &[SVector<f64, D>],
-) -> bool {
-    let settings = SolveSettings { certify: true, beyond: false, ..*settings };
-    let mut path = Path::new(system, workspace, tensions, &settings);
-    let (mut shape, _) = path.follow_from_rest(COARSE_RESOLUTION);
-    let mut arrives = path.reached == 1.0;
-    if path.ends_at.is_some() {
-        arrives = path.solve_at(&shape, 1.0).status == SolveStatus::Converged;
-        shape.copy_from_slice(path.w.positions());
-    }
-    arrives && largest_distance(&shape, positions) <= SAME_SHAPE_M
-}
 
 /// Solves as [`solve`] does and follows the equilibria from rest as [`trace()`] does. The traced shape, to which the body moves as the
 /// tensions grow, is the answer if both converge to different shapes or the direct solve fails. If the trace stopped early, a direct

@@ -18,18 +18,17 @@
 //! - Does one branch of stable equilibria lead to it from rest, without a jump? Then it is a [`FromRest::Branch`] of [`trace()`], and
 //!   its solution has [`Connection::Traced`]. `simulate` (unless `--direct`), scenes without a wall, and fits raise an alarm where it does
 //!   not. A scene with a wall is not checked unless its direct solve descended from an unstable state.
-//! - Does the body reach it as all loads grow together, perhaps with jumps? [`FromRest::leads_here`] tells, and for a given shape
-//!   [`leads_from_rest`]. Draws of a posterior (`shapes_reached_from_rest`) and candidates of a search on the load path (`on_load_path`)
-//!   require this; frames of a recording are tested for it first (`shape_reached_from_rest`).
+//! - Does the body reach it as all loads grow together, perhaps with jumps? [`FromRest::leads_here`] of a trace tells, which candidates
+//!   of a search on the load path require (`on_load_path`). [`lanes::LaneGroup::solve_from_rest`] takes less time: a few load steps, in
+//!   which bones are displaced in proportion to the tensions. Draws of a posterior have the shapes to which it leads, and frames of a
+//!   recording are tested by it first.
 //! - Does Newton's method find it from rest at the whole loads? [`Trace::same_by_newton`] tells; a search compares costs
 //!   (`same_cost_by_newton`) and misfits along a curve. Fits use this; a scene with a wall keeps the shape of Newton's method.
 //! - Does another path lead to it: from a neighbour's shape, or with one muscle before the others? `leads_from_neighbour` and
 //!   `reached_in_turn` in `track` answer this for frames of a recording.
 //!
-//! The posterior and `track` solve at a few growing loads, which is faster than a trace. If these end in another shape, `track` follows
-//! the tensions with [`leads_from_rest`], and the posterior takes more loads. A posterior displaces bones in proportion to the loads;
-//! elsewhere bones are displaced before the tensions grow. `tests/library/from_rest.rs` compares all of them with [`leads_from_rest`].
-//! Shapes are the same if they differ by less than [`SAME_SHAPE_M`].
+//! A trace displaces bones before the tensions grow. `tests/library/from_rest.rs` compares all answers with a trace, for bones in their
+//! places; behind a jump the shape can depend on the load steps. Shapes are the same if they differ by less than [`SAME_SHAPE_M`].
 //!
 //! # How it is solved
 //! Mass-spring bodies in the plane (springs, muscles, incompressible triangles) are solved on flat lists of their elements, one load or,
@@ -50,7 +49,7 @@ mod state;
 mod trace;
 mod workspace;
 
-pub use from_rest::{SAME_SHAPE_M, leads_from_rest, solve_and_trace, trace_beside};
+pub use from_rest::{SAME_SHAPE_M, solve_and_trace, trace_beside};
 pub use response::{Response, position_rates};
 pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;

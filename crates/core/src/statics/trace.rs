@@ -103,8 +103,6 @@ const RETURN_TOLERANCE: f64 = 1e-6;
 const MOST_ITERATIONS: usize = 40;
 /// Part of the load to which the critical load is located.
 const RESOLUTION: f64 = 1e-9;
-/// Part of the load to which the critical load is located if only the shape beyond it is needed.
-pub(super) const COARSE_RESOLUTION: f64 = 1e-4;
 /// The load counts as orthogonal to a critical mode if its work on it is below this part of the largest possible.
 const ORTHOGONAL: f64 = 1e-4;
 
@@ -123,7 +121,7 @@ pub fn trace<const D: usize>(
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
     let mut path = Path::new(system, workspace, tensions, &settings);
-    let (mut shape, follow_and_return) = path.follow_from_rest(RESOLUTION);
+    let (mut shape, follow_and_return) = path.follow_from_rest();
     let critical = path.ends_at.map(|load| Critical { load, kind: path.critical_kind(&shape) });
     let (solution, another) = follow_and_return.unwrap_or_else(|| {
         let solution = path.solve_at(&shape, 1.0);
@@ -185,7 +183,7 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
     /// tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
-    pub fn follow_from_rest(&mut self, shortest: f64) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
+    fn follow_from_rest(&mut self) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
         let mut shape = self.system.rest().to_vec();
         if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
             let beginning = self.solve_at(&shape, 0.0);
@@ -199,7 +197,7 @@ impl<'a, const D: usize> Path<'a, D> {
             self.reached = 1.0;
             return (self.w.positions.clone(), found);
         }
-        self.follow(&mut shape, shortest);
+        self.follow(&mut shape);
         (shape, None)
     }
 
@@ -208,8 +206,8 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     /// Follows the branch from `shape`, which has no tensions, and leaves the last shape on the branch there. A step that does not
-    /// continue the branch is halved until it is shorter than the part `shortest` of the load.
-    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>, shortest: f64) {
+    /// continue the branch is halved until it is shorter than the resolution.
+    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>) {
         let longest = 1.0 / self.steps() as f64;
         let mut step = longest;
         while self.reached < 1.0 && self.solves < self.settings.most_solves {
@@ -219,7 +217,7 @@ impl<'a, const D: usize> Path<'a, D> {
                 step = f64::min(2.0 * step, longest);
             } else {
                 step *= 0.5;
-                if step < shortest * load {
+                if step < RESOLUTION * load {
                     self.ends_at = Some(self.reached + step);
                     return;
                 }

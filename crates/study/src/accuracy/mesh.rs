@@ -78,7 +78,7 @@ fn mesh_run(
         std::hint::black_box(system.energy(at))
     });
     let ratios = scene.ratios(workspace.positions());
-    let factored = measure(effort, || Response::new(system, &mut workspace).is_ok());
+    let factored = measure(effort, || Response::new(system, &mut workspace).is_some());
     let solution = solved.result;
     Ok(MeshRun {
         scene: name,
