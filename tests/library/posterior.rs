@@ -340,6 +340,24 @@ fn the_command_of_the_readme_finds_three_muscles_that_pull_harder() {
 }
 
 #[test]
+fn the_most_probable_point_of_every_row_is_reached_from_rest() {
+    let posterior_model = posterior_model(&Priors::default());
+    for (subject, vowels) in [("S1", "ieao"), ("S2", "ieao"), ("S3", "ieao")] {
+        for vowel in vowels.chars() {
+            let measured = measurements(subject, &vowel.to_string());
+            let mut density = Density::new(&posterior_model, measured).unwrap();
+            let mut map_estimate = MapEstimate::find(&mut density).unwrap();
+            assert!(map_estimate.is_reached_from_rest(&density), "{subject} {vowel}");
+            // Tensions that are 30 % larger lead to other shapes.
+            let (values, _) = density.parameter_values(&map_estimate.scores);
+            let stronger = values.scaled(1.3);
+            map_estimate.solved = Evaluator::new(&density).solve_from_rest(&[&stronger]).remove(0).unwrap();
+            assert!(!map_estimate.is_reached_from_rest(&density));
+        }
+    }
+}
+
+#[test]
 fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 another branch is near.
     let posterior = sampled("S1");

@@ -49,14 +49,16 @@ impl<'a> Evaluator<'a> {
         let groups = self.shapes.iter_mut().enumerate();
         let mut shapes: Vec<_> = groups
             .map(|(index, group)| {
-                let loads: Vec<_> =
-                    points.iter().map(|values| density.posterior_model.load(values, index, None)).collect();
-                group.solve_from_rest(&loads, density.settings()).into_iter()
+                let load =
+                    |i: usize, part| density.posterior_model.load(&points[i].scaled(part), index, None);
+                group.solve_from_rest(points.len(), density.settings(), &load).into_iter()
             })
             .collect();
         let each = points.iter().map(|values| {
-            let own = shapes.iter_mut().map(|shape| shape.next().flatten().filter(is_found));
-            density.solved(values, own.map(|shape| Some(shape?.positions)).collect::<Option<_>>()?)
+            // Every shape of this point is taken, also behind one that is not reached.
+            let own: Vec<_> = shapes.iter_mut().map(|shape| shape.next().flatten()).collect();
+            let positions = own.into_iter().map(|shape| Some(shape?.positions));
+            density.solved(values, positions.collect::<Option<_>>()?)
         });
         each.collect()
     }

@@ -19,6 +19,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::{Rule, TrialStep, descend};
 use tongue_core::parallel;
+use tongue_core::statics::SAME_SHAPE_M;
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
@@ -100,6 +101,16 @@ impl MapEstimate {
         }
         map_estimate.climb(density, TOLERANCE);
         Ok(map_estimate)
+    }
+
+    /// Whether the loads lead from rest to these shapes, which the search found from neighbours.
+    pub fn is_reached_from_rest(&self, density: &Density<'_>) -> bool {
+        let (values, _) = density.parameter_values(&self.scores);
+        let reached = Evaluator::new(density).solve_from_rest(&[&values]).remove(0);
+        reached.is_some_and(|reached| {
+            let mut lengths = reached.lengths.iter().zip(&self.solved.lengths);
+            lengths.all(|(a, b)| (a - b).abs() <= SAME_SHAPE_M)
+        })
     }
 
     /// [`MapEstimate::find`] for nearly the same stretches, from the mode `near`. The covariance is averaged about the mode of the linear

@@ -81,6 +81,14 @@ impl ParameterValues {
             Parameter::Tilt => &mut self.tilt,
         }
     }
+
+    /// Tensions and displacements multiplied by `part`; the tilt, an angle for each metre of displacement, is kept.
+    pub fn scaled(&self, part: f64) -> Self {
+        let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
+        let postures = self.postures.iter();
+        let postures = postures.map(|p| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part });
+        Self { postures: postures.collect(), tones: times(&self.tones), ..*self }
+    }
 }
 
 /// A solved point, from whose shapes its neighbours are solved.

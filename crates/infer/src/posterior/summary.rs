@@ -9,7 +9,7 @@ use crate::inverse::alarms::Alarm;
 
 use super::leave_out::{fitted_stretches, predict_each_from_others};
 use super::model::PosteriorModel;
-use super::parameters::Draw;
+use super::parameters::{Draw, ParameterValues};
 use super::priors::Priors;
 use super::quantiles::{Quantiles, part_above_zero};
 use super::run::{Posterior, SamplerDiagnostics};
@@ -37,8 +37,8 @@ pub struct Change {
 pub struct Tension {
     #[serde(flatten)]
     pub spread: Quantiles,
-    /// At the most probable point of the posterior.
-    pub most_probable: f64,
+    /// At the most probable point of the posterior; `None` (null) where its loads lead from rest to other shapes.
+    pub most_probable: Option<f64>,
     /// Includes the uncertainty of Young's modulus by its prior.
     pub with_young_modulus: Quantiles,
     /// Relative change of the upper end of the 95 % interval if the scale of the prior is half as large again.
@@ -90,7 +90,10 @@ impl Report {
         // Where that sampling fails, the rest is reported without it.
         let left_out = left_out.and_then(Result::ok).unwrap_or_default();
         let fitted = if mixed { fitted_stretches(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
-        let all = All { posterior, left_out, fitted, scaled: Scaled::new(density, draws), seed };
+        let most_probable = density.parameter_values(&map_estimate.scores).0;
+        let most_probable = map_estimate.is_reached_from_rest(density).then_some(most_probable);
+        let scaled = Scaled::new(density, draws);
+        let all = All { posterior, most_probable, left_out, fitted, scaled, seed };
         Vec::from_iter((0..density.postures()).map(|posture| Self {
             diagnostics: posterior.diagnostics.clone(),
             postures: density.measurements.labels.clone(),
@@ -103,6 +106,7 @@ impl Report {
 
 struct All<'a> {
     posterior: &'a Posterior<'a>,
+    most_probable: Option<ParameterValues>,
     left_out: Vec<LeftOut>,
     fitted: Vec<Quantiles>,
     scaled: Scaled,
@@ -140,7 +144,6 @@ impl Summary {
         let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
         let count = muscles.len();
         let changes = (0..count).map(|m| Change::new(&values(&|d| d.change(posture, m)), &all.scaled));
-        let (most_probable, _) = density.parameter_values(&posterior.map_estimate.scores);
         let modulus = &posterior_model.priors.young_modulus;
         let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
         let factors: Vec<f64> = draws
@@ -154,7 +157,7 @@ impl Summary {
             let moved_by_prior = moved_by_prior(posterior_model, m, &own, spread.interval_95[1]);
             Tension {
                 spread,
-                most_probable: most_probable.postures[posture].tensions[m],
+                most_probable: all.most_probable.as_ref().map(|values| values.postures[posture].tensions[m]),
                 with_young_modulus: Quantiles::of(own.iter().zip(&factors).map(|(t, f)| t * f)),
                 moved_by_prior,
                 sensitivity,

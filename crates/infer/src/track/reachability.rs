@@ -90,7 +90,7 @@ impl FrameSolver<'_> {
     fn shapes_from_rest(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Vec<Point>>> {
         let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
         let settings = self.settings;
-        let ends = self.group().solve_from_rest(&loads, &settings);
+        let ends = self.group().solve_from_rest(loads.len(), &settings, &|i, part| loads[i].scaled(part));
         ends.into_iter().map(|end| Some(end?.positions)).collect()
     }
 

@@ -12,7 +12,7 @@ const ON_THE_WAY_N: f64 = 1e-4;
 
 impl<const D: usize> Load<'_, D> {
     /// This part of the tensions and of the displacements of bones.
-    fn scaled(&self, part: f64) -> Self {
+    pub fn scaled(&self, part: f64) -> Self {
         let tensions = self.tensions.iter().map(|f| f * part).collect();
         let bones = self.bones.iter().map(|(nodes, shift)| (*nodes, shift * part)).collect();
         Self { tensions, bones, ..*self }
@@ -20,55 +20,55 @@ impl<const D: usize> Load<'_, D> {
 }
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// The equilibria to which the first [`LANES`] loads lead from rest as their tensions and the displacements of bones grow together, jumps
-    /// included; `None` where a load leads to no equilibrium. Loads grow in 5 steps, each solved from the shape before; where that ends, in
-    /// 25. Whether the body jumps is not determined, so this takes less time than [`trace()`](crate::statics::trace()). The starts of the
-    /// loads are not used.
+    /// The equilibria to which up to [`LANES`] loads lead from rest as they grow, jumps included; `None` where a load leads to no
+    /// equilibrium, or through one in which the barrier acts. `load` gives a part, 0 to 1, of the load of a number below `count`, whose start is not used. Loads grow in 5 steps, each
+    /// solved from the shape before; where that ends, in 25. Whether the body jumps is not determined, so this takes less time than
+    /// [`trace()`](crate::statics::trace()).
     #[inline(never)]
-    pub fn solve_from_rest(
+    pub fn solve_from_rest<'l>(
         &mut self,
-        loads: &[Load<'_, D>],
+        count: usize,
         settings: &SolveSettings,
+        load: &dyn Fn(usize, f64) -> Load<'l, D>,
     ) -> Vec<Option<LaneEquilibrium<D>>> {
-        let loads = &loads[..loads.len().min(LANES)];
-        let mut found = vec![None; loads.len()];
+        let mut found = vec![None; count.min(LANES)];
         for steps in STEPS {
-            let left: Vec<usize> = (0..loads.len()).filter(|&i| found[i].is_none()).collect();
-            let own: Vec<&Load<'_, D>> = left.iter().map(|&i| &loads[i]).collect();
-            for (i, end) in left.iter().zip(self.follow(&own, steps, settings)) {
+            let left: Vec<usize> = (0..found.len()).filter(|&i| found[i].is_none()).collect();
+            for (i, end) in left.iter().zip(self.follow(&left, steps, settings, load)) {
                 found[*i] = end;
             }
         }
         found
     }
 
-    /// The equilibria at the whole loads after these steps; `None` where a step has no equilibrium.
-    fn follow(
+    /// The equilibria at these whole loads after some steps; `None` where a step has no equilibrium.
+    fn follow<'l>(
         &mut self,
-        loads: &[&Load<'_, D>],
+        loads: &[usize],
         steps: usize,
         settings: &SolveSettings,
+        load: &dyn Fn(usize, f64) -> Load<'l, D>,
     ) -> Vec<Option<LaneEquilibrium<D>>> {
+        let is_of_springs = self.work.is_some();
         let mut ends: Vec<Option<LaneEquilibrium<D>>> = vec![None; loads.len()];
-        let mut is_good = vec![!loads.is_empty(); loads.len()];
+        let mut is_good = vec![true; loads.len()];
         for step in 1..=steps {
             if !is_good.contains(&true) {
                 break;
             }
             let part = step as f64 / steps as f64;
-            let parts = Vec::from_iter(loads.iter().zip(&ends).map(|(load, before)| Load {
+            let parts = Vec::from_iter(loads.iter().zip(&ends).map(|(&i, before)| Load {
                 start: before.as_ref().map(|before| before.positions.as_slice()),
-                ..load.scaled(part)
+                ..load(i, part)
             }));
             let tolerance = if step < steps { ON_THE_WAY_N } else { settings.tolerance };
-            let is_of_springs = self.work.is_some();
             let answers = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
             for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(answers) {
-                let Solution { status, connection, .. } = answer.solution;
+                let Solution { status, connection, guarded, .. } = answer.solution;
                 // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that
                 // the loads grow again in more steps.
-                *is_good &=
-                    status == SolveStatus::Converged && (is_of_springs || connection != Connection::Downhill);
+                let is_direct = is_of_springs || connection != Connection::Downhill;
+                *is_good &= status == SolveStatus::Converged && guarded == 0 && is_direct;
                 *end = Some(answer);
             }
         }
