@@ -31,20 +31,9 @@ pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, Trajecto
 pub use simulation::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use ssff::{Ssff, StoTable};
-pub use svg::{
-    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, animation, changes, panels,
-    parts, ridges, scatter, solid, solution_curve, timelines, tongue, views, vowel, work_precision,
-    wrap_text,
-};
+pub use svg::*;
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::TonguePage;
-#[cfg(feature = "files")]
-pub use track::track_page;
-pub use track::{
-    FormantsRecord, MISSED_BY_PLANE, RecordingResult, TrackRecord, TrackResults, contrasts, courses_columns,
-    draws_csv, formants_csv, held_out_columns, limit_of_plane, over_speakers, placement_sentence,
-    prior_interval_n, probability, repeats_columns, repetitions_sentence, segments_csv, status_name, tally,
-    track_csv, with_decimals,
-};
+pub use track::*;
 pub use vtu::{Msh, Pvd, Vtu};
