@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, LinearProblem, WINDOW, windows};
-use super::smoother::{SmoothedRecording, Smoother};
+use super::smoother::Smoother;
 use tongue_core::{parallel, random};
 
 /// Draws of a frame; each list runs over the draws.
@@ -190,11 +190,7 @@ pub(super) const BATCH: usize = 50;
 
 /// Draws of the shared unknowns (levels, static error, shape) relative to the mode, one column each; `None` if a
 /// covariance cannot be factorised.
-pub(super) fn draws(
-    smoother: &Smoother<'_>,
-    recordings: &[SmoothedRecording],
-    linear: &[Eliminated<'_>],
-) -> Option<DMatrix<f64>> {
+pub(super) fn draws(smoother: &Smoother<'_>, linear: &[Eliminated<'_>]) -> Option<DMatrix<f64>> {
     let (m, k) = (smoother.sizes.muscles, smoother.sizes.knots);
     let (prior, pull) = smoother.shared_prior(smoother.context.shape.map(|shape| (shape, 1.0, 0.0)));
     let all = pull.len();
@@ -205,7 +201,7 @@ pub(super) fn draws(
         gradient += &one.gradient;
     }
     // The static error is an error, so its prior has the reduced weight too when the shape is estimated.
-    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
+    let frames: usize = linear.iter().map(|one| one.problem.recording.count()).sum();
     let of_frames = TRUST * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
     let weight = |i: usize| if (m..m + k).contains(&i) { TRUST } else { 1.0 };
     let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (weight(i) * weight(j)).sqrt());
@@ -214,7 +210,7 @@ pub(super) fn draws(
     let middle = -factor.solve(&(DVector::from_fn(all, |i, _| pull[i] * weight(i)) + &gradient * of_frames));
     // For each draw of levels and shape the static error is drawn anew, with the full weight of the frames.
     let of_error = (curvature.view((m, m), (k, k)) + prior.view((m, m), (k, k))).into_owned();
-    let error = if k > 0 { Some(symmetric_cholesky(&of_error)?) } else { None };
+    let error = symmetric_cholesky(&of_error)?;
     let batches = smoother.settings.draws.div_ceil(BATCH).max(1);
     let mut out = DMatrix::zeros(all, batches * BATCH);
     for batch in 0..batches {
@@ -223,17 +219,13 @@ pub(super) fn draws(
             let mut by = random::normals(all, &mut random);
             factor.l_dirty().tr_solve_lower_triangular_mut(&mut by);
             let mut by_error = random::normals(k, &mut random);
-            if let Some(error) = &error {
-                error.l_dirty().tr_solve_lower_triangular_mut(&mut by_error);
-            }
+            error.l_dirty().tr_solve_lower_triangular_mut(&mut by_error);
             for (half, sign) in [(0, 1.0), (BATCH / 2, -1.0)] {
                 let mut theta = &middle + &by * sign;
-                if let Some(error) = &error {
-                    theta.rows_mut(m, k).fill(0.0);
-                    let pulled = &curvature * &theta + &gradient + &pull;
-                    let at = -error.solve(&pulled.rows(m, k).into_owned()) + &by_error * sign;
-                    theta.rows_mut(m, k).copy_from(&at);
-                }
+                theta.rows_mut(m, k).fill(0.0);
+                let pulled = &curvature * &theta + &gradient + &pull;
+                let at = -error.solve(&pulled.rows(m, k).into_owned()) + &by_error * sign;
+                theta.rows_mut(m, k).copy_from(&at);
                 out.column_mut(batch * BATCH + half + draw).copy_from(&theta);
             }
         }

@@ -168,9 +168,7 @@ impl<'a> Eliminated<'a> {
         factors.solve(&mut steps);
         let (before, after) = (Vec::new(), Vec::new());
         let mut out = Self { problem, factors, steps, curvature, gradient, before, after, kept: None };
-        if kept.is_none() {
-            out.set_window_ends(&windows);
-        }
+        out.set_window_ends(&windows);
         for window in windows {
             let (rows, across) = out.rows_and_coupling(&window, kept.take());
             let answers = out.answers(&window, across.clone());
@@ -198,15 +196,13 @@ impl<'a> Eliminated<'a> {
             self.factors.forward(&mut blocks, window.start, self.before.last());
             self.before.extend(blocks.pop());
         }
-        let mut after = Vec::new();
         for window in windows.iter().skip(1).rev() {
             let (_, mut blocks) = self.rows_and_coupling(window, None);
             self.factors.forward(&mut blocks, window.start, self.before.get(window.start / WINDOW - 1));
-            self.factors.backward(&mut blocks, window.start, after.last());
-            after.extend(blocks.into_iter().next());
+            self.factors.backward(&mut blocks, window.start, self.after.last());
+            self.after.extend(blocks.into_iter().next());
         }
-        after.reverse();
-        self.after = after;
+        self.after.reverse();
     }
 
     /// The rows of a window, and the coupling of each of its states with the shared unknowns.

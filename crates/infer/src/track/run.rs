@@ -89,7 +89,7 @@ pub fn track(
         Eliminated::new(LinearProblem { smoother: &smoother, recording, damping: &[], by_shape, columns })
     });
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
-    let shared = draws::draws(&smoother, &sample, &linear).ok_or(NotFinite)?;
+    let shared = draws::draws(&smoother, &linear).ok_or(NotFinite)?;
     drop(linear);
     let done = AtomicUsize::new(ROUNDS + 2);
     smoother.holds = !is_whole;
