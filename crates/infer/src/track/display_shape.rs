@@ -9,7 +9,7 @@ use tongue_core::statistics::least_by;
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
-use super::gauss_newton::{ROUNDS, ShapeStep, StateStep, apply_steps, minimise, solve_step};
+use super::gauss_newton::{self, ROUNDS, ShapeStep, StateStep, apply_steps, minimise, solve_step};
 use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
 use super::settings::{TrackSettings, TrackingContext};
@@ -116,7 +116,8 @@ impl<'a> Display<'a> {
         let plain: Vec<SmoothedRecording> =
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
         let mut sample = at.thinned(&plain, SHAPE_FRAMES);
-        let cost = minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
+        minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ());
+        let cost = gauss_newton::cost(&at, &sample) * TRUST;
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
@@ -142,8 +143,8 @@ impl<'a> Display<'a> {
             move_with_rest(&mut sample, &self.context.on_body(from.body.as_ref()), context);
             apply_steps(&smoother, &mut sample, &levels, steps);
             smoother.shared = levels;
-            let cost = minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST
-                + shape.relative_cost(&there);
+            minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ());
+            let cost = gauss_newton::cost(&smoother, &sample) * TRUST + shape.relative_cost(&there);
             let levels = smoother.shared.clone();
             let body = Some(body.expanded(&there));
             Some(Candidate { amounts: there, body, levels, sample, cost, rates: OnceLock::new() })

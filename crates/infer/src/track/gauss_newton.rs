@@ -47,13 +47,13 @@ pub(super) struct StateStep {
     expected: Vec<f64>,
 }
 
-/// Minimises the cost in at most this number of rounds and returns it; `progress` gets the number of every round.
+/// Minimises [`cost`] in at most this number of rounds and returns how many they were; `progress` gets the number of every round.
 pub(super) fn minimise(
     smoother: &mut Smoother<'_>,
     recordings: &mut [SmoothedRecording],
     rounds: usize,
     progress: &dyn Fn(usize),
-) -> f64 {
+) -> usize {
     for recording in recordings.iter_mut() {
         let is_open = |t: usize| recording.errors[t].is_some() && recording.here[t].linear.is_none();
         for (t, linear) in linearised(smoother, recording, is_open) {
@@ -63,8 +63,8 @@ pub(super) fn minimise(
     let mut damping: Vec<Vec<f64>> = recordings.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
     let frames: usize = recordings.iter().map(|c| c.frames.len()).sum();
     let tolerance = RELATIVE_DECREASE * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
-    let mut quiet = 0;
-    for round in 0..rounds {
+    let (mut quiet, mut round) = (0, 0);
+    while round < rounds {
         let Some((step, steps)) = solve_step(smoother, recordings, &damping, None) else { break };
         let shared = &smoother.shared + step;
         let all = recordings.iter().zip(&steps).zip(&damping);
@@ -83,7 +83,8 @@ pub(super) fn minimise(
                 *damping = tried.damping;
             }
         }
-        progress(round + 1);
+        round += 1;
+        progress(round);
         quiet = if gain.abs() <= tolerance * cost { quiet + 1 } else { 0 };
         if gain > 0.0 {
             smoother.shared = shared;
@@ -101,6 +102,11 @@ pub(super) fn minimise(
         }
     }
     recordings.iter_mut().for_each(|recording| relinearise(smoother, recording));
+    round
+}
+
+/// Cost of the present states of all frames and of the shared unknowns.
+pub(super) fn cost(smoother: &Smoother<'_>, recordings: &[SmoothedRecording]) -> f64 {
     let frames = recordings.iter().flat_map(|recording| {
         let here = recording.here.iter().enumerate();
         here.filter_map(|(t, here)| own_cost(smoother, recording, t, here, &smoother.shared))

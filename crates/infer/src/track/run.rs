@@ -174,20 +174,21 @@ type Outliers = Vec<(Vec<Fault>, bool)>;
 
 /// Finds the most probable tensions on the placed body without outliers. The cost has several minima, so the search begins with some rounds
 /// for own errors [`WIDER`] times as large, unless the shared unknowns are held. Returns the usual residual, in standard deviations, found in
-/// these recordings if it is not given, and the outliers of every recording.
+/// these recordings if it is not given, and the outliers of every recording. `progress` gets the number of rounds done, up to [`ROUNDS`].
 fn fit_placed(
     smoother: &mut Smoother<'_>,
     recordings: &mut [SmoothedRecording],
     usual: Option<f64>,
     progress: &dyn Fn(usize),
 ) -> (f64, Vec<Outliers>) {
+    let mut done = 0;
     if !smoother.holds {
         let errors = recordings.iter_mut().flat_map(|recording| recording.errors.iter_mut().flatten());
         errors.for_each(|errors| Arc::make_mut(errors).sds *= WIDER);
-        minimise(smoother, recordings, WIDER_ROUNDS, progress);
+        done = minimise(smoother, recordings, WIDER_ROUNDS, progress);
         recordings.iter_mut().for_each(|recording| smoother.take_errors(recording));
     }
-    minimise(smoother, recordings, ROUNDS, progress);
+    done += minimise(smoother, recordings, ROUNDS, &|round| progress((done + round).min(ROUNDS)));
     let usual = usual.unwrap_or_else(|| {
         let far = recordings
             .iter()
@@ -196,7 +197,7 @@ fn fit_placed(
     });
     let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
     if found.iter().flatten().any(|(faults, _)| !faults.is_empty()) {
-        minimise(smoother, recordings, ROUNDS, progress);
+        minimise(smoother, recordings, ROUNDS, &|round| progress((done + round).min(ROUNDS)));
     }
     (usual, found)
 }
