@@ -31,9 +31,10 @@ pub fn labels_to_compare(recordings: &[&AlignedRecording]) -> Vec<Compared> {
     let times = recordings.iter().map(|recording| recording.frames.iter().map(|f| f.time_s).collect());
     let labelled: Vec<(Vec<f64>, &[Label])> =
         times.zip(recordings).map(|(times, recording)| (times, recording.labels.as_slice())).collect();
-    let tiers = distinguishing(&labelled, 1).into_iter().filter(|(_, groups)| groups.len() <= MOST_LABELS);
-    Vec::from_iter(tiers.flat_map(|(tier, groups)| {
-        groups.into_iter().map(move |(label, _)| Compared { tier: tier.clone(), label })
+    let tiers = distinguishing(&labelled, 1).into_iter().filter(|groups| groups.len() <= MOST_LABELS);
+    Vec::from_iter(tiers.flatten().map(|repetitions| {
+        let (_, label) = repetitions[0];
+        Compared { tier: label.tier.clone(), label: label.name.clone() }
     }))
 }
 
@@ -170,12 +171,12 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
         Contrast { repetitions, ..Contrast::of(&names[m], labels, &draws) }
     };
     let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
-    let tier_name = tier.first().map(|(compared, _)| compared.tier.clone()).unwrap_or_default();
     let labels = tier.iter().zip(tensions).map(|((compared, label), tensions)| LabelTension {
         label: compared.label.clone(),
         repetitions: label.repetitions,
         frames: label.frames,
         tensions: ByMuscle::new(names, tensions),
     });
-    Comparison { tier: tier_name, labels: labels.collect(), muscles: summarised, contrasts }
+    let tier = tier[0].0.tier.clone();
+    Comparison { tier, labels: labels.collect(), muscles: summarised, contrasts }
 }

@@ -75,7 +75,7 @@ pub fn repeatability<'a>(
 /// Repeatability of these muscles in recordings; `None` if no tier has two labels that repeat.
 pub fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeatability> {
     let labelled: Vec<_> = recordings.iter().map(|r| (r.times.clone(), r.labels)).collect();
-    let (tier, groups) = distinguishing(&labelled, FEWEST_FRAMES).into_iter().next()?;
+    let groups = distinguishing(&labelled, FEWEST_FRAMES).into_iter().next()?;
     let still = vec![0.0; recordings.len()];
     let found = numbers(recordings, &groups, muscles.len(), &still);
     let mut random = fastrand::Rng::with_seed(seed_of(0, recordings.len()));
@@ -105,15 +105,17 @@ pub fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Rep
             of_label_95: chance(&exchanged, of_label).1,
         }
     });
-    let labels = groups.iter().map(|(name, all)| (name.clone(), all.len())).collect();
+    let labels = groups.iter().map(|all| (all[0].1.name.clone(), all.len())).collect();
+    let tier = groups[0][0].1.tier.clone();
     Some(Repeatability { tier, labels, muscles: ByMuscle::new(muscles, measured) })
 }
 
-fn exchanged(groups: &Groups, random: &mut fastrand::Rng) -> Groups {
-    let mut places: Vec<_> = groups.iter().flat_map(|(_, all)| all.iter().copied()).collect();
-    random.shuffle(&mut places);
-    let mut places = places.into_iter();
-    groups.iter().map(|(name, all)| (name.clone(), places.by_ref().take(all.len()).collect())).collect()
+/// Groups of the same sizes with repetitions of labels at random.
+fn exchanged<'a>(groups: &Groups<'a>, random: &mut fastrand::Rng) -> Groups<'a> {
+    let mut all: Vec<_> = groups.iter().flatten().copied().collect();
+    random.shuffle(&mut all);
+    let mut all = all.into_iter();
+    groups.iter().map(|group| all.by_ref().take(group.len()).collect()).collect()
 }
 
 fn span(times: &[f64]) -> f64 {
@@ -123,16 +125,17 @@ fn span(times: &[f64]) -> f64 {
 /// For every muscle, groups of numbers that should be equal, one for each label and point, with labels shifted by a time.
 fn numbers(
     recordings: &[Repeatable<'_>],
-    groups: &Groups,
+    groups: &Groups<'_>,
     muscles: usize,
     shifts: &[f64],
 ) -> Vec<Vec<Vec<f64>>> {
     let mut numbers: Vec<Vec<Vec<f64>>> = vec![Vec::new(); muscles];
-    for (_, repetitions) in groups {
+    for repetitions in groups {
         for point in 0..POINTS {
             let part = point as f64 / (POINTS - 1) as f64;
-            let values: Vec<Vec<f64>> = Vec::from_iter(repetitions.iter().map(|&(number, from, to)| {
-                at(&recordings[number], from + (to - from) * part + shifts[number])
+            let values: Vec<Vec<f64>> = Vec::from_iter(repetitions.iter().map(|&(number, label)| {
+                let time = label.from_s + (label.to_s - label.from_s) * part;
+                at(&recordings[number], time + shifts[number])
             }));
             for (m, all) in numbers.iter_mut().enumerate() {
                 all.push(values.iter().map(|v| v.get(m).copied().unwrap_or(f64::NAN)).collect());

@@ -11,7 +11,7 @@ use super::draws::{BATCH, FrameDraws, Means};
 use super::frame::Frame;
 use super::ornstein_uhlenbeck::Softplus;
 use super::results::{Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked, TrackedRecording};
-use tongue_core::statistics::TWO_SIDED_95;
+use tongue_core::statistics::{TWO_SIDED_95, grouped};
 use tongue_input::measured::recording::Label;
 
 /// Number of the frames of a label whose draws are kept, less one.
@@ -22,8 +22,8 @@ pub(super) struct Segments<'a> {
     frames: &'a [Frame],
     /// Last frame of every label; `None` for labels without frames.
     last: Vec<Option<usize>>,
-    /// Labels that have begun: number, frames, and sums over these.
-    open: Vec<(usize, usize, Means)>,
+    /// Labels that have begun, with the number of their frames so far and the sums over these.
+    open: BTreeMap<usize, (usize, Means)>,
     done: Vec<LabelMean>,
     /// Draws of the labels that are compared.
     draws: BTreeMap<usize, LabelDraws>,
@@ -76,15 +76,12 @@ impl<'a> Segments<'a> {
                 self.courses.entry(label).or_default().push(point);
             }
             for &label in frame.labels.iter().filter(|_| found[t].status.is_trusted()) {
-                if !self.open.iter().any(|(l, ..)| *l == label) {
-                    self.open.push((label, 0, Means::zeros(means)));
-                }
-                for (_, frames, sums) in self.open.iter_mut().filter(|(l, ..)| *l == label) {
-                    *frames += 1;
-                    sums.add(&draws[t - from].tensions);
-                }
+                let (frames, sums) = self.open.entry(label).or_insert_with(|| (0, Means::zeros(means)));
+                *frames += 1;
+                sums.add(&draws[t - from].tensions);
             }
-            for (label, frames, mut sums) in self.open.extract_if(.., |(l, ..)| self.last[*l] == Some(t)) {
+            for &label in frame.labels.iter().filter(|label| self.last[**label] == Some(t)) {
+                let Some((frames, mut sums)) = self.open.remove(&label) else { continue };
                 sums.0.iter_mut().flatten().for_each(|sum| *sum /= frames as f64);
                 let of = |(own, means): (&Vec<f64>, &Vec<f64>)| {
                     Interval::of(own.iter().zip(means).map(|(own, mean)| own - mean))
@@ -114,33 +111,26 @@ impl<'a> Segments<'a> {
 /// A tier with no more labels than this is preferred to one with more.
 const FEW: usize = 12;
 
-/// Labels that repeat: name, and recording, beginning and end of every repetition, s.
-pub(super) type Groups = Vec<(String, Vec<(usize, f64, f64)>)>;
+/// The repetitions of each label of a tier: the number of the recording, and the label.
+pub(super) type Groups<'a> = Vec<Vec<(usize, &'a Label)>>;
 
 /// Tiers with at least two labels that repeat, in order of preference: few labels before many, then most repetitions. A repetition has at
 /// least `fewest` frames. Recordings are given by the times of their frames, s, and their labels.
-pub(super) fn distinguishing(recordings: &[(Vec<f64>, &[Label])], fewest: usize) -> Vec<(String, Groups)> {
-    let mut tiers: Vec<(String, Groups)> = Vec::new();
-    for (number, (times, labels)) in recordings.iter().enumerate() {
-        for label in labels.iter() {
-            if times.iter().filter(|t| label.holds(**t)).count() < fewest {
-                continue;
-            }
-            let tier = tiers.iter().position(|(name, _)| *name == label.tier).unwrap_or_else(|| {
-                tiers.push((label.tier.clone(), Vec::new()));
-                tiers.len() - 1
-            });
-            let (groups, place) = (&mut tiers[tier].1, (number, label.from_s, label.to_s));
-            match groups.iter_mut().find(|(name, _)| *name == label.name) {
-                Some((_, all)) => all.push(place),
-                None => groups.push((label.name.clone(), vec![place])),
-            }
-        }
-    }
-    tiers.iter_mut().for_each(|(_, groups)| groups.retain(|(_, all)| all.len() > 1));
-    tiers.retain(|(_, groups)| groups.len() > 1);
-    let repetitions = |groups: &Groups| groups.iter().map(|(_, all)| all.len()).sum::<usize>();
-    tiers.sort_by_key(|(_, groups)| (groups.len() > FEW, std::cmp::Reverse(repetitions(groups))));
+pub(super) fn distinguishing<'a>(recordings: &[(Vec<f64>, &'a [Label])], fewest: usize) -> Vec<Groups<'a>> {
+    let all = recordings.iter().enumerate().flat_map(|(number, (times, labels))| {
+        let long = labels.iter().filter(move |l| times.iter().filter(|t| l.holds(**t)).count() >= fewest);
+        long.map(move |label| (number, label))
+    });
+    let tiers = grouped(all, |(_, label)| &label.tier).into_iter();
+    let repeating = tiers.map(|tier| {
+        let mut groups = grouped(tier, |(_, label)| &label.name);
+        groups.retain(|repetitions| repetitions.len() > 1);
+        groups
+    });
+    let mut tiers: Vec<Groups<'a>> = repeating.filter(|groups| groups.len() > 1).collect();
+    tiers.sort_by_key(|groups| {
+        (groups.len() > FEW, std::cmp::Reverse(groups.iter().map(Vec::len).sum::<usize>()))
+    });
     tiers
 }
 
