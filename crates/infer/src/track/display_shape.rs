@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::statistics::least_by;
+use tongue_core::system::System;
 
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
@@ -93,7 +94,7 @@ impl<'a> Display<'a> {
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
         let mut recordings: Vec<SmoothedRecording> =
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
-        move_with_rest(&mut recordings, self.context, at.context);
+        move_with_rest(&mut recordings, self.context.system, at.context.system);
         recordings.iter_mut().zip(samples).for_each(|(recording, sample)| begin_beside(recording, sample));
         minimise(&mut at, &mut recordings, ROUNDS, &|_| ());
         (recordings, at.shared)
@@ -140,7 +141,7 @@ impl<'a> Display<'a> {
             let context = self.context.on_body(Some(&body));
             let mut smoother = Smoother { context, shared: from.levels.clone(), ..at.clone() };
             let mut sample = from.sample.clone();
-            move_with_rest(&mut sample, &self.context.on_body(from.body.as_ref()), context);
+            move_with_rest(&mut sample, self.context.on_body(from.body.as_ref()).system, context.system);
             apply_steps(&smoother, &mut sample, &levels, steps);
             smoother.shared = levels;
             minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ());
@@ -170,15 +171,10 @@ pub(super) fn begin_beside(recording: &mut SmoothedRecording, sample: &SmoothedR
 }
 
 /// Moves all nodes of the frames with the body at rest, including those on bone, which no equilibrium moves.
-fn move_with_rest(
-    recordings: &mut [SmoothedRecording],
-    before: &TrackingContext<'_>,
-    after: TrackingContext<'_>,
-) {
-    let (before, rest) = (before.system.rest(), after.system.rest());
+fn move_with_rest(recordings: &mut [SmoothedRecording], before: &System<2>, after: &System<2>) {
     let positions = recordings.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
     for positions in positions {
-        let positions = Arc::make_mut(positions);
-        positions.iter_mut().zip(before.iter().zip(rest)).for_each(|(p, (a, b))| *p += b - a);
+        let rest = before.rest().iter().zip(after.rest());
+        Arc::make_mut(positions).iter_mut().zip(rest).for_each(|(p, (a, b))| *p += b - a);
     }
 }

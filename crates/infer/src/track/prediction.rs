@@ -98,15 +98,11 @@ pub(super) fn predict_hidden(
 /// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.
 pub(super) struct FittedProcess(Process, f64);
 
-/// The best candidate; `None` for recordings without hidden contour points, and for contours of too few points.
+/// The best candidate; `None` without hidden contour points, and for contours of too few points.
 pub(super) fn best_process(
     smoother: &Smoother<'_>,
     recordings: &[SmoothedRecording],
 ) -> Option<FittedProcess> {
-    if !recordings.iter().flat_map(|c| c.frames.iter()).any(|f| f.hidden.iter().any(|h| h.along.channel == 0))
-    {
-        return None;
-    }
     let mut points: Vec<(&str, f64, bool)> = Vec::new();
     for frame in recordings.iter().flat_map(|c| c.frames.iter()) {
         let fitted = frame.observations.iter().map(|o| (o, false));
@@ -119,7 +115,7 @@ pub(super) fn best_process(
     }
     points.sort_by(|a, b| a.1.total_cmp(&b.1));
     let rows = points.chunk_by(|a, b| a.2 == b.2).filter(|row| row[0].2).map(<[_]>::len);
-    let row = rows.max().unwrap_or(1);
+    let row = rows.max()?;
     points.retain(|(.., is_hidden)| !is_hidden);
     let inner = points.get(1..points.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
     let mut splits: Vec<(Vec<String>, Split)> = Vec::new();

@@ -1,6 +1,6 @@
 use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
-use crate::error_model::{Errors, Knots};
+use crate::error_model::Errors;
 use crate::inverse::MovableBone;
 use tongue_core::geometry::Point;
 use tongue_core::random::seed_of;
@@ -85,11 +85,6 @@ impl<'a> TrackingContext<'a> {
         'a: 'b,
     {
         TrackingContext { system: body.map_or(self.system, |body| &body.system), ..*self }
-    }
-
-    pub(super) fn sizes(&self, knots: &Knots) -> Sizes {
-        let muscles = self.system.contracting().len();
-        Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }
     }
 }
 

@@ -91,10 +91,10 @@ pub(super) struct Smoother<'a> {
 
 impl<'a> Smoother<'a> {
     pub fn new(context: TrackingContext<'a>, settings: &'a TrackSettings, knots: &'a Knots) -> Self {
-        let sizes = context.sizes(knots);
+        let (m, k) = (context.system.contracting().len(), knots.len());
+        let sizes = Sizes { muscles: m, bones: 2 * context.freed.len(), knots: k };
         let n = sizes.shared();
         let mut shared_precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
-        let (m, k) = (sizes.muscles, sizes.knots);
         shared_precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
         let shared = DVector::zeros(n);
         Self { context, sizes, settings, knots, shared, shared_precision, keeps: true, holds: false }
