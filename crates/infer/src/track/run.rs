@@ -97,33 +97,31 @@ pub fn track(
         let mut smoother = smoother.clone();
         let mut recording = sample[number].clone();
         let mut outliers = outliers[number].clone();
+        let mut by_shape = of_sample[number].clone();
         if !is_whole {
             recording = recordings[number].clone();
             begin_beside(&mut recording, &sample[number]);
             let (_, own) = fit_placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
             outliers = own.into_iter().next().unwrap_or_default();
+            by_shape = shape_jacobians(&smoother, &recording);
         }
-        let own = (!is_whole).then(|| shape_jacobians(&smoother, &recording));
-        let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
         let (smoother, recording) = (&smoother, &recording);
-        let problem = LinearProblem { smoother, recording, damping: &[], by_shape, columns };
+        let problem = LinearProblem { smoother, recording, damping: &[], by_shape: &by_shape, columns };
         let linear = Eliminated::new(problem).ok_or(NotFinite)?;
         let predicted = predict_hidden(smoother, recording, process.as_ref());
-        let displayed = shown.as_ref().map(|DisplayShape { body, recordings, levels }| {
-            let own = &recordings[number..=number];
-            if is_whole {
-                return own[0].clone();
+        let (mut on_displayed, mut displayed) = (smoother.clone(), recording.clone());
+        if let Some(DisplayShape { body, recordings, levels }) = &shown {
+            on_displayed.context = context.on_body(body.as_ref());
+            on_displayed.shared = levels.clone();
+            displayed = recordings[number].clone();
+            if !is_whole {
+                let (own, known) = (slice::from_ref(recording), (levels, true));
+                displayed = display.find_on_body(body.as_ref(), known, own, &[displayed]).0.swap_remove(0);
             }
-            let known = (levels, true);
-            display.find_on_body(body.as_ref(), known, slice::from_ref(recording), own).0.swap_remove(0)
-        });
-        let levels = shown.as_ref().map_or(&smoother.shared, |shown| &shown.levels).clone();
-        let context_shown = context.on_body(shown.as_ref().and_then(|shown| shown.body.as_ref()));
-        let again = Smoother { context: context_shown, shared: levels, ..smoother.clone() };
+        }
         let formant_jacobians = formants::jacobians(smoother, recording);
         let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
-        let found = displayed.as_ref().unwrap_or(recording);
-        take(number, summarise(&again, found, &sampler, predicted, outliers));
+        take(number, summarise(&on_displayed, &displayed, &sampler, predicted, outliers));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
         Ok(())
     })
