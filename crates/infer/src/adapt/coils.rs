@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
-use tongue_core::statistics::TWO_SIDED_95;
+use tongue_core::statistics::{TWO_SIDED_95, least_by};
 use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
 use super::{RestError, centre_of, median_point, outline_of};
@@ -128,24 +128,15 @@ fn vault(palate: &[Point]) -> Vec<Point> {
     resample(pieces.get(steep.unwrap_or(0)..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
 }
 
-/// A directed line: distances from it are positive to its left.
-struct DirectedLine(Vec<Point>);
-
-impl DirectedLine {
-    fn through(points: &[Point]) -> Option<Self> {
-        Some(Self(NaturalSpline::through(points)?.extended(BEYOND_M).polygon().to_vec()))
-    }
-
-    fn distance(&self, p: Point) -> f64 {
-        let nearest = self.0.windows(2).map(|w| {
-            let (a, way) = (w[0], w[1] - w[0]);
-            let part = ((p - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-            let away = p - (a + way * part);
-            (away.norm(), way.perp(&away).signum())
-        });
-        let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0));
-        nearest.map_or(0.0, |(far, side)| far * side)
-    }
+/// Distance of a point from a curve, m, which is positive to the left of its direction.
+fn signed_distance(curve: &NaturalSpline, p: Point) -> f64 {
+    let nearest = curve.polygon().windows(2).map(|w| {
+        let (a, way) = (w[0], w[1] - w[0]);
+        let part = ((p - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+        let away = p - (a + way * part);
+        (away.norm(), way.perp(&away).signum())
+    });
+    least_by(nearest, |(far, _)| *far).map_or(0.0, |(far, side)| far * side)
 }
 
 /// Cholesky factor of the covariance of points along a line.
@@ -163,7 +154,7 @@ fn whitener(points: &[Point], mm: [f64; 3], tilt: f64) -> Option<nalgebra::Chole
 
 /// The palate of a speaker beside that of a body.
 pub(super) struct Vault {
-    line: DirectedLine,
+    line: NaturalSpline,
     trace: Vec<Point>,
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
 }
@@ -172,13 +163,14 @@ impl Vault {
     /// `None` if one of the two is missing.
     pub fn of(body: &Body<2>, palate: &[Point]) -> Option<Self> {
         let trace = vault(palate);
-        let line = DirectedLine::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
+        let line = NaturalSpline::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
+        let line = line.extended(BEYOND_M);
         Some(Self { line, factor: whitener(&trace, PALATE_MM, sd::PALATE_TILT_DEG.to_radians())?, trace })
     }
 
     /// Distances of the trace from the palate of the placed body, in independent standard deviations.
     pub fn residuals(&self, to: &Similarity) -> DVector<f64> {
-        let away = self.trace.iter().map(|p| to.scale() * self.line.distance(to.place_back(*p)));
+        let away = self.trace.iter().map(|p| to.scale() * signed_distance(&self.line, to.place_back(*p)));
         let mut away = DVector::from_iterator(self.trace.len(), away);
         self.factor.l_dirty().solve_lower_triangular_mut(&mut away);
         away

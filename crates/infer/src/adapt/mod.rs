@@ -12,6 +12,7 @@ mod speaker;
 
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use landmarks::Landmarks;
+pub(crate) use place::mean_contour;
 pub use place::{Registration, RegistrationData, median_place};
 pub use rest::{ControlPoints, Rest, RestError, fit_rest_shape};
 pub(crate) use rest::{area_residuals, is_believable, straighten};

@@ -168,10 +168,8 @@ impl RegistrationData {
     pub fn of_recordings(recordings: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in recordings {
-            let shown = (0..one.contour.len()).filter(|&i| !hide.contains(&one.contour[i]));
-            let means: Vec<Point> = shown
-                .filter_map(|i| mean(one.frames.iter().filter_map(|f| f.contour.get(i)?.map(|m| m.at))))
-                .collect();
+            let shown = mean_contour(one).zip(&one.contour).filter(|(_, name)| !hide.contains(name));
+            let means: Vec<Point> = shown.filter_map(|(at, _)| at).collect();
             all.extend(resample(&means, POINTS).map(|points| (points, one.frames.len())));
         }
         let frames: usize = all.iter().map(|(_, n)| n).sum();
@@ -302,6 +300,12 @@ fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
 fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     let (sum, count) = points.fold((Point::zeros(), 0_usize), |(s, n), p| (s + p, n + 1));
     (count > 0).then(|| sum / count as f64)
+}
+
+/// The mean of each point of a contour over all frames, m; `None` for a point that was not seen.
+pub(crate) fn mean_contour(recording: &AlignedRecording) -> impl Iterator<Item = Option<Point>> {
+    (0..recording.contour.len())
+        .map(|i| mean(recording.frames.iter().filter_map(|f| f.contour.get(i)?.map(|m| m.at))))
 }
 
 /// Median place of a bone over all frames, m.

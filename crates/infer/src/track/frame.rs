@@ -3,6 +3,7 @@
 use nalgebra::{DVector, SVector};
 
 use crate::acoustics::FormantFrequency;
+use crate::adapt::mean_contour;
 use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, NodePosition as Place, Observation, TongueSurface};
@@ -55,7 +56,8 @@ pub fn frames(
             .bone(&f.name)
             .map_or_else(|| vec![None; recording.frames.len()], |b| recording.bone_means(b, BONE_WINDOW))
     }));
-    let along = along_the_mean(recording);
+    // Noise makes distances along a single contour longer.
+    let along = distances_along(mean_contour(recording), 1e3);
     Vec::from_iter(recording.frames.iter().enumerate().map(|(t, frame)| {
         let shifts = followed
             .iter()
@@ -64,16 +66,6 @@ pub fn frames(
             .collect();
         frame_of(recording, frame, surface, shifts, hide, &along)
     }))
-}
-
-/// Distance of every contour point from the first one along the mean contour, mm; noise makes that along a single contour longer.
-fn along_the_mean(recording: &AlignedRecording) -> Vec<f64> {
-    let means = (0..recording.contour.len()).map(|i| {
-        let marks = recording.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
-        let (sum, count) = marks.fold((Point::zeros(), 0.0), |(s, n), m| (s + m.at, n + 1.0));
-        (count > 0.0).then(|| sum / count)
-    });
-    distances_along(means, 1e3)
 }
 
 fn frame_of(
