@@ -113,9 +113,9 @@ impl MapEstimate {
         })
     }
 
-    /// [`MapEstimate::find`] for nearly the same stretches, from the mode `near`. The covariance is averaged about the mode of the linear
-    /// model, over the draws about `near`, which are weighted, and, where too few of these are effective, over more draws. `density` must
-    /// have the covariance due to geometry about `near`.
+    /// Finds the mode from that of nearly the same stretches, `near`, about which `density` must have the covariance due to geometry. Sets
+    /// its average about the mode of the linear model: over the draws about `near`, which are weighted, and, where too few of these are
+    /// effective, over more draws.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         let (scores, jacobian, solved) = (near.scores.clone(), near.jacobian.clone(), near.solved.clone());
         let mut map_estimate = Self::new(density, scores, jacobian, solved);
