@@ -21,7 +21,7 @@ use crate::error_model::{bell, distances_along};
 use crate::least_squares::{jacobian_by_differences, minimise};
 use crate::standard_deviations as sd;
 
-pub const FEWEST_COILS: usize = 3;
+pub(super) const FEWEST_COILS: usize = 3;
 /// Standard deviation of the turn relative to the axes of the recording, rad.
 const TURN_SD: f64 = sd::COILS_TURN_DEG.to_radians();
 /// Standard deviation, correlation length and independent standard deviation of each point: of the mean posture about rest, and of the
@@ -235,9 +235,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         let mut x = DVector::zeros(4 + coils.len());
         x[2] = turn / TURN_SD;
         usual.iter().enumerate().for_each(|(i, behind)| x[4 + i] = behind / COIL_UNIT_M);
-        let there = shown.iter().map(|&i| similarity(&x).place(on_surface(usual[i]))).sum::<Point>();
-        let there = there / measured.len() as f64;
-        let shift = (middle - there) / SHIFT_UNIT_M;
+        let there: Point = shown.iter().map(|&i| similarity(&x).place(on_surface(usual[i]))).sum();
+        let shift = (middle - there / measured.len() as f64) / SHIFT_UNIT_M;
         (x[0], x[1]) = (shift.x, shift.y);
         x
     });

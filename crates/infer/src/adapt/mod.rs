@@ -10,7 +10,7 @@ mod place;
 mod rest;
 mod speaker;
 
-pub use coils::{Coil, FEWEST_COILS, Placement};
+pub use coils::{Coil, Placement};
 pub use landmarks::Landmarks;
 pub(crate) use place::mean_contour;
 pub use place::{Registration, RegistrationData, median_place};

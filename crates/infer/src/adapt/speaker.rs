@@ -213,9 +213,9 @@ impl AdaptationInput<'_> {
         let far = landmarks.named.iter().filter(|(name, _)| !self.body.bone(name).is_empty());
         let far = far.filter(|(name, _)| ![MANDIBLE, HYOID].contains(&name.as_str()));
         rest.far = far.map(|(name, at)| (name.clone(), *at)).collect();
-        let bones =
-            LANDMARK_SD_M.iter().filter_map(|(name, sd)| Some((*name, Mark { at: at(name)?, sd: *sd })));
-        let bones: Vec<(&str, Mark)> = bones.collect();
+        let bones: Vec<(&str, Mark)> = Vec::from_iter(
+            LANDMARK_SD_M.iter().filter_map(|(name, sd)| Some((*name, Mark { at: at(name)?, sd: *sd }))),
+        );
         let none = nalgebra::DVector::zeros(rest.unknowns());
         let followed =
             followed_bones(&rest.body(&none), &landmarks.named.keys().cloned().collect::<Vec<_>>());

@@ -17,7 +17,7 @@ use super::settings::{Followed, TrackingContext};
 use crate::error_model::{Along, distances_along};
 
 /// Number of frames over which the place of a bone is averaged, because its keypoint is as noisy as those of the tongue.
-pub const BONE_WINDOW: usize = 7;
+const BONE_WINDOW: usize = 7;
 
 #[derive(Debug, Clone, Default)]
 pub struct Frame {

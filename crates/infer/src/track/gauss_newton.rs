@@ -148,8 +148,7 @@ pub(super) fn solve_step(
         -symmetric_cholesky(&curvature)?.solve(&gradient)
     };
     let steps = all.iter().map(|e| {
-        let (mut states, mut expected) =
-            (Vec::with_capacity(e.steps.len()), Vec::with_capacity(e.steps.len()));
+        let (mut states, mut expected) = (Vec::new(), Vec::new());
         for window in windows(e.steps.len()) {
             let here = e.window(&window);
             for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {

@@ -31,7 +31,7 @@ mod smoother;
 pub use crate::error_model::{Along, Errors};
 pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare, mark};
 pub use formants::{TrackedFormant, add_formants, opened_deg};
-pub use frame::{BONE_WINDOW, Frame, FrameObservation, FramePosture, FrameSolver, frames};
+pub use frame::{Frame, FrameObservation, FramePosture, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::{OrnsteinUhlenbeck, Softplus};
 pub use reachability::Reachability;

@@ -138,16 +138,11 @@ impl ShapePrior {
         nodes
     }
 
-    /// Nodes displaced by these amounts without those of the placing directions, m.
-    fn unplaced(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Vec<Point> {
-        let shape =
-            DVector::from_fn(amounts.len(), |i, _| if self.placing.contains(&i) { 0.0 } else { amounts[i] });
-        self.moved(mesh, &shape)
-    }
-
-    /// Change of the logarithm of every cell's area, in weighted standard deviations.
+    /// Change of the logarithm of every cell's area, in weighted standard deviations, without the placing directions.
     fn area_logs(&self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> DVector<f64> {
-        DVector::from_iterator(mesh.cells.len(), area_residuals(mesh, &self.unplaced(mesh, amounts)))
+        let mut amounts = amounts.clone();
+        amounts.rows_range_mut(self.placing.clone()).fill(0.0);
+        DVector::from_iterator(mesh.cells.len(), area_residuals(mesh, &self.moved(mesh, &amounts)))
     }
 
     /// The prior expanded about these amounts.
