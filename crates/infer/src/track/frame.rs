@@ -8,7 +8,7 @@ use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, NodePosition as Place, Observation, TongueSurface};
 use tongue_core::statics::lanes::{LaneGroup, Lanes, Load};
-use tongue_core::statics::{self, Response, SolveSettings, SolveStatus, Workspace};
+use tongue_core::statics::{self, Response, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::System;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
@@ -114,7 +114,6 @@ pub struct FrameSolver<'a> {
     pub followed: &'a [Followed],
     pub(super) freed: &'a [MovableBone<2>],
     pub(super) link: Softplus,
-    pub settings: SolveSettings,
     /// Lanes for several frames, made when they are first used.
     group: Option<LaneGroup<'a, 2>>,
     pub(super) workspace: Workspace<2>,
@@ -127,8 +126,7 @@ impl<'a> FrameSolver<'a> {
         let TrackingContext { system, followed, freed, .. } = context;
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
-        let settings = SolveSettings::default();
-        Self { system, followed, freed, link, settings, group: None, workspace, tensions }
+        Self { system, followed, freed, link, group: None, workspace, tensions }
     }
 
     /// Tensions of all muscles of the body, N per metre of thickness, at the scores of the contracting ones.
@@ -151,20 +149,20 @@ impl<'a> FrameSolver<'a> {
         self.displace_bones(frame, x);
         let warm = from.is_some_and(|positions| {
             self.workspace.start_from(positions);
-            self.is_solved()
+            self.solve_here().status == SolveStatus::Converged
         });
         if !warm {
             self.workspace.start_from_rest(self.system);
-            if !self.is_solved() {
+            if self.solve_here().status != SolveStatus::Converged {
                 return None;
             }
         }
         Some(self.workspace.positions())
     }
 
-    pub(super) fn is_solved(&mut self) -> bool {
-        let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
-        done.status == SolveStatus::Converged
+    /// Solves from the present shape with the present tensions and displacements.
+    pub(super) fn solve_here(&mut self) -> Solution {
+        statics::solve(self.system, &mut self.workspace, &self.tensions, &SolveSettings::default())
     }
 
     pub(super) fn displace_bones(&mut self, frame: &Frame, x: &DVector<f64>) {

@@ -7,8 +7,8 @@ use nalgebra::{DMatrix, DVector, SVector};
 use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
-use tongue_core::statics::SolveStatus;
 use tongue_core::statics::lanes::{LANES, Lanes, Load, UnitChange};
+use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
@@ -221,9 +221,8 @@ impl<'a> FrameSolver<'a> {
             return postures.iter().map(|_| None).collect();
         };
         let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
-        let settings = self.settings;
         let group = self.group();
-        let begin = postures.iter().zip(group.solve(&loads, &settings));
+        let begin = postures.iter().zip(group.solve(&loads, &SolveSettings::default()));
         let mut all: Vec<Option<Rates>> = Vec::from_iter(begin.map(|((frame, ..), shape)| {
             let is_found = shape.solution.status == SolveStatus::Converged;
             is_found.then(|| Rates::new(frame, shape.positions.clone(), columns)).flatten()

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use tongue_core::body::largest_distance;
 use tongue_core::geometry::Point;
 use tongue_core::statics::lanes::{LANES, Load};
-use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus};
+use tongue_core::statics::{Connection, SAME_SHAPE_M, SolveSettings, SolveStatus};
 
 use crate::least_squares::{Rule, TrialStep, descend};
 
@@ -89,7 +89,7 @@ impl FrameSolver<'_> {
     /// The shapes to which the loads of at most as many postures as there are lanes lead from rest.
     fn shapes_from_rest(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Vec<Point>>> {
         let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
-        let settings = self.settings;
+        let settings = SolveSettings::default();
         let ends = self.group().solve_from_rest(loads.len(), &settings, &|i, part| loads[i].scaled(part));
         ends.into_iter().map(|end| Some(end?.positions)).collect()
     }
@@ -185,7 +185,7 @@ impl FrameSolver<'_> {
 
     /// Solves from the present shape, and tells whether this needed no descent from a saddle.
     fn solves_directly(&mut self) -> bool {
-        let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
+        let done = self.solve_here();
         done.status == SolveStatus::Converged && done.connection == Connection::Direct
     }
 }

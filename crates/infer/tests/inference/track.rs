@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use tongue_core::body::{Body, DEFAULT_SPACING_M, largest_distance};
 use tongue_core::geometry::Point;
 use tongue_core::random::normal;
-use tongue_core::statics::{self, SAME_SHAPE_M, Workspace};
+use tongue_core::statics::{self, SAME_SHAPE_M, SolveSettings, Workspace};
 use tongue_core::system::{Model, System};
 use tongue_infer::track::prediction::{ContourPoint, MEAN, Process, Split};
 use tongue_infer::track::repeatability::{POINTS, Repeatable, icc, of_label, repeated};
@@ -98,7 +98,7 @@ fn a_shape_that_one_muscle_before_the_others_leads_to_is_reached_in_another_way(
     let frame = Frame::default();
     let other = solver.solve(&frame, &x, None).unwrap().to_vec();
     let mut w = Workspace::new(&system);
-    statics::trace(&system, &mut w, &tensions, &solver.settings);
+    statics::trace(&system, &mut w, &tensions, &SolveSettings::default());
     let together = w.positions();
     assert!(largest_distance(&other, together) > 1e-3);
     let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
