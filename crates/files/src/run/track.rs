@@ -237,10 +237,7 @@ impl TrackRun<'_> {
 pub(super) fn given_body(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
     let followed = match adaptation {
         Some(a) => a.followed_bones(&body),
-        None => {
-            let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
-            adapt::followed_bones(&body, &bones)
-        }
+        None => adapt::followed_bones(&body, body.bones.iter().map(|bone| &bone.name)),
     };
     let adaptation = adaptation.cloned();
     TrackedBody { body, followed, adaptation, placement: None, similarity: None, rms_m: None }

@@ -44,8 +44,8 @@ pub(crate) fn centre_of(mesh: &Mesh<2>) -> Point {
 }
 
 /// The bones of a body that follow their places in a recording, with marks where the bones are.
-pub fn followed_bones(body: &Body<2>, bones: &[String]) -> Vec<Followed> {
-    Vec::from_iter(bones.iter().filter_map(|name| {
+pub fn followed_bones<'a>(body: &Body<2>, bones: impl IntoIterator<Item = &'a String>) -> Vec<Followed> {
+    Vec::from_iter(bones.into_iter().filter_map(|name| {
         let mark = mark_of(body, name)?;
         Some(Followed { name: name.clone(), nodes: body.bone(name).to_vec(), mark })
     }))
@@ -97,8 +97,7 @@ impl Adaptation {
 
     /// The bones of the body that follow their observed places.
     pub fn followed_bones(&self, body: &Body<2>) -> Vec<Followed> {
-        let names: Vec<String> = self.marks_m.keys().cloned().collect();
-        let mut bones = followed_bones(body, &names);
+        let mut bones = followed_bones(body, self.marks_m.keys());
         bones.iter_mut().for_each(|bone| bone.mark = Point::from(self.marks_m[&bone.name]));
         bones
     }

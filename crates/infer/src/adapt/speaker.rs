@@ -1,5 +1,8 @@
 //! A speaker's body from recordings or from landmarks.
 
+use std::collections::BTreeSet;
+
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use crate::standard_deviations as sd;
@@ -156,11 +159,9 @@ impl AdaptationInput<'_> {
     ) -> Result<Speaker, RestError> {
         let Registration { similarity, by_coils, .. } = self.place(recordings, hide)?;
         let rest = Rest::new(self.body, similarity)?;
-        let mut body = rest.body(&nalgebra::DVector::zeros(rest.unknowns()));
-        let mut bones: Vec<String> = recordings.iter().flat_map(|s| s.bones.iter().cloned()).collect();
-        bones.sort();
-        bones.dedup();
-        let mut followed = followed_bones(&body, &bones);
+        let mut body = rest.body(&DVector::zeros(rest.unknowns()));
+        let bones: BTreeSet<&String> = recordings.iter().flat_map(|s| &s.bones).collect();
+        let mut followed = followed_bones(&body, bones);
         // An error of the placement must not count as a displacement of the bone from rest.
         for bone in &mut followed {
             bone.mark = median_place(recordings, &bone.name).unwrap_or(bone.mark);
@@ -216,9 +217,8 @@ impl AdaptationInput<'_> {
         let bones: Vec<(&str, Mark)> = Vec::from_iter(
             LANDMARK_SD_M.iter().filter_map(|(name, sd)| Some((*name, Mark { at: at(name)?, sd: *sd }))),
         );
-        let none = nalgebra::DVector::zeros(rest.unknowns());
-        let followed =
-            followed_bones(&rest.body(&none), &landmarks.named.keys().cloned().collect::<Vec<_>>());
+        let none = DVector::zeros(rest.unknowns());
+        let followed = followed_bones(&rest.body(&none), landmarks.named.keys());
         let marks: Vec<Mark> = landmarks.contour.iter().map(|&at| Mark { at, sd: CONTOUR_SD_M }).collect();
         let mut notes = Vec::new();
         let (displacements, how) = match marks.len() {
@@ -262,7 +262,7 @@ impl AdaptationInput<'_> {
         how: RestShapeMethod,
         rms_m: Option<f64>,
     ) -> Speaker {
-        let placed = rest.body(&nalgebra::DVector::zeros(rest.unknowns())).mesh;
+        let placed = rest.body(&DVector::zeros(rest.unknowns())).mesh;
         let same =
             rest.similarity == Similarity::IDENTITY && rest.far.is_empty() && body.mesh.nodes == placed.nodes;
         body.what =

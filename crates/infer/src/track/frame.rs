@@ -51,20 +51,16 @@ pub fn frames(
     followed: &[Followed],
     hide: &[String],
 ) -> Vec<Frame> {
-    let means: Vec<Vec<Option<Point>>> = Vec::from_iter(followed.iter().map(|f| {
-        recording
-            .bone(&f.name)
-            .map_or_else(|| vec![None; recording.frames.len()], |b| recording.bone_means(b, BONE_WINDOW))
-    }));
+    let means: Vec<Option<Vec<Option<Point>>>> = Vec::from_iter(
+        followed.iter().map(|f| Some(recording.bone_means(recording.bone(&f.name)?, BONE_WINDOW))),
+    );
     // Noise makes distances along a single contour longer.
     let along = distances_along(mean_contour(recording), 1e3);
     Vec::from_iter(recording.frames.iter().enumerate().map(|(t, frame)| {
-        let shifts = followed
-            .iter()
-            .zip(&means)
-            .map(|(f, m)| m[t].map_or_else(Point::zeros, |at| at - f.mark))
-            .collect();
-        frame_of(recording, frame, surface, shifts, hide, &along)
+        let places = means.iter().map(|means| means.as_ref().and_then(|means| means[t]));
+        let shifts =
+            followed.iter().zip(places).map(|(f, at)| at.map_or_else(Point::zeros, |at| at - f.mark));
+        frame_of(recording, frame, surface, shifts.collect(), hide, &along)
     }))
 }
 
