@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, SVector, stack};
 
 use tongue_core::observe::Observable;
 
@@ -140,9 +140,7 @@ impl AuxiliaryData {
 
     /// These data and then others, whose errors are independent of theirs.
     pub fn and(mut self, more: Self) -> Self {
-        let (n, added) = (self.len(), more.len());
-        self.errors = self.errors.resize(n + added, n + added, 0.0);
-        self.errors.view_mut((n, n), (added, added)).copy_from(&more.errors);
+        self.errors = stack![self.errors, 0; 0, more.errors];
         self.sources.extend(more.sources);
         self.measured.extend(more.measured);
         self

@@ -16,7 +16,7 @@
 use std::ops::Range;
 
 use fastrand::Rng;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, stack};
 
 use crate::least_squares::symmetric_cholesky;
 
@@ -124,11 +124,8 @@ impl Sampler<'_> {
     ) -> Vec<DMatrix<f64>> {
         let n = self.linear.problem.smoother.sizes.state();
         let mut noise: Vec<DMatrix<f64>> = Vec::from_iter(window.clone().map(|_| {
-            let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
-            half = half.resize_horizontally(BATCH, 0.0);
-            let mirrored = -half.columns(0, BATCH / 2).into_owned();
-            half.columns_mut(BATCH / 2, BATCH / 2).copy_from(&mirrored);
-            half
+            let half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
+            stack![half, -&half]
         }));
         self.linear.factors.colour(&mut noise, window.start, after);
         noise
@@ -171,9 +168,7 @@ impl Sampler<'_> {
     /// Draws of the changes of a frame's formants, Hz.
     fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
         let Some(rates) = &self.formant_jacobians[t] else { return Vec::new() };
-        let (own, first) = (changes.nrows(), self.linear.problem.smoother.sizes.shared());
-        let mut changes = changes.clone().resize_vertically(rates.ncols(), 0.0);
-        changes.rows_mut(own, rates.ncols() - own).copy_from(&theta.rows_range(first..));
+        let changes = stack![*changes; theta.rows_range(self.linear.problem.smoother.sizes.shared()..)];
         (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
     }
 }

@@ -6,10 +6,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, stack};
 
 use super::ornstein_uhlenbeck::Factors;
-use super::settings::Sizes;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows, in_chunks};
 
 pub(super) const WINDOW: usize = 4 * CHUNK;
@@ -33,13 +32,8 @@ struct Contribution {
 impl Contribution {
     /// Coupling of the state with the shared unknowns, followed by those of the shape.
     fn coupling(&self, smoother: &Smoother<'_>) -> DMatrix<f64> {
-        let (s, columns) = (smoother.sizes.shared(), self.with_shape.ncols());
-        let mut across = DMatrix::zeros(self.own.nrows(), s + columns);
-        for i in 0..s {
-            across.column_mut(i).copy_from(&self.own.column(smoother.state_of_shared(i)));
-        }
-        across.columns_mut(s, columns).copy_from(&self.with_shape);
-        across
+        let shared: Vec<usize> = (0..smoother.sizes.shared()).map(|i| smoother.state_of_shared(i)).collect();
+        stack![self.own.select_columns(&shared), self.with_shape]
     }
 }
 
@@ -62,16 +56,11 @@ impl LinearProblem<'_> {
         let here = &recording.here[t];
         let residuals = smoother.residuals_mm(recording, t, here, &smoother.shared)?;
         let (linear, errors) = (here.linear.as_ref()?, recording.errors[t].as_ref()?);
-        let Sizes { muscles, bones, knots } = smoother.sizes;
-        let mut all = DMatrix::zeros(residuals.len(), 1 + smoother.sizes.state());
-        all.column_mut(0).copy_from(&residuals);
-        let mut jacobian = all.columns_mut(1, muscles + bones);
-        jacobian.copy_from(&linear.jacobian);
+        let mut jacobian = linear.jacobian.clone();
         for (mut row, o) in jacobian.row_iter_mut().zip(&recording.frames[t].observations) {
             row *= 1e3 / o.observation.weight;
         }
-        all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
-        let all = errors.whitened(all);
+        let all = errors.whitened(stack![residuals, jacobian, -&errors.basis]);
         let by_state = all.columns(1, smoother.sizes.state()).into_owned();
         let by_shape = self.by_shape.get(t).cloned().flatten();
         let by_shape = by_shape.unwrap_or_else(|| DMatrix::zeros(residuals.len(), self.columns));

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, stack};
 use serde::{Deserialize, Serialize};
 
 use tongue_core::body::{HYOID, MANDIBLE};
@@ -83,9 +83,7 @@ pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) 
             let mut all = rates.jacobian_of_hidden() * 1e-3;
             if let Some(shape) = smoother.context.shape {
                 let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&rates.positions))]).pop()??;
-                let own = all.ncols();
-                all = all.resize_horizontally(own + shape.count(), 0.0);
-                all.columns_mut(own, shape.count()).copy_from(&(by_shape.jacobian_of_hidden() * 1e-3));
+                all = stack![all, by_shape.jacobian_of_hidden() * 1e-3];
             }
             Some(all)
         }))

@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, stack};
 
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
@@ -93,10 +93,9 @@ impl<'a> Smoother<'a> {
     pub fn new(context: TrackingContext<'a>, settings: &'a TrackSettings, knots: &'a Knots) -> Self {
         let (m, k) = (context.system.contracting().len(), knots.len());
         let sizes = Sizes { muscles: m, bones: 2 * context.freed.len(), knots: k };
-        let n = sizes.shared();
-        let mut shared_precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
-        shared_precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
-        let shared = DVector::zeros(n);
+        let levels = DMatrix::identity(m, m) / settings.link.level_sd_n.powi(2);
+        let shared_precision = stack![levels, 0; 0, knots.precision(settings.errors.static_mm)];
+        let shared = DVector::zeros(sizes.shared());
         Self { context, sizes, settings, knots, shared, shared_precision, keeps: true, holds: false }
     }
 
@@ -107,15 +106,12 @@ impl<'a> Smoother<'a> {
     /// Precision of the shared unknowns, followed by those of a shape, in the prior, and gradient of its cost. A shape is given with the
     /// weight of its prior and its damping, in units of that prior's precision.
     pub fn shared_prior(&self, shape: Option<(&RestShape, f64, f64)>) -> (DMatrix<f64>, DVector<f64>) {
-        let (n, more) = (self.sizes.shared(), shape.map_or(0, |(shape, ..)| shape.count()));
-        let mut precision = self.shared_precision.clone().resize(n + more, n + more, 0.0);
-        let mut gradient = (&self.shared_precision * &self.shared).resize_vertically(n + more, 0.0);
-        if let Some((RestShape { prior, .. }, weight, damping)) = shape {
-            let own = &prior.precision * (weight * (1.0 + damping));
-            precision.view_mut((n, n), (more, more)).copy_from(&own);
-            gradient.rows_mut(n, more).copy_from(&(&prior.gradient * weight));
-        }
-        (precision, gradient)
+        let gradient = &self.shared_precision * &self.shared;
+        let Some((RestShape { prior, .. }, weight, damping)) = shape else {
+            return (self.shared_precision.clone(), gradient);
+        };
+        let of_shape = &prior.precision * (weight * (1.0 + damping));
+        (stack![self.shared_precision, 0; 0, of_shape], stack![gradient; &prior.gradient * weight])
     }
 
     pub fn start(&self, frames: Arc<Vec<Frame>>) -> SmoothedRecording {
