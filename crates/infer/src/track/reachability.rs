@@ -135,21 +135,20 @@ impl FrameSolver<'_> {
         let (muscles, sd) = (self.system.contracting().len(), self.link.deviation_sd_n);
         let held = DVector::from_fn(x.len(), |i, _| if i < muscles { sd.powi(-2) } else { 1.0 });
         let Some(begin) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
-        let cost = |(at, here): &(DVector<f64>, Linearisation)| {
-            here.residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
+        let cost = |here: &Linearisation| {
+            here.residuals.norm_squared() + (&here.x - x).component_mul(&held).dot(&(&here.x - x))
         };
-        let step = |(at, here): &(DVector<f64>, Linearisation), damping: f64| {
+        let step = |here: &Linearisation, damping: f64| {
             let curvature =
                 here.jacobian.tr_mul(&here.jacobian) + DMatrix::from_diagonal(&held) * (1.0 + damping);
-            let gradient = here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held);
+            let gradient = here.jacobian.tr_mul(&here.residuals) + (&here.x - x).component_mul(&held);
             TrialStep::newton(curvature, &gradient, f64::INFINITY)
         };
-        let (at, here) = descend((x.clone(), begin), &NEAREST, cost, step, |(at, here), step| {
-            let next = at + step;
-            self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
+        let here = descend(begin, &NEAREST, cost, step, |here, step| {
+            self.linearise(frame, &(&here.x + step), Some(&here.positions))
         })
         .here;
-        let is_reached = self.are_reached_from_rest(&[(frame, &at, Some(&here.positions))]) == [true];
+        let is_reached = self.are_reached_from_rest(&[(frame, &here.x, Some(&here.positions))]) == [true];
         Some(if is_reached { here.positions.to_vec() } else { first })
     }
 
