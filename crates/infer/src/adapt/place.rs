@@ -254,7 +254,6 @@ impl RegistrationData {
         let bones_m = bones
             .iter()
             .map(|(bone, mark, measured, _)| (*bone, (similarity.place(*mark) - measured).norm()));
-        let bones_m = bones_m.collect();
         // Without the prior of turn and scale and without the palate; a larger speaker may differ by more.
         let of_palate = vault.map_or(0.0, |vault| vault.residuals(&similarity).norm_squared());
         let others = best.x[2].powi(2) + best.x[3].powi(2) + of_palate;
@@ -269,7 +268,7 @@ impl RegistrationData {
         Ok(Registration {
             similarity,
             rms_m,
-            bones_m,
+            bones_m: bones_m.collect(),
             bones_apart_m,
             contour_m: self.contour.windows(2).map(|w| (w[1] - w[0]).norm()).sum(),
             cost,

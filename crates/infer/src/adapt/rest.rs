@@ -133,7 +133,7 @@ impl<'a> Rest<'a> {
     }
 
     /// Weighted residuals of the prior of the displacements and of the cells' areas.
-    pub fn prior_residuals(&self, displacements: &DVector<f64>) -> DVector<f64> {
+    fn prior_residuals(&self, displacements: &DVector<f64>) -> DVector<f64> {
         let n = self.controls.points.len();
         let factor = self.controls.precision.clone().cholesky().map(|c| c.l().transpose());
         let mut out = Vec::with_capacity(2 * n + self.body.mesh.cells.len());

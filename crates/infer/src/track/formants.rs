@@ -76,8 +76,7 @@ pub(super) fn jacobians(smoother: &Smoother<'_>, recording: &SmoothedRecording) 
                 observation: Observation::new(formant.clone(), 0.0),
                 along: Along { channel: 0, at_mm: 0.0, sd_mm: 1.0 },
             });
-            let hidden = hidden.collect();
-            let frame = Frame { hidden, formants: Vec::new(), ..frame.clone() };
+            let frame = Frame { hidden: hidden.collect(), formants: Vec::new(), ..frame.clone() };
             let x = smoother.unknowns(&here.z, &smoother.shared);
             let rates = solver.rates(&solver.unknowns(), &[(&frame, &x, Some(positions))]).pop()??;
             let mut all = rates.jacobian_of_hidden() * 1e-3;

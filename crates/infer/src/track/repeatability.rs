@@ -61,13 +61,10 @@ pub fn repeatability<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
     muscles: &[String],
 ) -> Option<Repeatability> {
-    let measured = recordings.into_iter().map(|(frames, labels)| {
-        let times = frames.iter().map(|f| f.time_s).collect();
-        Repeatable {
-            times,
-            courses: frames.iter().map(|f| f.courses.iter().map(|c| c.median).collect()).collect(),
-            labels,
-        }
+    let measured = recordings.into_iter().map(|(frames, labels)| Repeatable {
+        times: frames.iter().map(|f| f.time_s).collect(),
+        courses: frames.iter().map(|f| f.courses.iter().map(|c| c.median).collect()).collect(),
+        labels,
     });
     repeated(&measured.collect::<Vec<_>>(), muscles)
 }

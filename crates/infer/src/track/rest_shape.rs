@@ -1,10 +1,11 @@
 //! The uncertainty of a body's shape at rest: displacements of the control points of [`ControlPoints`] and the ends of muscles, and shift,
 //! turn, scale and shear of the whole body. Cells resist changes of their areas.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, stack};
 
 use crate::adapt::{
     self, ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten,
@@ -69,14 +70,8 @@ impl ShapePrior {
         directions.extend(attachment_modes(body));
 
         let all = directions.len();
-        let mut precision = DMatrix::identity(all, all);
-        for i in 0..n {
-            for j in 0..n {
-                for axis in 0..2 {
-                    precision[(2 * i + axis, 2 * j + axis)] = own[(i, j)] * 1e-6;
-                }
-            }
-        }
+        let of_controls = (own * 1e-6).kronecker(&DMatrix::<f64>::identity(2, 2));
+        let mut precision = stack![of_controls, 0; 0, DMatrix::identity(all - 2 * n, all - 2 * n)];
         let mut gradient = DVector::zeros(all);
         for (bone, sd) in [(MANDIBLE, 1e-3 * sd::SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)] {
             let (Some(mark), Some(at)) = (mark_of(body, bone), measured(bone)) else { continue };
@@ -330,11 +325,9 @@ fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
     let inside = mesh.in_tissue();
     let fixed = |n: usize| mesh.fixed.binary_search(&n).is_ok();
     let is_on_measured_bone = |n: usize| [MANDIBLE, HYOID].iter().any(|b| body.bone(b).contains(&n));
-    let mut nodes: Vec<usize> = mesh.muscles.iter().flat_map(|m| m.ends()).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
+    let ends: BTreeSet<usize> = mesh.muscles.iter().flat_map(|m| m.ends()).collect();
     let mut out = Vec::new();
-    for end in nodes {
+    for end in ends {
         let on_outline = outline.iter().position(|&n| n == end).filter(|_| !fixed(end));
         let directions: Vec<Point> = match on_outline {
             Some(i) => {

@@ -115,15 +115,14 @@ impl<'a> Smoother<'a> {
     }
 
     pub fn start(&self, frames: Arc<Vec<Frame>>) -> SmoothedRecording {
-        let Sizes { muscles, bones, knots } = self.sizes;
-        let n = self.sizes.state();
-        let mut precision = DMatrix::identity(n, n);
-        (0..muscles).for_each(|i| precision[(i, i)] = self.settings.link.deviation_sd_n.powi(-2));
+        let Sizes { muscles, bones, .. } = self.sizes;
+        let deviations = DMatrix::identity(muscles, muscles) * self.settings.link.deviation_sd_n.powi(-2);
         let slow = self.knots.precision(self.settings.errors.slow_mm);
-        precision.view_mut((muscles + bones, muscles + bones), (knots, knots)).copy_from(&slow);
+        let precision = stack![deviations, 0, 0; 0, DMatrix::identity(bones, bones), 0; 0, 0, slow];
         let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
         let chain = OrnsteinUhlenbeck::new(precision, self.settings.memory_s, &times);
-        let here = vec![FrameState { z: DVector::zeros(n), linear: None, positions: None }; frames.len()];
+        let z = DVector::zeros(self.sizes.state());
+        let here = vec![FrameState { z, linear: None, positions: None }; frames.len()];
         let mut recording = SmoothedRecording { frames, chain, errors: Vec::new(), here };
         self.take_errors(&mut recording);
         recording
