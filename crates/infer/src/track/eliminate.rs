@@ -32,8 +32,7 @@ struct Contribution {
 impl Contribution {
     /// Coupling of the state with the shared unknowns, followed by those of the shape.
     fn coupling(&self, smoother: &Smoother<'_>) -> DMatrix<f64> {
-        let shared: Vec<usize> = (0..smoother.sizes.shared()).map(|i| smoother.state_of_shared(i)).collect();
-        stack![self.own.select_columns(&shared), self.with_shape]
+        stack![self.own.select_columns(&smoother.states_of_shared()), self.with_shape]
     }
 }
 
@@ -119,11 +118,11 @@ pub(super) struct Eliminated<'a> {
 impl<'a> Eliminated<'a> {
     pub fn new(problem: LinearProblem<'a>) -> Option<Self> {
         let LinearProblem { smoother, recording, columns, .. } = problem;
-        let (m, s, bones) = (smoother.sizes.muscles, smoother.sizes.shared(), smoother.sizes.bones);
+        let (m, bones, shared) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.states_of_shared());
         let z: Vec<DVector<f64>> = recording.here.iter().map(|h| h.z.clone()).collect();
         let held = recording.chain.image(&z);
-        let mut curvature = DMatrix::zeros(s + columns, s + columns);
-        let mut gradient = DVector::zeros(s + columns);
+        let size = shared.len() + columns;
+        let (mut curvature, mut gradient) = (DMatrix::zeros(size, size), DVector::zeros(size));
         let (mut own, mut steps) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
         let held_by = smoother.settings.link.deviation_sd_n.powi(-2);
         let windows = windows(z.len());
@@ -131,17 +130,10 @@ impl<'a> Eliminated<'a> {
         for window in &windows {
             let all = problem.contributions(window);
             for (t, found) in window.clone().zip(&all) {
-                let across = found.coupling(smoother);
-                for i in 0..s {
-                    let state = smoother.state_of_shared(i);
-                    gradient[i] += found.gradient[state];
-                    (0..s + columns).for_each(|j| curvature[(i, j)] += across[(state, j)]);
-                    (s..s + columns).for_each(|j| curvature[(j, i)] += across[(state, j)]);
-                }
-                let mut of_shape = curvature.view_mut((s, s), (columns, columns));
-                of_shape += &found.shape;
-                let mut of_shape = gradient.rows_mut(s, columns);
-                of_shape += &found.shape_gradient;
+                let of_shared = found.own.select_rows(&shared).select_columns(&shared);
+                let with_shape = found.with_shape.select_rows(&shared);
+                curvature += stack![of_shared, with_shape; with_shape.transpose(), found.shape];
+                gradient += stack![found.gradient.select_rows(&shared); found.shape_gradient];
                 let mut by_state = found.own.clone();
                 for i in 0..m {
                     by_state[(i, i)] += found.damping * held_by;

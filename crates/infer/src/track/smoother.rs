@@ -193,9 +193,10 @@ impl<'a> Smoother<'a> {
         Some(residuals - &errors.basis * known)
     }
 
-    /// The unknown of a state with the same derivatives as a shared one: the deviation for a level, the slow error for the static one.
-    pub fn state_of_shared(&self, shared: usize) -> usize {
-        if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
+    /// The unknowns of a state with the same derivatives as the shared ones: deviations for levels, the slow error for the static one.
+    pub fn states_of_shared(&self) -> Vec<usize> {
+        let Sizes { muscles, bones, .. } = self.sizes;
+        (0..muscles).chain(muscles + bones..self.sizes.state()).collect()
     }
 
     /// Linearised residuals of a frame after a step of its state and of the shared unknowns.
@@ -206,7 +207,7 @@ impl<'a> Smoother<'a> {
         shared: &DVector<f64>,
     ) -> DVector<f64> {
         let mut step = state.clone();
-        (0..self.sizes.shared()).for_each(|i| step[self.state_of_shared(i)] += shared[i]);
+        self.states_of_shared().into_iter().enumerate().for_each(|(i, state)| step[state] += shared[i]);
         let by_shape = &rows.by_shape * shared.rows(self.sizes.shared(), rows.by_shape.ncols());
         &rows.residuals + &rows.by_state * step + by_shape
     }
