@@ -42,7 +42,7 @@ impl Dataset {
     fn warned(self, py: Python<'_>) -> PyResult<Self> {
         let left_out = self.data.left_out();
         if !left_out.is_empty() {
-            warn(py, &format!("{}: {}", self.data.origin(), left_out.join("; ")))?;
+            warn(py, &format!("{}: {}", self.data.origin, left_out.join("; ")))?;
         }
         Ok(self)
     }
@@ -103,7 +103,7 @@ impl Dataset {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (Bound<'py, PyBytes>, String, Option<f64>)> {
         let (py, this) = (slf.py(), slf.get());
-        let state = (PyBytes::new(py, &this.source.0), this.data.origin().to_owned(), this.source.1);
+        let state = (PyBytes::new(py, &this.source.0), this.data.origin.clone(), this.source.1);
         Ok((py.get_type::<Self>().getattr("_restored")?, state))
     }
 
@@ -116,16 +116,16 @@ impl Dataset {
     }
 
     fn __hash__(&self) -> u64 {
-        hashed(&(self.data.origin(), self.data.rows().len()))
+        hashed(&(&self.data.origin, self.data.rows.len()))
     }
 
     /// The table, for notebooks.
     fn _repr_html_(&self) -> String {
         let cell = |tag: &str, text: &str| format!("<{tag}>{}</{tag}>", escaped(text));
-        let heads = self.data.muscles().iter().map(|m| cell("th", &format!("{m}, mm")));
+        let heads = self.data.muscles.iter().map(|m| cell("th", &format!("{m}, mm")));
         let mut table =
             format!("<table><tr><th>subject</th><th>vowel</th>{}</tr>", heads.collect::<String>());
-        let rows = self.data.rows();
+        let rows = &self.data.rows;
         for row in rows.iter().take(MOST_SHOWN) {
             let lengths = row.lengths.length_mm.iter();
             let lengths = lengths.map(|l| cell("td", &l.map_or_else(String::new, |mm| mm.to_string())));
@@ -142,13 +142,13 @@ impl Dataset {
     /// The origin of the data.
     #[getter]
     fn origin(&self) -> &str {
-        self.data.origin()
+        &self.data.origin
     }
 
     /// The muscles, in the order of their columns.
     #[getter]
     fn muscles(&self) -> Vec<String> {
-        self.data.muscles().to_vec()
+        self.data.muscles.to_vec()
     }
 
     /// The subjects, in the order of their first rows.
@@ -162,15 +162,15 @@ impl Dataset {
     fn rows(&self) -> Vec<(String, String)> {
         let row =
             |r: &measured::lengths::Row| (r.lengths.subject.clone(), r.lengths.vowel.label().to_owned());
-        self.data.rows().iter().map(row).collect()
+        self.data.rows.iter().map(row).collect()
     }
 
     /// The lengths, mm, shape (rows, muscles); NaN for missing values.
     #[getter]
     fn lengths_mm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let lengths =
-            self.data.rows().iter().flat_map(|r| r.lengths.length_mm.iter().map(|l| l.unwrap_or(f64::NAN)));
-        PyArray1::from_iter(py, lengths).reshape([self.data.rows().len(), self.data.muscles().len()])
+            self.data.rows.iter().flat_map(|r| r.lengths.length_mm.iter().map(|l| l.unwrap_or(f64::NAN)));
+        PyArray1::from_iter(py, lengths).reshape([self.data.rows.len(), self.data.muscles.len()])
     }
 
     /// The faults of the rows and cells that cannot be used.
@@ -244,15 +244,15 @@ impl Dataset {
     }
 
     fn __len__(&self) -> usize {
-        self.data.rows().len()
+        self.data.rows.len()
     }
 
     fn __repr__(&self) -> String {
         format!(
             "<Dataset: {}, {} rows, {}>",
-            self.data.origin(),
-            self.data.rows().len(),
-            self.data.muscles().join(", ")
+            self.data.origin,
+            self.data.rows.len(),
+            self.data.muscles.join(", ")
         )
     }
 }

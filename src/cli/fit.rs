@@ -65,7 +65,7 @@ impl Arguments {
 
     /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths.
     fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<()> {
-        for row in data.broken().iter().filter(|row| row.subject.as_ref() == Some(&target.subject)) {
+        for row in data.broken.iter().filter(|row| row.subject.as_ref() == Some(&target.subject)) {
             output::complain(&format!("{} (this row is left out)", row.fault));
         }
         for vowel in [&target.vowel, &target.baseline] {

@@ -39,10 +39,10 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Re
         bail!("a call has no standard input; give the table itself, or the name of its file");
     }
     let data = file.map_or_else(Dataset::reference, Dataset::from_path)?;
-    if data.rows().iter().any(|row| row.lengths.vowel.label() == "u") {
+    if data.rows.iter().any(|row| row.lengths.vowel.label() == "u") {
         output::note(&format!(
             "{}: u and ɯ are two vowels, since the table has both; write ɯ for both if they are one",
-            data.origin()
+            data.origin
         ));
     }
     let data = match half_width_mm {
@@ -50,7 +50,7 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Re
         None => data,
     };
     let doubts = if file.is_some() { plausibility::doubts(&data) } else { Vec::new() };
-    doubts.iter().for_each(|doubt| output::note(&format!("{}: {doubt}", data.origin())));
+    doubts.iter().for_each(|doubt| output::note(&format!("{}: {doubt}", data.origin)));
     Ok((data, doubts))
 }
 

@@ -55,22 +55,22 @@ pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> anyh
     let selection = Selection { kinds, baseline: check.baseline.clone(), ..Selection::default() };
     let plan = batch::plan(&data, &selection)?;
     let mut rows: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
-    data.rows().iter().for_each(|row| rows.entry(&row.lengths.subject).or_default().push(row));
+    data.rows.iter().for_each(|row| rows.entry(&row.lengths.subject).or_default().push(row));
     let subjects = Vec::from_iter(data.subjects().into_iter().map(|subject| {
         let own = plan.baselines.iter().find(|row| row.subject == subject);
         let own = own.and_then(|own| data.row(subject, &own.vowel).ok()).map(|lengths| &lengths.vowel);
         SubjectRows { subject, baseline: own, rows: rows.remove(subject).unwrap_or_default() }
     }));
-    let unknown = unknown(data.muscles());
+    let unknown = unknown(&data.muscles);
     let mut record = json!({
         "version": tongue_fit::VERSION,
-        "file": data.origin(),
-        "reading": data.reading(),
-        "muscles": data.muscles(),
+        "file": data.origin,
+        "reading": data.reading,
+        "muscles": data.muscles[..],
         "baseline": usual,
         "subjects": subjects.iter().map(record).collect::<Vec<_>>(),
-        "broken": data.broken(),
-        "bad_cells": data.bad_cells(),
+        "broken": data.broken,
+        "bad_cells": data.bad_cells,
         "not_fitted": plan.refusals,
     });
     for (key, sentences) in [("unknown_muscles", &unknown), ("doubts", &doubts)] {
@@ -82,8 +82,8 @@ pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> anyh
     let is_misspelt = unknown.iter().any(|sentence| sentence.contains(DID_YOU_MEAN));
     let is_good = !is_misspelt
         && doubts.is_empty()
-        && data.broken().is_empty()
-        && data.bad_cells().is_empty()
+        && data.broken.is_empty()
+        && data.bad_cells.is_empty()
         && plan.refusals.is_empty();
     Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }
@@ -138,12 +138,12 @@ fn text(
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<20}{value}");
     };
-    let reading = data.reading();
-    line("table", data.origin().to_owned());
+    let reading = &data.reading;
+    line("table", data.origin.clone());
     line("text", text_format(reading));
     line("header", format!("line {}", reading.header_line));
     line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
-    let mut rows = table::count_of(data.rows().len(), "row");
+    let mut rows = table::count_of(data.rows.len(), "row");
     if !reading.rows_without_lengths.is_empty() {
         let lines = join_first(reading.rows_without_lengths.iter().map(u64::to_string), MOST_LISTED, ", ");
         let _ = write!(rows, "; ignored, because they have no lengths: line {lines}");
@@ -165,8 +165,8 @@ fn text(
         format!("line {}, {} /{}/{kind}: {}", r.line, r.subject, r.vowel, r.message)
     });
     let parts: [(&str, &str, Vec<String>); 3] = [
-        ("row", "left out", data.broken().iter().map(|row| row.fault.to_string()).collect()),
-        ("length", "left out", data.bad_cells().iter().map(ToString::to_string).collect()),
+        ("row", "left out", data.broken.iter().map(|row| row.fault.to_string()).collect()),
+        ("length", "left out", data.bad_cells.iter().map(ToString::to_string).collect()),
         ("fit", "refused", refused.collect()),
     ];
     let parts = parts.into_iter().filter(|(.., messages)| !messages.is_empty()).map(|(what, verb, all)| {
@@ -190,11 +190,11 @@ fn text_format(reading: &Reading) -> String {
 
 fn muscles(data: &Dataset) -> comfy_table::Table {
     let header = ["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"];
-    let mut t = rows(&header, data.reading().columns.iter().enumerate(), |(n, column)| {
-        let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
+    let mut t = rows(&header, data.reading.columns.iter().enumerate(), |(n, column)| {
+        let lengths = data.rows.iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
         let [shortest, longest] = [f64::min, f64::max]
             .map(|end| lengths.clone().reduce(end).map_or_else(String::new, |mm| format!("{mm:.1}")));
-        let measured = format!("{} of {}", lengths.count(), data.rows().len());
+        let measured = format!("{} of {}", lengths.count(), data.rows.len());
         [column.muscle.clone(), column.name.clone(), measured, shortest, longest, half_width(column)]
     });
     align_left(&mut t, 1);

@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     if arguments.posterior {
         /// Time for each row of the table, at the default spacing on one core, s.
         const ROW_S: f64 = 130.0;
-        body::tell_duration("--posterior", body.mesh.nodes.len(), ROW_S * data.rows().len() as f64);
+        body::tell_duration("--posterior", body.mesh.nodes.len(), ROW_S * data.rows.len() as f64);
     }
     let bar = output::bar(1, "{wide_bar} {percent} %, {msg}, {eta} left")?;
     let study = validate::run(&data, &body, &model, &plan, &|done, total, what| {

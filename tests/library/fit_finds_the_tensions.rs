@@ -240,7 +240,7 @@ fn s2_a_has_three_contracting_muscles_nearest_to_the_other_lengths() {
 #[test]
 fn eight_muscles_meet_seven_ratios_in_spite_of_the_effort_term() {
     let data = Dataset::reference().unwrap();
-    let options = TargetOptions { muscles: Some(data.muscles().to_vec()), baseline: None };
+    let options = TargetOptions { muscles: Some(data.muscles.to_vec()), baseline: None };
     let target = Target::new(&data, "S2", &vowel("a"), TargetKind::Ratio, &options).unwrap();
     let fit = fitted(&tongue(), &target);
     assert_eq!(fit.answer.status, FitStatus::Converged, "{}", fit.answer.misfit);

@@ -8,12 +8,12 @@ use crate::fixtures::{says, vowel};
 use crate::lengths_are_refused::{HEADER, REFERENCE, ROW, dataset, faults};
 
 fn set_aside(data: &Dataset) -> Vec<&str> {
-    data.reading().set_aside.iter().map(|s| s.name.as_str()).collect()
+    data.reading.set_aside.iter().map(|s| s.name.as_str()).collect()
 }
 
 /// Lengths and half widths, mm, row by row.
 fn numbers(data: &Dataset) -> Vec<(Option<f64>, f64)> {
-    let rows = data.rows().iter().map(|r| &r.lengths);
+    let rows = data.rows.iter().map(|r| &r.lengths);
     rows.flat_map(|l| l.length_mm.iter().copied().zip(l.half_width_mm.iter().copied())).collect()
 }
 
@@ -24,11 +24,11 @@ fn labels(data: &Dataset, subject: &str) -> Vec<String> {
 #[test]
 fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those_that_exist() {
     let data = Dataset::reference().unwrap();
-    assert_eq!(data.muscles(), ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"]);
+    assert_eq!(data.muscles[..], ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"]);
     assert_eq!(data.subjects(), ["S1", "S2", "S3", "S4"]);
     assert_eq!(faults(&data), [vec![""; 0], vec![]]);
-    assert!(data.reading().set_aside.is_empty() && data.rows().len() == 19);
-    assert!(data.rows().iter().all(|r| r.lengths.half_width_mm == [0.5; 8]));
+    assert!(data.reading.set_aside.is_empty() && data.rows.len() == 19);
+    assert!(data.rows.iter().all(|r| r.lengths.half_width_mm == [0.5; 8]));
     for (subject, label, mm) in [
         ("S1", "i", [47.0, 49.0, 49.0, 51.0, 28.0, 42.0, 38.0, 30.0]),
         ("S2", "a", [41.0, 62.0, 53.0, 59.0, 23.0, 44.0, 33.0, 35.0]),
@@ -69,11 +69,11 @@ fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those
 fn exports_of_excel_are_read() {
     let text = "\u{feff}Proband;Vokal;GGa (mm);GGm (mm);Bemerkung;\r\nMüller;ɯ;46,5;56;gut, sehr;\r\nMüller;a;38;57,25;;\r\n;;;;;\r\n";
     let data = dataset(text);
-    let reading = data.reading();
+    let reading = &data.reading;
     assert_eq!((reading.encoding, reading.line_ends), (Encoding::Utf8Bom, LineEnds::Crlf));
     assert_eq!((reading.separator, reading.decimal_mark), (Separator::Semicolon, DecimalMark::Comma));
     assert_eq!(set_aside(&data), ["Bemerkung"]);
-    assert!(data.broken().is_empty() && reading.rows_without_lengths.is_empty());
+    assert!(data.broken.is_empty() && reading.rows_without_lengths.is_empty());
     // The lengths have two decimals.
     let lengths = [(Some(46.5), 0.005), (Some(56.0), 0.005), (Some(38.0), 0.005), (Some(57.25), 0.005)];
     assert_eq!(numbers(&data), lengths);
@@ -85,7 +85,7 @@ fn exports_of_excel_are_read() {
     let utf16_be: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
     let tabs = text.replace(';', "\t");
     for same in [utf16, utf16_be, tabs.into_bytes(), text.replace("\r\n", "\r").into_bytes()] {
-        assert_eq!(dataset(same).rows(), data.rows());
+        assert_eq!(dataset(same).rows, data.rows);
     }
     for title in
         ["sep=;\r\n", "Zungenmuskeln, Längen in mm;;;;;\r\n", "\"Längen\r\nvon 2020\"\r\n\r\n# Kommentar\r\n"]
@@ -93,7 +93,7 @@ fn exports_of_excel_are_read() {
         let under = dataset(text.replacen("Proband", &format!("{title}Proband"), 1));
         assert_eq!(numbers(&under), lengths, "{title}");
         let lines = title.matches('\n').count() as u64;
-        assert_eq!((under.reading().header_line, under.rows()[1].line), (1 + lines, 3 + lines), "{title}");
+        assert_eq!((under.reading.header_line, under.rows[1].line), (1 + lines, 3 + lines), "{title}");
     }
 }
 
@@ -103,9 +103,9 @@ fn japanese_tables_and_those_of_r_are_read() {
         "舌筋の長さ\n話者,母音,ＧＧａ（ｃｍ）,HGa（㎜）\nＳ１,う,４．６５,36.1\nS1,ア,3.8,３３\nS1,ｴ,3.9,－\n",
     );
     assert_eq!(faults(&data), [vec![""; 0], vec![]]);
-    let reading = data.reading();
+    let reading = &data.reading;
     assert_eq!((reading.header_line, &*reading.subject, &*reading.vowel), (2, "話者", "母音"));
-    assert_eq!(data.muscles(), ["GGa", "HGa"]);
+    assert_eq!(data.muscles[..], ["GGa", "HGa"]);
     assert_eq!(labels(&data, "S1"), ["ɯ", "a", "e"]);
     assert_eq!(data.baseline("Ｓ１").unwrap().length_mm, [Some(46.5), Some(36.1)]);
     assert_eq!(data.row("S1", &vowel("あ")).unwrap().length_mm, [Some(38.0), Some(33.0)]);
@@ -115,12 +115,12 @@ fn japanese_tables_and_those_of_r_are_read() {
         "\"\",\"speaker\",\"phoneme\",\"GGa..mm.\",\"HG_cm\",\"age\"\n\"1\",\"X\",\"ɔ\",46.5,3.6,31\n\"2\",\"X\",\"u\",NA,3.9,31\n",
     );
     assert_eq!(set_aside(&data), ["", "age"]);
-    assert_eq!(data.muscles(), ["GGa", "HG"]);
+    assert_eq!(data.muscles[..], ["GGa", "HG"]);
     assert_eq!(numbers(&data), [(Some(46.5), 0.05), (Some(36.0), 0.5), (None, 0.05), (Some(39.0), 0.5)]);
     assert_eq!(data.baseline("X").unwrap().length_mm_of("HG"), Some(39.0));
     // write.table(sep = "\t") writes row names without a header for them.
     let table = dataset("speaker\tphoneme\tGGa_mm\n1\tX\tɔ\t46.5\n2\tX\tu\t47\n");
-    let first = &table.rows()[0].lengths;
+    let first = &table.rows[0].lengths;
     assert_eq!((first.subject.as_str(), &first.length_mm[..]), ("X", &[Some(46.5)][..]));
 }
 
@@ -131,12 +131,12 @@ fn order_blank_lines_spaces_and_comments_do_not_count() {
         .map(|line| format!("\n {} \n", line.rsplit(',').collect::<Vec<_>>().join(" , ")))
         .collect();
     let (data, straight) = (dataset(reversed.concat()), dataset(REFERENCE));
-    for (number, (row, same)) in data.rows().iter().zip(straight.rows()).enumerate() {
+    for (number, (row, same)) in data.rows.iter().zip(straight.rows).enumerate() {
         assert!(same.lengths.measured().all(|(muscle, mm)| row.lengths.length_mm_of(muscle) == Some(mm)));
         assert_eq!((row.line, same.line), (2 * number as u64 + 4, number as u64 + 2));
     }
     let data = dataset(format!("# tongue-fit 0.1.0\n#\n\n{HEADER}\n# from here\n{ROW}\n#2{}\n", &ROW[2..]));
-    assert_eq!((data.rows()[0].line, data.rows()[1].lengths.subject.as_str()), (6, "#2"));
+    assert_eq!((data.rows[0].line, data.rows[1].lengths.subject.as_str()), (6, "#2"));
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn column_names_determine_their_meaning() {
     {
         // The first two names are the last ones in the lists of known names.
         let data = dataset(format!("発話者,音素,Z_mm,{name}\nX,a,40,31\n"));
-        let reading = data.reading();
+        let reading = &data.reading;
         let message = match &reading.columns[..] {
             [_] if reading.subject == name => "subject".to_owned(),
             [_] if reading.vowel == name => "vowel".to_owned(),
@@ -207,9 +207,9 @@ fn any_label_is_a_vowel_however_it_is_composed_and_u_is_unrounded() {
 fn missing_cells_are_unmeasured_and_rows_of_them_are_ignored() {
     let row = |cells: &str| dataset(format!("{HEADER}\nS1,a,47,49,49,51,28,42,38,30\nS1,i,{cells}\n"));
     let data = row(",NA,nan,-, * ,N/A,–,30");
-    assert_eq!(data.rows()[1].lengths.measured().collect::<Vec<_>>(), [("HGp", 30.0)]);
+    assert_eq!(data.rows[1].lengths.measured().collect::<Vec<_>>(), [("HGp", 30.0)]);
     let data = row(",,,,,,,");
-    assert_eq!((data.rows().len(), &data.reading().rows_without_lengths[..]), (1, &[3][..]));
+    assert_eq!((data.rows.len(), &data.reading.rows_without_lengths[..]), (1, &[3][..]));
     assert!(data.row("S1", &vowel("i")).unwrap_err().to_string().starts_with("S1 has no row for /i/"));
 }
 
@@ -217,17 +217,17 @@ fn missing_cells_are_unmeasured_and_rows_of_them_are_ignored() {
 fn half_widths_come_from_columns_digits_or_the_user() {
     let table =
         |header: &str, cells: &str| dataset(format!("subject,vowel,{header}\nX,a,{cells}\nX,i,40,40,,\n"));
-    let widths = |data: &Dataset| [0, 1].map(|n| data.rows()[n].lengths.half_width_mm.clone());
+    let widths = |data: &Dataset| [0, 1].map(|n| data.rows[n].lengths.half_width_mm.clone());
 
     let data = table("GGa_mm,HG_mm,half_width_mm,HG_error_cm", "40,41,0.7,0.2");
     assert_eq!(widths(&data), [[0.7, 2.0], [0.5, 0.5]]);
     let column = HalfWidth::Column { name: "HG_error_cm".into(), else_mm: 0.5 };
-    assert_eq!(data.reading().columns[1].half_width, column);
-    assert!(data.reading().set_aside.is_empty());
+    assert_eq!(data.reading.columns[1].half_width, column);
+    assert!(data.reading.set_aside.is_empty());
 
     for (cell, mm) in [("40", 0.5), ("40.0", 0.05), ("40.25", 0.005), ("4.05e1", 0.05)] {
         let data = table("GGa_mm,HG_mm,x,y", &format!("{cell},41,,"));
-        assert_eq!(data.reading().columns[0].half_width, HalfWidth::Digits { mm });
+        assert_eq!(data.reading.columns[0].half_width, HalfWidth::Digits { mm });
         assert_eq!(widths(&data)[0], [mm; 2]);
     }
     // Lengths in whole or half centimetres, in any unit.
@@ -240,15 +240,15 @@ fn half_widths_come_from_columns_digits_or_the_user() {
         let [one, two] = [one, two].map(|row| row.map(|length: f64| length.to_string()).join(","));
         let header = ["A", "B", "C", "D"].map(|name| format!("{name}_{unit}")).join(",");
         let data = dataset(format!("subject,vowel,{header}\nX,a,{one}\nX,i,{two}\n"));
-        assert_eq!(data.reading().columns[0].half_width, HalfWidth::Digits { mm }, "{one}");
-        assert_eq!(data.rows()[1].lengths.half_width_mm, [mm; 4]);
+        assert_eq!(data.reading.columns[0].half_width, HalfWidth::Digits { mm }, "{one}");
+        assert_eq!(data.rows[1].lengths.half_width_mm, [mm; 4]);
     }
     let computed = table("GGa_mm,HG_mm,x,y", "40.2518273,41,,");
-    assert_eq!(computed.reading().columns[0].half_width, HalfWidth::Default { mm: 0.5 });
+    assert_eq!(computed.reading.columns[0].half_width, HalfWidth::Default { mm: 0.5 });
 
     let given = computed.with_half_width_mm(1.0).unwrap();
     assert_eq!(widths(&given), [[1.0; 2]; 2]);
-    assert_eq!(given.reading().columns[1].half_width, HalfWidth::Given { mm: 1.0 });
+    assert_eq!(given.reading.columns[1].half_width, HalfWidth::Given { mm: 1.0 });
     for wrong in [-1.0, f64::NAN, f64::INFINITY] {
         assert!(given.clone().with_half_width_mm(wrong).is_err());
     }
@@ -271,15 +271,15 @@ fn lengths_in_other_units_have_the_bits_of_millimetres() {
     let table = "subject,vowel,A_mm,B_cm,C_m\n".to_owned() + &(100..2000).map(row).collect::<String>();
     for table in [table.replace(',', ";").replace('.', ","), table] {
         let data = dataset(table);
-        for (row, tenths) in data.rows().iter().zip(100..2000) {
+        for (row, tenths) in data.rows.iter().zip(100..2000) {
             assert_eq!(row.lengths.length_mm, [Some(f64::from(tenths) / 10.0); 3]);
             assert_eq!(row.lengths.half_width_mm, [0.05; 3]);
         }
-        assert_eq!(data.rows().len(), 1900);
+        assert_eq!(data.rows.len(), 1900);
     }
     for (cell, mm) in [("5.7", 0.5), ("6", 5.0), ("6.25", 0.05)] {
         let data = dataset(format!("subject,vowel,A_cm\nX,a,{cell}\n"));
-        assert_eq!(data.rows()[0].lengths.half_width_mm, [mm]);
+        assert_eq!(data.rows[0].lengths.half_width_mm, [mm]);
     }
 }
 

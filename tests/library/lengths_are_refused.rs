@@ -22,8 +22,8 @@ fn refusal(table: impl AsRef<[u8]>) -> String {
 
 /// Messages about rows and about cells that cannot be used.
 pub fn faults(data: &Dataset) -> [Vec<String>; 2] {
-    let rows = data.broken().iter().map(|row| row.fault.to_string()).collect();
-    [rows, data.bad_cells().iter().map(ToString::to_string).collect()]
+    let rows = data.broken.iter().map(|row| row.fault.to_string()).collect();
+    [rows, data.bad_cells.iter().map(ToString::to_string).collect()]
 }
 
 #[test]
@@ -32,9 +32,9 @@ fn a_bad_cell_loses_one_cell_and_a_broken_row_one_row() {
         "{HEADER}\n{ROW}\nS1,a,34,57,51,abc,20,500,34,34\nS2,a,41\n,a,41,62,53,59,23,44,33,35\nS1,i,47,49,49,51,28,42,38,31\n\
          S3,a,x,x,x,x,x,x,x,x\n"
     ));
-    let places: Vec<_> = data.broken().iter().map(|b| (b.fault.line, b.fault.column)).collect();
+    let places: Vec<_> = data.broken.iter().map(|b| (b.fault.line, b.fault.column)).collect();
     assert_eq!(places, [(4, 4), (5, 1), (6, 1), (7, 3)]);
-    let places: Vec<_> = data.bad_cells().iter().map(|fault| (fault.line, fault.column)).collect();
+    let places: Vec<_> = data.bad_cells.iter().map(|fault| (fault.line, fault.column)).collect();
     assert_eq!(places, [(3, 6), (3, 8)]);
     let a = data.row("S1", &vowel("a")).unwrap();
     let measured: Vec<&str> = a.measured().map(|(name, _)| name).collect();
@@ -107,12 +107,12 @@ fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_ins
     let message = Dataset::from_reader(std::io::repeat(b'x'), "endless").unwrap_err().to_string();
     assert_eq!(message, "cannot read endless: it is larger than 64 MiB; split it into smaller files");
     // A line end at the end of the file is allowed, and a copy of the built-in table in a file gives the same data.
-    assert_eq!(dataset(format!("{HEADER}\n{ROW}\r\n")).rows().len(), 1);
+    assert_eq!(dataset(format!("{HEADER}\n{ROW}\r\n")).rows.len(), 1);
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), REFERENCE).unwrap();
     let data = Dataset::from_path(file.path()).unwrap();
-    assert_eq!(data.rows(), Dataset::reference().unwrap().rows());
-    assert_eq!(data.origin(), file.path().display().to_string());
+    assert_eq!(data.rows, Dataset::reference().unwrap().rows);
+    assert_eq!(data.origin, file.path().display().to_string());
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn rows_are_refused_with_the_reason() {
     let first = ROW.replacen('i', "ɯ", 1);
     let (u, same) = (ROW.replacen('i', "u", 1), first.replace("47", "48"));
     // /u/ is another vowel than /ɯ/ if a table has both.
-    assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken().is_empty());
+    assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken.is_empty());
     let data = dataset(format!("{HEADER}\n{first}\n\n{ROW}\n{same}"));
     let text = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or give repetitions \
                 different labels, as in a1 and a2";
@@ -167,15 +167,15 @@ fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
             rows.is_empty() && cells[0].starts_with(&format!("my.csv:2:4: GGm_{unit} {expected}")),
             "{cells:?}"
         );
-        assert_eq!(data.rows()[0].lengths.length_mm, [Some(40.0), None]);
+        assert_eq!(data.rows[0].lengths.length_mm, [Some(40.0), None]);
     }
     // A cell as the message recommends is read.
     for (unit, cell) in
         [("mm", "57.8"), ("cm", "5.78"), ("m", "0.0578"), ("mm", "57,8"), ("cm", "5,78"), ("m", "0,0578")]
     {
         let data = dataset(format!("subject;vowel;GGa_{unit}\nX;a;{cell}\nX;e;?\n"));
-        assert_eq!(data.rows()[0].lengths.length_mm, [Some(57.8)]);
-        let message = &data.broken()[0].fault.help;
+        assert_eq!(data.rows[0].lengths.length_mm, [Some(57.8)]);
+        let message = &data.broken[0].fault.help;
         assert!(message.contains(&format!("like {cell} ")), "{message}");
     }
     // The column in the message is that of the file.
@@ -192,18 +192,18 @@ fn one_decimal_mark_a_table() {
     ] {
         let rows: String = cells.iter().enumerate().map(|(n, c)| format!("X{n};a;{c}\n")).collect();
         let data = dataset(format!("subject;vowel;GGa_mm\n{rows}"));
-        let fault = data.broken()[0].fault.to_string();
+        let fault = data.broken[0].fault.to_string();
         assert!(fault.starts_with(&format!("my.csv:3:3: GGa_mm is {expected}")), "{fault}");
     }
     for cell in ["57", "", "a,b", "5,7,8", "1.234,5", "1,234.5"] {
         for (other, mark) in [("40", DecimalMark::Point), ("47,5", DecimalMark::Comma)] {
             let data = dataset(format!("subject;vowel;GGa_mm\nX;a;{cell}\nY;a;{other}\n"));
-            assert_eq!(data.reading().decimal_mark, mark, "{cell} says nothing of the mark");
+            assert_eq!(data.reading.decimal_mark, mark, "{cell} says nothing of the mark");
         }
     }
     // Between commas a decimal comma can be in quotation marks.
     let quoted = dataset("subject,vowel,GGa_mm\nX,a,\"47,5\"\n");
-    assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
+    assert_eq!(quoted.rows[0].lengths.length_mm, [Some(47.5)]);
 }
 
 /// The published rows, each with its lengths in mm.

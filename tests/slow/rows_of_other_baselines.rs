@@ -14,7 +14,7 @@ fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
     let baseline = std::env::var("TONGUE_FIT_BASELINE").unwrap_or_else(|_| "o".to_owned());
     let options = TargetOptions { baseline: Some(vowel(&baseline)), ..TargetOptions::default() };
     let rows: Vec<Target> = data
-        .rows()
+        .rows
         .iter()
         .filter_map(|r| {
             Target::new(&data, &r.lengths.subject, &r.lengths.vowel, TargetKind::Stretch, &options).ok()

@@ -50,7 +50,7 @@ impl PreparedBatch {
         let posterior_model = how.posterior_model(&tongue, &model)?;
         let command = line_of(words.to_vec());
         let rows =
-            data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
+            data.rows.iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
         let mut inputs = vec![
             tongue_fit::VERSION.to_owned(),
             rows,

@@ -34,10 +34,10 @@ pub fn table(engine: &mut Engine, text: Option<&[u8]>, file: &str) -> Result<Val
     let refused = plan.refusals.iter().map(|r| &r.message);
     let broken = data.left_out();
     let told: Vec<&String> = refused.chain(&broken).collect();
-    let rows: Vec<Value> = (data.rows().iter())
+    let rows: Vec<Value> = (data.rows.iter())
         .map(|row| json!({"subject": row.lengths.subject, "vowel": row.lengths.vowel}))
         .collect();
-    let origin = data.origin().to_owned();
+    let origin = data.origin.clone();
     engine.data = data;
     Ok(json!({"origin": origin, "rows": rows, "fits": fits, "baselines": baselines, "told": told}))
 }

@@ -140,13 +140,13 @@ impl BatchRun {
             let chain = mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
             chain.map_or(f64::NAN, |chain| mesh.distance(chain.ends()))
         }));
-        let reference = &data.muscles()[reference_muscle(data.muscles())];
-        let ratios = muscles.iter().filter(|m| *m != reference && data.muscles().contains(m)).count();
+        let reference = &data.muscles[reference_muscle(&data.muscles)];
+        let ratios = muscles.iter().filter(|m| *m != reference && data.muscles.contains(m)).count();
         let count = |is: fn(&Digest) -> bool| digests.iter().filter(|(_, digest)| is(digest)).count();
         let substitutes = plan.jobs.iter().filter(|job| job.substitute);
         let substitutes: BTreeSet<String> = substitutes.map(|job| job.target.subject.clone()).collect();
         BatchSummary {
-            rows: data.rows().len(),
+            rows: data.rows.len(),
             fits: digests.len(),
             statuses: tally(digests.iter().map(|(_, digest)| digest.status.clone())),
             baselines: plan.baselines.len(),
@@ -166,7 +166,7 @@ impl BatchRun {
 /// The names of a mesh's muscles: those that the table has, in its order, then the others.
 fn in_order(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
     let known =
-        data.muscles().iter().filter(|name| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
+        data.muscles.iter().filter(|name| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
     let mut names: Vec<String> = known.cloned().collect();
     for chain in &mesh.muscles {
         if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {

@@ -56,7 +56,7 @@ pub fn of_rows(
     baseline: &Vowel,
     make: impl Fn(&Lengths) -> Lengths,
 ) -> Vec<Case> {
-    let rows = data.rows().iter().map(|row| &row.lengths);
+    let rows = data.rows.iter().map(|row| &row.lengths);
     Vec::from_iter(rows.filter_map(|lengths| {
         let own = data.baseline_vowel(&lengths.subject, baseline).ok()?;
         let target = Target::from_lengths(&make(lengths), &make(own), TargetKind::Stretch, None).ok()?;

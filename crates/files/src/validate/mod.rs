@@ -75,7 +75,7 @@ pub fn run(
         return Err(SimulationError::Refused(format!(
             "{subjects} of {} {have} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to predict one from \
              the others (--baseline names another vowel)",
-            data.origin()
+            data.origin
         )));
     }
     if plan.posterior && body.bone(HYOID).is_empty() {
@@ -84,7 +84,7 @@ pub fn run(
         return Err(SimulationError::Refused(why.to_owned()));
     }
     // At least as many units as the reports below count; the last report completes them.
-    let total = all.len() + data.rows().len() * 8;
+    let total = all.len() + data.rows.len() * 8;
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
 
     let mut entries = statistical(&all);
@@ -109,7 +109,7 @@ pub fn run(
         plan.posterior.then(|| posterior::study(body, model, data, plan, &progress)).transpose()?;
     progress.add(total, "done");
     Ok(ValidationStudy {
-        data: data.origin().to_owned(),
+        data: data.origin.clone(),
         baseline: baseline.clone(),
         poisson_ratio: model.constants.poisson_ratio,
         subjects: names,

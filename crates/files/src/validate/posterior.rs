@@ -187,7 +187,7 @@ pub fn study(
     let mean = gains.iter().sum::<f64>() / gains.len().max(1) as f64;
     let spread = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>();
     let error = (spread / (gains.len().max(2) - 1) as f64 / gains.len().max(1) as f64).sqrt();
-    let vowels: Vec<Vowel> = distinct(data.rows().iter().map(|row| row.lengths.vowel.clone()));
+    let vowels: Vec<Vowel> = distinct(data.rows.iter().map(|row| row.lengths.vowel.clone()));
     let mut other_baselines = Vec::new();
     for vowel in vowels {
         let all = cases(data, &body.mesh, &vowel);
@@ -205,7 +205,7 @@ pub fn study(
         }
     }
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
-    for order in permutations(data.muscles().len(), plan.permutations.min(MOST_PERMUTATIONS), seed) {
+    for order in permutations(data.muscles.len(), plan.permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
         if let Ok(posterior) = predictors.predict(SINGLE_ROWS, &all) {
             let permuted = score(&posterior, &all, |_| true);

@@ -72,7 +72,7 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, ReadErro
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
     }
-    let rows = data.rows().iter().map(|r| &r.lengths);
+    let rows = data.rows.iter().map(|r| &r.lengths);
     let rows = rows.filter(|l| selection.subjects.as_ref().is_none_or(|all| all.contains(&l.subject)));
     // If a table has no `u`, `u` means its `ɯ`.
     let is_of = |asked: &Vowel, subject: &str, vowel: &Vowel| {
@@ -82,12 +82,12 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, ReadErro
     for asked in selection.vowels.iter().flatten() {
         if !rows.clone().any(|l| is_of(asked, &l.subject, &l.vowel)) {
             let has = distinct(rows.clone().map(|lengths| lengths.vowel.clone()));
-            let message = format!("{} has no row for /{asked}/; it has {}", data.origin(), Vowel::list(&has));
+            let message = format!("{} has no row for /{asked}/; it has {}", data.origin, Vowel::list(&has));
             return Err(ReadError::Refused(message));
         }
     }
     let mut plan = BatchPlan::default();
-    for row in data.rows() {
+    for row in &data.rows {
         let lengths = &row.lengths;
         let (subject, vowel, line) = (&lengths.subject, &lengths.vowel, row.line);
         if selection.subjects.as_ref().is_some_and(|s| !s.contains(subject))

@@ -17,7 +17,7 @@ type Reachable = Option<bool>;
 /// Case 6.
 pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let data = Dataset::reference()?;
-    let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
+    let eight: Vec<&str> = data.muscles.iter().map(String::as_str).collect();
     let a = target("S2", "a", TargetKind::Stretch, None)?;
     let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
     let of_one = |value| with_values(one.clone(), &[("HGa", value)]);

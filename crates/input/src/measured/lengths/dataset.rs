@@ -16,12 +16,15 @@ const MOST_SUBJECTS_LISTED: usize = 12;
 /// Measured muscle lengths: at least one usable row, and no subject and vowel twice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
-    pub(super) origin: String,
-    pub(super) muscles: Arc<[String]>,
-    pub(super) rows: Vec<Row>,
-    pub(super) reading: Reading,
-    pub(super) broken: Vec<BrokenRow>,
-    pub(super) bad_cells: Vec<Malformed>,
+    /// The path of the table, or the `origin` given to [`Dataset::from_reader`].
+    pub origin: String,
+    pub muscles: Arc<[String]>,
+    pub rows: Vec<Row>,
+    pub reading: Reading,
+    /// The rows that cannot be used, in the order of the table. Of two rows of one subject and vowel the second is among them.
+    pub broken: Vec<BrokenRow>,
+    /// The cells that are no lengths, in rows that can be used without them.
+    pub bad_cells: Vec<Malformed>,
     pub(super) rows_of_subject: BTreeMap<String, Vec<usize>>,
 }
 
@@ -41,33 +44,6 @@ impl Dataset {
             column.half_width = HalfWidth::Given { mm };
         }
         Ok(self)
-    }
-
-    /// The path of the table, or the `origin` given to [`Dataset::from_reader`].
-    pub fn origin(&self) -> &str {
-        &self.origin
-    }
-
-    pub fn muscles(&self) -> &[String] {
-        &self.muscles
-    }
-
-    pub fn rows(&self) -> &[Row] {
-        &self.rows
-    }
-
-    pub fn reading(&self) -> &Reading {
-        &self.reading
-    }
-
-    /// The rows that cannot be used, in the order of the table. Of two rows of one subject and vowel the second is among them.
-    pub fn broken(&self) -> &[BrokenRow] {
-        &self.broken
-    }
-
-    /// The cells that are no lengths, in rows that can be used without them.
-    pub fn bad_cells(&self) -> &[Malformed] {
-        &self.bad_cells
     }
 
     /// Messages about all rows and cells that are left out, in the order of the table.

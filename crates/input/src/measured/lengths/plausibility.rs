@@ -30,8 +30,8 @@ pub fn doubts(data: &Dataset) -> Vec<String> {
     if let Some(message) = percentages(data) {
         return vec![message];
     }
-    let medians = data.muscles().iter().enumerate().filter_map(|(n, name)| {
-        Some((name.as_str(), median(data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?))?))
+    let medians = data.muscles.iter().enumerate().filter_map(|(n, name)| {
+        Some((name.as_str(), median(data.rows.iter().filter_map(|row| *row.lengths.length_mm.get(n)?))?))
     });
     let proportions =
         columns(medians).and_then(|columns| alike(&columns).or_else(|| doubt_of_proportions(&columns)));
@@ -47,11 +47,11 @@ fn columns<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<Vec<M
 
 /// A doubt if the largest number of every row is exactly 100.
 fn percentages(data: &Dataset) -> Option<String> {
-    let is_of_longest = data.rows().iter().all(|Row { lengths, .. }| {
+    let is_of_longest = data.rows.iter().all(|Row { lengths, .. }| {
         let longest = lengths.measured().map(|(_, mm)| mm).fold(0.0, f64::max);
         longest == 100.0 && lengths.measured().count() >= FEWEST
     });
-    (is_of_longest && data.rows().len() > 1).then(|| {
+    (is_of_longest && data.rows.len() > 1).then(|| {
         "the longest muscle of every row has exactly 100 mm, so these seem to be percentages of it: give lengths in millimetres".to_owned()
     })
 }
@@ -128,7 +128,7 @@ fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
 /// published ones are the same by chance.
 fn repeated_rows(data: &Dataset) -> Option<String> {
     let mut firsts = BTreeMap::new();
-    let rows = data.rows().iter().filter(|Row { lengths, .. }| {
+    let rows = data.rows.iter().filter(|Row { lengths, .. }| {
         let is_fine = lengths.half_width_mm.iter().all(|half| *half <= DEFAULT_HALF_WIDTH_MM);
         is_fine && lengths.measured().count() >= FEWEST
     });
@@ -155,7 +155,7 @@ fn rows_of_another_size(data: &Dataset) -> Option<String> {
     const LARGEST: f64 = 0.125;
     const MUSCLES: usize = 8;
     let thesis = Thesis::reference().ok()?;
-    let is_known = data.muscles().iter().map(|name| thesis.row(name).is_some()).collect::<Vec<_>>();
+    let is_known = data.muscles.iter().map(|name| thesis.row(name).is_some()).collect::<Vec<_>>();
     let mut changes: Vec<(&Lengths, &Lengths, f64)> = Vec::new();
     for subject in data.subjects() {
         let mut rows = data.of_subject(subject).ok()?.peekable();

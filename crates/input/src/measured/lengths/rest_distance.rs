@@ -46,7 +46,7 @@ pub struct NearestRow {
 
 /// The row with the smallest [`RestDistance::rms_ratio`], the first of equals; `None` if no row can be compared.
 pub fn nearest(muscles: &[String], rest: &[f64], data: &Dataset, reference: &str) -> Option<NearestRow> {
-    let rows = data.rows().iter().map(|row| &row.lengths);
+    let rows = data.rows.iter().map(|row| &row.lengths);
     let (distance, row) = rows
         .filter_map(|row| Some((distance(muscles, rest, row, reference)?, row)))
         .min_by(|a, b| a.0.rms_ratio.total_cmp(&b.0.rms_ratio))?;
