@@ -33,15 +33,10 @@ pub enum BodySource {
     /// The built-in anatomy.
     #[default]
     Tongue,
-    Anatomy {
-        toml: String,
-        /// The name in messages, usually a path.
-        origin: String,
-    },
-    Mesh {
-        content: MeshContent,
-        origin: String,
-    },
+    /// An anatomy; `origin` is its name in messages, usually a path.
+    Anatomy { toml: String, origin: String },
+    /// A mesh, with its name in messages.
+    Mesh { content: MeshContent, origin: String },
 }
 
 impl BodySource {

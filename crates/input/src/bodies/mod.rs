@@ -17,10 +17,8 @@ pub use gmsh::Unit;
 pub enum MeshContent {
     /// The JSON of `tongue-fit mesh --json`.
     Json(String),
-    Gmsh {
-        bytes: Vec<u8>,
-        unit: Unit,
-    },
+    /// A file of Gmsh, with coordinates in `unit`.
+    Gmsh { bytes: Vec<u8>, unit: Unit },
 }
 
 impl MeshContent {

@@ -24,25 +24,16 @@ pub struct SpaceMark {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Marked {
-    Node {
-        node: usize,
-        place: Vector3<f64>,
-    },
+    /// Position of a node, m.
+    Node { node: usize, place: Vector3<f64> },
     /// Position of a point somewhere on the surface, m.
     Surface(Vector3<f64>),
     /// Position of a point somewhere on the midsagittal contour: x and z, m.
     Contour(Vector2<f64>),
-    /// Position of a point that is fixed to the midsagittal surface: x and z, m.
-    Coil {
-        /// Distance behind the tip along the surface at rest, m.
-        behind_tip_m: f64,
-        place: Vector2<f64>,
-    },
+    /// Position of a point that is fixed to the midsagittal surface, at a distance behind the tip along it at rest: x and z, m.
+    Coil { behind_tip_m: f64, place: Vector2<f64> },
     /// The length of a muscle; of both sides if the name has none.
-    Muscle {
-        muscle: String,
-        measure: LengthMeasure,
-    },
+    Muscle { muscle: String, measure: LengthMeasure },
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -162,20 +162,13 @@ impl Separator {
 #[serde(tag = "from", rename_all = "snake_case")]
 pub enum HalfWidth {
     /// A column of the table; `else_mm` holds for its empty cells.
-    Column {
-        name: String,
-        else_mm: f64,
-    },
-    Given {
-        mm: f64,
-    },
-    Digits {
-        mm: f64,
-    },
+    Column { name: String, else_mm: f64 },
+    /// From the user, for all lengths.
+    Given { mm: f64 },
+    /// What the digits of the lengths show.
+    Digits { mm: f64 },
     /// 0.5 mm, because the lengths have more digits than a measurement.
-    Default {
-        mm: f64,
-    },
+    Default { mm: f64 },
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
