@@ -169,8 +169,8 @@ pub mod inverse {
 }
 
 pub mod material {
-    //! Materials: constants of tissue, coefficients matched to them, laws.
-    pub use tongue_core::material::{Coefficients, Constants, MooneyRivlin, NeoHookean};
+    //! Materials: laws, and coefficients matched to the constants of a model.
+    pub use tongue_core::material::{Coefficients, MooneyRivlin, NeoHookean};
 }
 
 pub mod measured {

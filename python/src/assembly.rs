@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use tongue_fit::material::Constants;
 use tongue_fit::simulation;
 use tongue_fit::system;
 
@@ -80,9 +79,9 @@ impl Model {
     #[new]
     #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49))]
     fn new(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {
-        let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
-        constants.check().map_err(refused)?;
-        Ok(Self(system::Model { constants }))
+        let model = system::Model { young_modulus, poisson_ratio, ..system::Model::default() };
+        model.check().map_err(refused)?;
+        Ok(Self(model))
     }
 
     /// Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue.
@@ -94,7 +93,7 @@ impl Model {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64)> {
-        let c = &slf.get().0.constants;
+        let c = &slf.get().0;
         Ok((slf.py().get_type::<Self>().getattr("_restored")?, (c.young_modulus, c.poisson_ratio)))
     }
 
@@ -113,12 +112,12 @@ impl Model {
     }
 
     fn __hash__(&self) -> u64 {
-        let c = &self.0.constants;
+        let c = &self.0;
         hashed(&(c.young_modulus.to_bits(), c.poisson_ratio.to_bits()))
     }
 
     fn __repr__(&self) -> String {
-        let c = &self.0.constants;
+        let c = &self.0;
         format!("Model(young_modulus={:?}, poisson_ratio={:?})", c.young_modulus, c.poisson_ratio)
     }
 }

@@ -7,7 +7,6 @@ use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::inner::choice;
 use tongue_fit::inner::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::inverse::Method;
-use tongue_fit::material::Constants;
 use tongue_fit::system::Model;
 
 use super::{inputs, output};
@@ -64,7 +63,7 @@ pub struct Arguments {
     #[arg(long, value_name = "UNIT", value_parser = inputs::choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
-    #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
+    #[arg(long, value_name = "NU", default_value_t = Model::default().poisson_ratio, hide_short_help = true)]
     poisson_ratio: f64,
     /// Body: springs on connections (as in the thesis); a continuum of quadratic elements with muscles of finite width, whose answers
     /// hardly depend on the mesh; or, for a vowel, `simulate`, `muscles` and `track`, a tongue in space: the built-in one, a folder with
@@ -173,7 +172,7 @@ impl Arguments {
     }
 
     pub fn model(&self) -> Model {
-        Model { constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE } }
+        Model { poisson_ratio: self.poisson_ratio, ..Model::default() }
     }
 }
 

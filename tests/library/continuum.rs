@@ -7,7 +7,7 @@ use tongue_core::body::continuum;
 use tongue_core::geometry::{quadratic, simplex};
 use tongue_fit::body::{Anatomy, Body, ContinuumSettings, Mesh, MuscleChain, solid};
 use tongue_fit::effect::{Configuration, Effect};
-use tongue_fit::material::{Constants, NeoHookean};
+use tongue_fit::material::NeoHookean;
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Additions, Model, System};
 
@@ -35,7 +35,7 @@ fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64
     let inner = largest(&mut system.pattern().nodes().iter().copied());
     let held = largest(&mut mesh.fixed.iter().copied());
     assert!(inner < 1e-12 * held, "{D}D: {inner} beside {held}");
-    let exact = NeoHookean::from(&Constants::TONGUE).displaced(&(stretch - SMatrix::identity())).state();
+    let exact = NeoHookean::from(&Model::default()).displaced(&(stretch - SMatrix::identity())).state();
     for stress in system.stresses(&x) {
         assert!((stress.cauchy_pa - exact.cauchy_pa).norm() < 1e-9 * exact.cauchy_pa.norm());
     }
@@ -56,7 +56,7 @@ fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64
     let gradient = SMatrix::<f64, D, D>::from_fn(|i, j| (1.0 + i as f64 + 2.0 * j as f64).sin());
     let rate = 0.5 * (gradient + gradient.transpose());
     let ((power, largest), (_, turning)) = (forces(gradient), forces(gradient - rate));
-    let expected = -2.0 * Constants::TONGUE.viscosity * rate.norm_squared() * volume;
+    let expected = -2.0 * Model::default().viscosity * rate.norm_squared() * volume;
     assert!((power / expected - 1.0).abs() < 1e-9, "{D}D: {power} W, not {expected}");
     assert!(turning < 1e-9 * largest, "{D}D: a turning body is held by {turning:e} N");
 }
@@ -175,7 +175,7 @@ fn errors<const D: usize>(mut mesh: Mesh<D>) -> (f64, f64) {
         p[1] += 0.1 * SIZE * (3.0 * q[0]).sin();
     }
     let mesh = held_all_around(mesh);
-    let law = NeoHookean::from(&Constants::TONGUE);
+    let law = NeoHookean::from(&Model::default());
     let (coarse, fine) = (fine_points::<D>(1), fine_points::<D>(if D == 2 { 3 } else { 1 }));
     let (mut load, mut energy) = (vec![SVector::zeros(); mesh.nodes.len()], 0.0);
     let elements = mesh.continuum.clone().unwrap();
@@ -245,8 +245,8 @@ fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     base.muscles = axial;
     let settings = ContinuumSettings { bundle_width_m: 12e-3, fibres: 30, ..Default::default() };
     let mesh = continuum::from_mesh(&base, None, &settings).unwrap().mesh;
-    let constants = Constants { poisson_ratio: 0.499, ..Constants::TONGUE };
-    let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
+    let model = Model { poisson_ratio: 0.499, ..Model::default() };
+    let system = System::new(&mesh, &model, &[0]).unwrap();
     let (solution, workspace) = fixtures::solve(&system, &[0.3]);
     assert_eq!((solution.status, solution.guarded), (SolveStatus::Converged, 0));
     let (mut volume, mut before) = (0.0, 0.0);

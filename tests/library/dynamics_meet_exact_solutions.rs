@@ -4,7 +4,6 @@
 use crate::fixtures;
 use nalgebra::{Matrix3, Vector3};
 use tongue_fit::dynamics::{Control, IntegrationMethod, Motion, MotionStatus, State, Tensions, run};
-use tongue_fit::material::Constants;
 use tongue_fit::system::{Model, System};
 
 /// Tension, N per metre of thickness.
@@ -14,8 +13,7 @@ const MASS: f64 = 2.2e-2;
 
 /// A bar between a bone and a free node.
 fn bar(viscosity: f64, contracts: bool) -> System<2> {
-    let constants = Constants { viscosity, ..Constants::TONGUE };
-    let model = Model { constants };
+    let model = Model { viscosity, ..Model::default() };
     System::new(&fixtures::rope(1, 5e-3), &model, if contracts { &[0] } else { &[] }).unwrap()
 }
 

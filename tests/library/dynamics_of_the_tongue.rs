@@ -9,7 +9,6 @@ use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
     Control, IntegrationMethod, Motion, MotionStatus, Observer, Tensions, run, sample_times,
 };
-use tongue_fit::material::Constants;
 use tongue_fit::system::{Additions, Model, System};
 
 fn reference() -> (System<2>, Vec<f64>) {
@@ -69,8 +68,8 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
 fn energy_never_grows_without_tension() {
     // Dampers are soft, so that the body swings; the slack muscle has its internal states.
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
-    let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
-    let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
+    let model = Model { viscosity: 20.0, ..Model::default() };
+    let system = System::new(&mesh, &model, &[0]).unwrap();
     for method in IntegrationMethod::ALL {
         let motion = Motion::new(&system, Tensions::constant(vec![0.0])).unwrap();
         let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
@@ -93,8 +92,8 @@ fn energy_never_grows_without_tension() {
 fn explicit_runs_diverge_beyond_the_stability_limit() {
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     for viscosity in [0.0, 5.0, 3000.0] {
-        let constants = Constants { viscosity, ..Constants::TONGUE };
-        let system = System::new(&mesh, &Model { constants }, &[]).unwrap();
+        let model = Model { viscosity, ..Model::default() };
+        let system = System::new(&mesh, &model, &[]).unwrap();
         let motion = Motion::new(&system, Tensions::constant(vec![0.0])).unwrap();
         let method = IntegrationMethod::Verlet;
         let limit = method.step_limit(&motion).unwrap();

@@ -5,7 +5,6 @@ use nalgebra::SVector;
 use tongue_core::body::largest_distance;
 use tongue_core::statics::lanes::{LaneEquilibrium, Lanes, Load, UnitChange};
 use tongue_fit::body::{self, Anatomy, Body, ContinuumSettings, Mesh};
-use tongue_fit::material::Constants;
 use tongue_fit::parallel::with_threads;
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Stability, Workspace, solve};
 use tongue_fit::system::{Model, System};
@@ -89,8 +88,8 @@ fn shapes_agree_from_a_neighbour_with_displaced_bones_and_in_separate_bodies() {
             let mut moved: Mesh<2> = mesh.clone();
             moved.nodes.iter_mut().for_each(|x| *x += SVector::from([about(2e-4), about(2e-4)]));
             let poisson_ratio = 0.47 + about(0.02);
-            let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-            System::new(&moved, &Model { constants }, &ALL).unwrap()
+            let model = Model { poisson_ratio, ..Model::default() };
+            System::new(&moved, &model, &ALL).unwrap()
         })
         .collect();
     let middle = one_at_a_time(&system, &Load::new(PUBLISHED.to_vec()), &SHARP).1.positions().to_vec();
@@ -132,8 +131,7 @@ fn loads_unsuited_for_lanes_are_solved_one_at_a_time() {
 fn a_finer_body_and_one_without_incompressible_cells_are_solved_in_lanes_too() {
     let fine = body::build(&Anatomy::reference().unwrap(), 2.7e-3).unwrap();
     let fine = System::new(&fine, &Model::default(), &ALL).unwrap();
-    let springs = Constants { poisson_ratio: 0.25, ..Constants::TONGUE };
-    let springs = Model { constants: springs };
+    let springs = Model { poisson_ratio: 0.25, ..Model::default() };
     let springs = System::new(&tongue(), &springs, &ALL).unwrap();
     for system in [fine, springs] {
         let mut random = fastrand::Rng::with_seed(3);

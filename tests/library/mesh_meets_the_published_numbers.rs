@@ -4,7 +4,6 @@ use tongue_core::body::MeshFault;
 use tongue_fit::body::{
     Anatomy, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MuscleChain, Quality, REFERENCE, build, json,
 };
-use tongue_fit::material::Constants;
 use tongue_fit::measured::Thesis;
 use tongue_fit::system::{Model, System};
 
@@ -223,7 +222,7 @@ fn a_body_is_read_back_from_its_json_with_its_bones() {
     let wrong = text.replacen("\"bones\":{\"hyoid\":[", &format!("\"bones\":{{\"hyoid\":[{free},"), 1);
     fixtures::says(json::read(&wrong, "my.json"), "my.json; bone \"hyoid\"");
     // Values that the program computes must be those of the body, with any Poisson's ratio, or be left out.
-    let soft = Model { constants: Constants { poisson_ratio: 0.3, ..Constants::TONGUE } };
+    let soft = Model { poisson_ratio: 0.3, ..Model::default() };
     let of_soft = serde_json::to_string(&json::MeshRecord::of(&body, &soft).unwrap()).unwrap();
     assert_eq!(json::read(&of_soft, "my.json").unwrap().mesh, body.mesh);
     let mut bare: serde_json::Value = serde_json::from_str(&text).unwrap();

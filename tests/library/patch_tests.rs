@@ -8,7 +8,6 @@ use tongue_core::sparse::BlockMatrix;
 use tongue_core::system::model::bending_kept;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
-use tongue_fit::material::Constants;
 use tongue_fit::system::{Model, System, coefficients};
 
 const LAYERS: usize = 9;
@@ -91,7 +90,7 @@ fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_s
     let at = Configuration { positions: &mesh.nodes, tensions: &[0.0] };
     system.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
     // Energy of a displacement of the free nodes, by the assembled stiffness and by elasticity of each element.
-    let (lambda, mu) = Constants::TONGUE.lame();
+    let (lambda, mu) = Model::default().lame();
     let displacement = |i: usize| {
         if mesh.fixed.contains(&i) {
             return Vector2::zeros();
@@ -120,8 +119,8 @@ fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_s
 #[test]
 fn springs_in_space_keep_less_of_a_bending_the_nearer_they_are_to_keeping_their_volume() {
     let kept = |poisson_ratio| {
-        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-        bending_kept(&Model { constants }, 1e-2).unwrap()
+        let model = Model { poisson_ratio, ..Model::default() };
+        bending_kept(&model, 1e-2).unwrap()
     };
     assert_eq!(kept(0.45), None);
     let found = [0.46, 0.49, 0.499, 0.4999].map(|nu| kept(nu).unwrap());

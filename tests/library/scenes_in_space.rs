@@ -3,10 +3,9 @@
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_fit::body::Body;
-use tongue_fit::material::Constants;
 use tongue_fit::scene::{self, Scene, SceneOutcome};
 use tongue_fit::statics::Connection;
-use tongue_fit::system::{SpaceModel, System};
+use tongue_fit::system::{Model, SpaceModel, System};
 
 use crate::fixtures::solved;
 
@@ -86,7 +85,7 @@ fn a_scene_moves_the_tongue_as_its_muscles_do_alone() {
 fn bones_carry_the_weight_of_the_tongue() {
     let answer = run("[effects]\ngravity = { posture = \"supine\" }\n");
     let volume: f64 = Body::tongue_in_space(1).unwrap().mesh.hexahedron_volumes().sum();
-    let weight = volume * Constants::TONGUE.density * 9.81;
+    let weight = volume * Model::default().density * 9.81;
     let on_bones = answer.on_bones_n.as_ref().unwrap();
     assert!((on_bones[0] / weight - 1.0).abs() < 0.01, "{on_bones:?} {weight}");
     assert!(on_bones[1].abs().max(on_bones[2].abs()) < 1e-6 * weight, "{on_bones:?}");

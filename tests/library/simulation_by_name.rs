@@ -125,9 +125,7 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     assert!((1.0..=5.0).contains(&capped), "{capped}");
 
     // With known tensions the stiffness can be found, and a known tension is not an unknown.
-    let soft = Model {
-        constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
-    };
+    let soft = Model { young_modulus: 4700.0, ..Model::default() };
     let shape =
         Assembly::new(&soft, &body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
     let found = InverseProblem::new(&model, observations(&shape))

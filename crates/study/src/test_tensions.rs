@@ -5,7 +5,6 @@ use nalgebra::SVector;
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
 use tongue_core::dynamics::{Motion, Tensions};
 use tongue_core::effect::Incompressibility;
-use tongue_core::material::Constants;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Additions, Model, System, SystemError};
 use tongue_infer::inverse::FitError;
@@ -123,7 +122,7 @@ pub fn target(
 }
 
 pub fn with_poisson_ratio(poisson_ratio: f64) -> Model {
-    Model { constants: Constants { poisson_ratio, ..Constants::TONGUE } }
+    Model { poisson_ratio, ..Model::default() }
 }
 
 #[cfg(test)]

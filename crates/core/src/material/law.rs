@@ -2,7 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::Constants;
+use super::Model;
 
 /// Number of components of a deformation gradient in space. The plane uses the first four.
 const COMPONENTS: usize = 9;
@@ -80,9 +80,9 @@ impl<const D: usize> Stress<D> {
     }
 }
 
-impl From<&Constants> for NeoHookean {
-    fn from(constants: &Constants) -> Self {
-        let (lambda, mu) = constants.lame();
+impl From<&Model> for NeoHookean {
+    fn from(model: &Model) -> Self {
+        let (lambda, mu) = model.lame();
         Self { lambda, mu }
     }
 }

@@ -44,17 +44,14 @@ pub struct MatchedCell {
 /// The plane has plane strain (eqs. 3.38-3.42), space the full elasticity matrix. On an equilateral triangle the match is exact. In space
 /// the cell is a regular tetrahedron with the mesh's mean connection length. A block of cubes cut into tetrahedra, which are not regular,
 /// has 4 % more than the given Young's modulus, a bulk modulus half as large again, and a shear modulus 29 % smaller (ν = 0.49).
-pub fn match_stiffness<const D: usize>(
-    constants: &Constants,
-    cell: &Corners<D>,
-) -> Result<MatchedCell, SystemError> {
-    constants.check()?;
+pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Result<MatchedCell, SystemError> {
+    model.check()?;
     let measure = simplex::measure(cell);
     if !(measure.is_finite() && measure > 0.0) {
         let message = format!("the cell to match has measure {measure}; it must be positive");
         return Err(SystemError::Invalid(message));
     }
-    let (lambda, mu) = constants.lame();
+    let (lambda, mu) = model.lame();
     let gradient = simplex::gradient(cell);
     // The shape function of corner a has the gradient (dS/da)/S; the block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb
     // I + gb gaᵀ)).
@@ -110,15 +107,14 @@ impl Coefficients {
     /// Coefficients of a body with connections of the mean length `side`, m, cells of the total area or volume `measure`, m² or m³, and
     /// tissue of `nodes` nodes (thesis 4.1.1).
     pub fn new<const D: usize>(
-        constants: &Constants,
+        model: &Model,
         side: f64,
         measure: f64,
         nodes: usize,
     ) -> Result<Self, SystemError> {
-        constants.check()?;
-        let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
+        let matched = match_stiffness::<D>(model, &regular_simplex(side))?;
         // b = eta in the plane is per metre of thickness; in space a connection is about as thick as it is long.
-        let damping = constants.viscosity * if D == 2 { 1.0 } else { side };
+        let damping = model.viscosity * if D == 2 { 1.0 } else { side };
         Ok(Self {
             tissue_stiffness: matched.stiffness,
             tissue_damping: damping,
@@ -127,13 +123,14 @@ impl Coefficients {
             // The thesis takes k2 = b "to avoid divergence"; at equilibrium k2 has no effect.
             muscle_series_stiffness: damping,
             contractile_damping: damping,
-            node_mass: constants.density * measure / nodes as f64,
+            node_mass: model.density * measure / nodes as f64,
         })
     }
 }
 
+/// The constants of the tissue, by which a mesh becomes a system.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Constants {
+pub struct Model {
     /// Density ρ, kg/m³.
     pub density: f64,
     /// Young's modulus E, Pa.
@@ -144,11 +141,14 @@ pub struct Constants {
     pub viscosity: f64,
 }
 
-impl Constants {
+impl Default for Model {
     /// Table 4.1 of the thesis (after Fujita 2008).
-    pub const TONGUE: Self =
-        Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
+    fn default() -> Self {
+        Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 }
+    }
+}
 
+impl Model {
     pub fn check(&self) -> Result<(), BeyondLimit> {
         limits::YOUNG_MODULUS.check(self.young_modulus)?;
         limits::POISSON_RATIO.check(self.poisson_ratio)?;

@@ -60,7 +60,7 @@ impl<const D: usize> System<D> {
             return Err(SystemError::Invalid(format!(
                 "Poisson's ratio {} needs a negative coefficient of incompressibility ({:e} J), with which the energy has no minimum; \
                  springs alone already have 0.25, so give at least that, or take a continuum",
-                model.constants.poisson_ratio, coefficients.kappa
+                model.poisson_ratio, coefficients.kappa
             )));
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
@@ -160,13 +160,8 @@ fn continuum_effects<const D: usize>(
     coefficients: &Coefficients,
     contracting: &[usize],
 ) -> impl Iterator<Item = Box<dyn Effect<D>>> {
-    let tissue = QuadraticElements::new(
-        (&model.constants).into(),
-        model.constants.viscosity,
-        continuum.elements(),
-        &mesh.nodes,
-    );
-    let (settings, (lambda, mu)) = (&continuum.settings, model.constants.lame());
+    let tissue = QuadraticElements::new(model.into(), model.viscosity, continuum.elements(), &mesh.nodes);
+    let (settings, (lambda, mu)) = (&continuum.settings, model.lame());
     let upright = OrientationBarrier::new(lambda, continuum.elements(), &mesh.nodes);
     let mut effects: Vec<Box<dyn Effect<D>>> = vec![Box::new(tissue), Box::new(upright)];
     if !continuum.ties.is_empty() {

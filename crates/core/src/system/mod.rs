@@ -19,9 +19,10 @@ use crate::limits::BeyondLimit;
 use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
 
+pub use crate::material::Model;
 pub use additions::{Additions, PrescribedDisplacement};
 pub use build::are_held;
-pub use model::{Model, TissueModel, coefficients, connection_stiffness};
+pub use model::{TissueModel, coefficients, connection_stiffness};
 pub use path::StraightPath;
 pub use space::{MusclesAs, SpaceModel};
 

@@ -6,13 +6,7 @@ use super::{System, SystemError};
 use crate::body::{Mesh, solid};
 use crate::effect::Configuration;
 use crate::geometry::simplex;
-use crate::material::{Coefficients, Constants};
-
-/// Choices by which a mesh becomes a system.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Model {
-    pub constants: Constants,
-}
+use crate::material::{Coefficients, Model};
 
 /// The model of the tissue, which follows from the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,12 +36,6 @@ impl TissueModel {
     }
 }
 
-impl Default for Model {
-    fn default() -> Self {
-        Self { constants: Constants::TONGUE }
-    }
-}
-
 /// Coefficients of a mesh, matched on a regular cell whose side is the mean length of its connections, as in thesis 4.1.1.
 pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, SystemError> {
     let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
@@ -55,7 +43,7 @@ pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coe
     let of_cells = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c)));
     let measure = of_cells.chain(mesh.hexahedron_volumes()).sum();
     let in_tissue = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
-    Coefficients::new::<D>(&model.constants, side, measure, in_tissue)
+    Coefficients::new::<D>(model, side, measure, in_tissue)
 }
 
 /// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness): k in the plane, as in the thesis; in space k for
@@ -78,7 +66,7 @@ const RADIUS: f64 = 1e3;
 /// The part of its deflection that a cube of springs on the edges of six tetrahedra keeps in bending: the exact energy of pure bending,
 /// `E/2 ∫ (z/R)²`, over that of the springs at the same displacements of the corners. `None` up to a Poisson's ratio of `LOCKS_ABOVE`.
 pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError> {
-    let nu = model.constants.poisson_ratio;
+    let nu = model.poisson_ratio;
     if nu <= LOCKS_ABOVE {
         return Ok(None);
     }
@@ -90,6 +78,6 @@ pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError
         p + Vector3::new(r.x * r.z, -nu * r.y * r.z, down) / (RADIUS * side)
     }));
     let energy = system.energy(Configuration { positions: &positions, tensions: &[] });
-    let exact = model.constants.young_modulus * side.powi(3) / (24.0 * RADIUS * RADIUS);
+    let exact = model.young_modulus * side.powi(3) / (24.0 * RADIUS * RADIUS);
     Ok(Some(exact / energy).filter(|kept| kept.is_finite()))
 }

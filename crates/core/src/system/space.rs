@@ -7,7 +7,7 @@ use crate::body::{Body, Muscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
 use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
-use crate::material::{Coefficients, Constants, MooneyRivlin};
+use crate::material::{Coefficients, MooneyRivlin};
 
 use super::{Additions, Model, System, SystemError, coefficients};
 
@@ -141,6 +141,5 @@ fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
 fn spring_coefficients(body: &Body<3>, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
     let poisson_ratio = law.poisson_ratio();
     let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
-    let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
-    coefficients(&body.mesh, &Model { constants })
+    coefficients(&body.mesh, &Model { young_modulus, poisson_ratio, ..Model::default() })
 }

@@ -10,7 +10,6 @@ use super::column::{Column, columns_with_heading};
 use super::export::{Export, Provenance};
 use super::record::FitRecord;
 use crate::run::{BodySource, Kind, PlaneBody};
-use tongue_core::material::Constants;
 use tongue_core::system::Model;
 use tongue_input::bodies::json::MeshRecord;
 
@@ -45,8 +44,8 @@ impl TonguePage {
                 json!({"file": origin, "anatomy": null, "mesh": text})
             }
         };
-        let nu = self.model.constants.poisson_ratio;
-        let is_usual = nu == Constants::TONGUE.poisson_ratio;
+        let nu = self.model.poisson_ratio;
+        let is_usual = nu == Model::default().poisson_ratio;
         let fits = self.fits.iter().map(short_record).collect::<Result<Vec<Value>, _>>()?;
         Ok(json!({
             "version": by.version,

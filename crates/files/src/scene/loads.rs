@@ -23,7 +23,7 @@ pub(super) fn gravity<const D: usize>(
 ) -> Result<Option<Gravity<D>>, SimulationError> {
     let Some(keys) = &scene.effects.gravity else { return Ok(None) };
     let acceleration = direction::<D>(keys)? * keys.acceleration_m_per_s2;
-    let masses = lumped_masses(&body.mesh, model.constants.density);
+    let masses = lumped_masses(&body.mesh, model.density);
     Ok(Some(Gravity::new(&masses, acceleration, &body.mesh.nodes)))
 }
 

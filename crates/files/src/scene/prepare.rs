@@ -12,7 +12,6 @@ use crate::simulation::SimulationError;
 use crate::surgery::Operation;
 use tongue_core::body::Body;
 use tongue_core::effect::Contact;
-use tongue_core::material::Constants;
 use tongue_core::system::model::bending_kept;
 use tongue_core::system::{self, Additions, Model, SpaceModel, System};
 use tongue_infer::acoustics::VocalTract;
@@ -118,14 +117,12 @@ fn without_loads<const D: usize>(additions: &Additions<D>, wall: Option<&Contact
 
 impl Scene {
     pub fn model(&self) -> Model {
-        let (m, table) = (&self.material, Constants::TONGUE);
+        let (m, table) = (&self.material, Model::default());
         Model {
-            constants: Constants {
-                density: m.density_kg_per_m3.unwrap_or(table.density),
-                young_modulus: m.young_modulus_pa.unwrap_or(table.young_modulus),
-                poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
-                viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
-            },
+            density: m.density_kg_per_m3.unwrap_or(table.density),
+            young_modulus: m.young_modulus_pa.unwrap_or(table.young_modulus),
+            poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
+            viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
         }
     }
 }
@@ -242,7 +239,7 @@ fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>
         format!(
             "; they lock at a Poisson's ratio of {}: one cube of them keeps {:.0} % of its bending, so do not take the answer for soft tissue \
              (a continuum or hexahedra do not lock)",
-            model.constants.poisson_ratio,
+            model.poisson_ratio,
             100.0 * kept
         )
     }))

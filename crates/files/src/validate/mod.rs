@@ -111,7 +111,7 @@ pub fn run(
     Ok(ValidationStudy {
         data: data.origin.clone(),
         baseline: baseline.clone(),
-        poisson_ratio: model.constants.poisson_ratio,
+        poisson_ratio: model.poisson_ratio,
         subjects: names,
         fits: all.len(),
         seed: plan.seed,

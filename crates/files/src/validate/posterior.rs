@@ -216,7 +216,7 @@ pub fn study(
     }
     let log_score_gain = [mean, error];
     Ok(PosteriorStudy {
-        poisson_ratio: predictors.posterior_model.model.constants.poisson_ratio,
+        poisson_ratio: predictors.posterior_model.model.poisson_ratio,
         priors: predictors.posterior_model.priors.clone(),
         verdict: verdict(&scores, log_score_gain),
         scores,

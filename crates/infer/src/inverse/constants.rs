@@ -3,30 +3,29 @@
 use nalgebra::SVector;
 
 use tongue_core::effect::Configuration;
-use tongue_core::material::Constants;
 use tongue_core::system::{Model, System, SystemError};
 
 use super::problem::{Constant, Quantity, TissueUnknown, Unknown};
 
 impl<'a, const D: usize> TissueUnknown<'a, D> {
-    fn with(&self, constants: Constants) -> Result<System<D>, SystemError> {
-        System::new(self.mesh, &Model { constants }, self.contracting)
+    fn with(&self, model: Model) -> Result<System<D>, SystemError> {
+        System::new(self.mesh, &model, self.contracting)
     }
 
-    pub(super) fn constants(&self, unknowns: &[Unknown], x: &[f64]) -> Constants {
-        let mut constants = self.model.constants;
+    pub(super) fn model(&self, unknowns: &[Unknown], x: &[f64]) -> Model {
+        let mut model = self.model;
         for (unknown, value) in unknowns.iter().zip(x) {
             match unknown.quantity {
-                Quantity::Constant(Constant::YoungModulus) => constants.young_modulus = value * unknown.unit,
-                Quantity::Constant(Constant::PoissonRatio) => constants.poisson_ratio = value * unknown.unit,
+                Quantity::Constant(Constant::YoungModulus) => model.young_modulus = value * unknown.unit,
+                Quantity::Constant(Constant::PoissonRatio) => model.poisson_ratio = value * unknown.unit,
                 _ => {}
             }
         }
-        constants
+        model
     }
 
     pub(super) fn system(&self, unknowns: &[Unknown], x: &[f64]) -> Result<System<D>, SystemError> {
-        self.with(self.constants(unknowns, x))
+        self.with(self.model(unknowns, x))
     }
 
     /// Derivative of the forces by a constant at its present value.
@@ -36,7 +35,7 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         x: &[f64],
         constant: Constant,
     ) -> Option<ForceDerivative<D>> {
-        let here = self.constants(unknowns, x);
+        let here = self.model(unknowns, x);
         let (e, nu) = (here.young_modulus, here.poisson_ratio);
         let (lambda, mu) = here.lame();
         // Derivatives of λ and μ.
@@ -50,9 +49,9 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         // All coefficients of the tissue are linear in λ and μ, so three systems give the exact derivative.
         let changed = [(1.5 * e, nu), (e, if nu > 0.37 { 0.3 } else { 0.45 })];
         let [stiffer, other_ratio] = changed.map(|(e, nu)| {
-            let constants = Constants { young_modulus: e, poisson_ratio: nu, ..here };
-            let lame = constants.lame();
-            self.with(constants).ok().map(|system| (system, (lame.0 - lambda, lame.1 - mu)))
+            let model = Model { young_modulus: e, poisson_ratio: nu, ..here };
+            let lame = model.lame();
+            self.with(model).ok().map(|system| (system, (lame.0 - lambda, lame.1 - mu)))
         });
         let base = self.with(here).ok()?;
         let (stiffer, other_ratio) = (stiffer?, other_ratio?);

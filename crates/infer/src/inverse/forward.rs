@@ -202,8 +202,8 @@ impl<'a, const D: usize> Forward<'a, D> {
                 }
                 Quantity::Bone { bone, axis } => {
                     let bone = &problem.bones[bone];
-                    let constants = problem.tissue.map(|t| t.constants(&problem.unknowns, x));
-                    response.compute_for_load(|at, load| bone.add_force(at, axis, constants, load));
+                    let model = problem.tissue.map(|t| t.model(&problem.unknowns, x));
+                    response.compute_for_load(|at, load| bone.add_force(at, axis, model, load));
                     response.displace(bone.nodes(), axis);
                 }
                 Quantity::Constant(constant) => {

@@ -6,7 +6,6 @@ use nalgebra::SVector;
 
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::{Configuration, Tangent};
-use tongue_core::material::Constants;
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::system::{Model, System, SystemError};
 
@@ -61,17 +60,16 @@ impl<const D: usize> MovableBone<D> {
         &self.nodes
     }
 
-    /// Adds the derivative of all nodes' forces by a displacement of the bone along an axis, N/m; `constants` replace those of the model.
+    /// Adds the derivative of all nodes' forces by a displacement of the bone along an axis, N/m; `model` replaces that of the body.
     pub(crate) fn add_force(
         &self,
         at: Configuration<'_, D>,
         axis: usize,
-        constants: Option<Constants>,
+        model: Option<Model>,
         force: &mut [SVector<f64, D>],
     ) {
         let contracting = self.freed_system.contracting();
-        let replaced =
-            constants.and_then(|constants| System::new(&self.mesh, &Model { constants }, contracting).ok());
+        let replaced = model.and_then(|model| System::new(&self.mesh, &model, contracting).ok());
         let system = replaced.as_ref().unwrap_or(&self.freed_system);
         let pattern = system.pattern();
         let mut stiffness = BlockMatrix::zeros(pattern);

@@ -93,7 +93,7 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
         }
         for end in [|u: &Unknown| u.lower, |u: &Unknown| u.upper] {
             let bounds: Vec<f64> = self.unknowns.iter().map(end).collect();
-            let checked = self.tissue.map(|tissue| tissue.constants(&self.unknowns, &bounds).check());
+            let checked = self.tissue.map(|tissue| tissue.model(&self.unknowns, &bounds).check());
             if let Some(Err(error)) = checked {
                 return refused(format!("a bound of an unknown: {error}"));
             }

@@ -10,7 +10,6 @@ use super::priors::{MuscleEndsPrior, OutlinePrior, Priors};
 use crate::error_model::bell;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;
-use tongue_core::material::Constants;
 use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Load};
 use tongue_core::system::{Model, System};
@@ -190,8 +189,7 @@ impl PosteriorModel {
         }
         let mut model = *model;
         if !priors.compressibility.off {
-            let poisson_ratio = priors.compressibility.poisson_ratio;
-            model.constants = Constants { poisson_ratio, ..model.constants };
+            model.poisson_ratio = priors.compressibility.poisson_ratio;
         }
         let body = match &body.mesh.continuum {
             Some(continuum) => laid_anew(body, &priors.continuum(&continuum.settings))?,
@@ -288,16 +286,15 @@ fn with_other_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2
     if prior.off {
         return Ok(None);
     }
-    let constants = posterior_model.model.constants;
-    let (lambda, mu) = constants.lame();
+    let (lambda, mu) = posterior_model.model.lame();
     // Kappa is the difference of the Lamé constants in springs, and the first one in other tissue.
     let is_of_springs = posterior_model.body.mesh.continuum.is_none();
     let [low, high] = [-prior.sd_ln_kappa, prior.sd_ln_kappa].map(f64::exp).map(|times| {
         let lambda = if is_of_springs { mu + (lambda - mu) * times } else { lambda * times };
         let poisson_ratio = lambda / (2.0 * (lambda + mu));
         let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
-        let constants = Constants { poisson_ratio, young_modulus, ..constants };
-        System::new(&posterior_model.body.mesh, &Model { constants }, posterior_model.system.contracting())
+        let model = Model { poisson_ratio, young_modulus, ..posterior_model.model };
+        System::new(&posterior_model.body.mesh, &model, posterior_model.system.contracting())
     });
     Ok(Some([low?, high?]))
 }

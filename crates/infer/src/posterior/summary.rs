@@ -98,7 +98,7 @@ impl Report {
             diagnostics: posterior.diagnostics.clone(),
             postures: density.measurements.labels.clone(),
             summary: mixed.then(|| Summary::new(&all, posture)),
-            poisson_ratio: density.posterior_model.model.constants.poisson_ratio,
+            poisson_ratio: density.posterior_model.model.poisson_ratio,
             priors: density.posterior_model.priors.clone(),
         }))
     }

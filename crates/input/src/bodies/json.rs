@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use crate::measured::ByMuscle;
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
-use tongue_core::material::Constants;
 use tongue_core::statistics;
 use tongue_core::system::{self, Model, SystemError};
 use tongue_core::toml_text::reworded;
@@ -86,23 +85,23 @@ impl MeshRecord {
     }
 
     /// The material of a file: Poisson's ratio follows from the median of the spring constants unless the file's kappa contradicts it;
-    /// then, or without spring constants, it is that of [`Constants::TONGUE`].
-    fn constants(&self, mesh: &Mesh<2>) -> Constants {
-        let usual = Constants::TONGUE;
+    /// then, or without spring constants, it is that of [`Model::default()`].
+    fn model(&self, mesh: &Mesh<2>) -> Model {
+        let usual = Model::default();
         let given = statistics::median(self.connections.iter().filter_map(|c| c.stiffness_n_per_m));
-        let of = |constants| system::coefficients(mesh, &Model { constants }).ok();
+        let of = |model| system::coefficients(mesh, &model).ok();
         // On equilateral triangles the spring constant is proportional to the shear modulus E / (2 (1 + nu)).
         let ratio = |k: f64| of(usual).map(|c| (1.0 + usual.poisson_ratio) * c.tissue_stiffness / k - 1.0);
-        let own = given.and_then(ratio).map(|poisson_ratio| Constants { poisson_ratio, ..usual });
+        let own = given.and_then(ratio).map(|poisson_ratio| Model { poisson_ratio, ..usual });
         let is_of_kappa =
-            |own: &Constants| of(*own).is_some_and(|c| self.kappa_s_j.is_none_or(|k| is_near(k, c.kappa)));
+            |own: &Model| of(*own).is_some_and(|c| self.kappa_s_j.is_none_or(|k| is_near(k, c.kappa)));
         own.filter(is_of_kappa).unwrap_or(usual)
     }
 
     /// The first value of the file that is not that of the body, as a message.
     fn fault(&self, body: &Body<2>) -> Option<String> {
         let given: BTreeMap<String, f64> = self.computed().collect();
-        let own = Self::of(body, &Model { constants: self.constants(&body.mesh) }).ok()?;
+        let own = Self::of(body, &self.model(&body.mesh)).ok()?;
         let mut both = own.computed().filter_map(|(what, own)| Some((*given.get(&what)?, own, what)));
         let (given, own, what) = both.find(|(given, own, _)| !is_near(*given, *own))?;
         Some(format!(
