@@ -53,11 +53,11 @@ impl Assembly {
     }
 
     fn __hash__(&self) -> u64 {
-        hashed(&(&self.0.body().what, self.0.contracting()))
+        hashed(&(&self.0.body.what, self.0.contracting()))
     }
 
     fn __repr__(&self) -> String {
-        format!("<Assembly: {}, contracting {}>", self.0.body().what, self.0.contracting().join(", "))
+        format!("<Assembly: {}, contracting {}>", self.0.body.what, self.0.contracting().join(", "))
     }
 }
 

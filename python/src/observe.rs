@@ -91,7 +91,7 @@ impl Observable {
     }
 
     fn nodes(&self) -> usize {
-        self.of.0.body().mesh.nodes.len()
+        self.of.0.body.mesh.nodes.len()
     }
 }
 
@@ -172,7 +172,7 @@ impl Observation {
     pub fn nodes(&self) -> usize {
         match &self.source {
             Source::Own(observable, _) => observable.nodes(),
-            Source::Target(of, ..) => of.0.body().mesh.nodes.len(),
+            Source::Target(of, ..) => of.0.body.mesh.nodes.len(),
         }
     }
 }

@@ -60,8 +60,7 @@ impl InverseProblem {
         starts: usize,
         upper_bound: f64,
     ) -> PyResult<Self> {
-        let (given, nodes) =
-            (observations.iter().map(Observation::nodes), assembly.0.body().mesh.nodes.len());
+        let (given, nodes) = (observations.iter().map(Observation::nodes), assembly.0.body.mesh.nodes.len());
         if let Some(given) = given.into_iter().find(|n| *n != nodes) {
             return Err(wrong(format!("an observation is of a body of {given} nodes, the body has {nodes}")));
         }

@@ -141,7 +141,7 @@ impl Solver {
                 solver
             }
         };
-        let is_quick = !is_long && self.assembly.0.body().mesh.nodes.len() <= QUICK_NODES;
+        let is_quick = !is_long && self.assembly.0.body.mesh.nodes.len() <= QUICK_NODES;
         let (solved, solver) = if is_quick {
             let solved = py.detach(|| solve(&mut solver));
             (solved, solver)
@@ -326,7 +326,7 @@ impl Shape {
     /// The output of `tongue-fit simulate --json` as a dict: `lengths_mm`, `ratios`, `stretches`,
     /// `positions_m`, `alarms` and so on.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let by = Provenance::new("python").with_tissue(TissueModel::of(&self.shape.assembly().body().mesh));
+        let by = Provenance::new("python").with_tissue(TissueModel::of(&self.shape.assembly.body.mesh));
         record(py, &self.shape.record(), &by)
     }
 
@@ -348,7 +348,7 @@ impl Shape {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Shape: {}, {}>", self.shape.assembly().body().what, self.status())
+        format!("<Shape: {}, {}>", self.shape.assembly.body.what, self.status())
     }
 }
 
@@ -386,7 +386,7 @@ impl Trajectory {
     /// The length of a muscle at each of the times, m, shape (times,).
     fn lengths<'py>(&self, py: Python<'py>, muscle: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
         // A motion without frames checks the name, too.
-        self.assembly.mean_length(muscle, self.assembly.system().rest()).map_err(refused)?;
+        self.assembly.mean_length(muscle, self.assembly.system.rest()).map_err(refused)?;
         let frames = self.sampled.shapes.iter();
         let lengths = frames.map(|(_, positions)| self.assembly.mean_length(muscle, positions));
         Ok(lengths.collect::<Result<Vec<_>, _>>().map_err(refused)?.to_pyarray(py))

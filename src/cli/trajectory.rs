@@ -188,7 +188,7 @@ pub fn run(
     let (outcome, state) = (sampled.outcome, &sampled.end);
     output::step(|| format!("{:?} after {} steps", outcome.status, outcome.counts.steps));
     let mut tensions = vec![0.0; system.muscle_count()];
-    motion.tensions().write_at(state.time, &mut tensions);
+    motion.tensions.write_at(state.time, &mut tensions);
     let at_the_end = Configuration { positions: &state.positions, tensions: &tensions };
     let (dt_s, tolerance_mm) = match control {
         Control::Fixed(dt) => (Some(dt), None),
@@ -231,7 +231,7 @@ fn write(
 ) -> anyhow::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
-        motion.tensions().write_at(time, &mut tensions);
+        motion.tensions.write_at(time, &mut tensions);
         tensions
     };
     let rows = sampled.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());
@@ -257,7 +257,7 @@ fn write(
     };
     let svg = report::animation(mesh, palate, &frames, &[], false, &title)?;
     let shapes = frames.iter().map(|f| {
-        Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(motion.system().stresses(&f.positions)))
+        Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(motion.system.stresses(&f.positions)))
     });
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>()?;
     let pvd =

@@ -24,7 +24,7 @@ fn travel(motion: &Motion<'_, 2>, start: &State<2>, method: IntegrationMethod, d
     let outcome = run(motion, integrator.as_mut(), &mut state, t_end, &[], &mut ());
     assert_eq!((outcome.status, outcome.time_s), (MotionStatus::Completed, t_end), "{method}");
     assert_eq!(state.positions[1].y, 0.0);
-    state.positions[1].x - motion.system().rest()[1].x
+    state.positions[1].x - motion.system.rest()[1].x
 }
 
 /// Halves the step and expects the error to fall by a factor of four (the exponent may be off by 12 %).
@@ -47,7 +47,7 @@ fn expect_order(
 fn a_mass_on_a_spring_oscillates() {
     let system = bar(0.0, false);
     let motion = Motion::with_mass(&system, Tensions::constant(vec![0.0]), MASS).unwrap();
-    let omega = (system.coefficients().tissue_stiffness / motion.mass()).sqrt();
+    let omega = (system.coefficients().tissue_stiffness / motion.mass).sqrt();
     let mut start = motion.at_rest();
     let amplitude = 1e-3;
     start.positions[1].x += amplitude;
@@ -65,7 +65,7 @@ fn a_kelvin_voigt_element_creeps() {
     let system = bar(30.0, false);
     let motion = Motion::with_mass(&system, Tensions::constant(vec![0.0]), MASS).unwrap();
     let c = system.coefficients();
-    let (m, b, k) = (motion.mass(), c.tissue_damping, c.tissue_stiffness);
+    let (m, b, k) = (motion.mass, c.tissue_damping, c.tissue_stiffness);
     let root = (b * b - 4.0 * m * k).sqrt();
     let (fast, slow) = ((-b - root) / (2.0 * m), (-b + root) / (2.0 * m));
     assert!(fast < 1.5 * slow && slow < 0.0, "{fast} {slow}");
@@ -95,7 +95,7 @@ fn the_three_element_muscle_answers_a_step() {
     let motion = Motion::with_mass(&system, Tensions::constant(vec![PULL]), MASS).unwrap();
     let start = motion.at_rest();
     let t_end = 0.06;
-    let exact = pulled(&system, motion.mass(), t_end);
+    let exact = pulled(&system, motion.mass, t_end);
     assert!(exact < -1e-5);
     for method in IntegrationMethod::ALL {
         expect_order(&motion, &start, method, t_end / 400.0, t_end, exact);

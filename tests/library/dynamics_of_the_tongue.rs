@@ -211,7 +211,7 @@ impl Integrator<2> for Spoiling {
     ) -> Result<(), MotionStatus> {
         counts.steps += 1;
         state.time = until;
-        state.velocities[motion.system().pattern().nodes()[0]].x = f64::NAN;
+        state.velocities[motion.system.pattern().nodes()[0]].x = f64::NAN;
         Ok(())
     }
 }

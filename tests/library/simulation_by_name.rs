@@ -145,9 +145,9 @@ fn bones_priors_and_constants_are_fitted_by_name() {
 #[test]
 fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
     let model = model();
-    let tongue = &model.body().mesh;
+    let tongue = &model.body.mesh;
     let middle = tongue.nodes.iter().sum::<SVector<f64, 2>>() / tongue.nodes.len() as f64;
-    let rest = model.system().rest();
+    let rest = model.system.rest();
     let distance = |p| model.contour(p).unwrap().value(rest);
     assert!(distance(middle) < -5.0 * MM && distance(middle + SVector::from([0.0, 0.1])) > 0.05);
     for &node in &tongue.outlines()[0] {
@@ -155,7 +155,7 @@ fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
     }
     let block = Body::new("a block", solid::block([0.03; 3], [3; 3]));
     let model = Assembly::new(&Model::default(), &block, [""; 0]).unwrap();
-    let rest = model.system().rest();
+    let rest = model.system.rest();
     let distance = |p| model.surface(p).unwrap().value(rest);
     let outside = [([0.015, 0.015, 0.032], 0.002), ([-0.004, 0.011, 0.02], 0.004)];
     for (p, expected) in

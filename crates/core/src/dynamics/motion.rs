@@ -20,10 +20,11 @@ const AT_EQUILIBRIUM: f64 = 1e-9;
 /// A system, and the tensions of its muscles over time.
 #[derive(Debug)]
 pub struct Motion<'a, const D: usize> {
-    system: &'a System<D>,
-    tensions: Tensions,
+    pub system: &'a System<D>,
+    pub tensions: Tensions,
+    /// Mass of every unknown node, kg.
+    pub mass: f64,
     slack: Vec<f64>,
-    mass: f64,
     /// The range of the internal states of each effect in [`State::internal`].
     ranges: Vec<Range<usize>>,
 }
@@ -68,19 +69,6 @@ impl<'a, const D: usize> Motion<'a, D> {
             })
             .collect();
         Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, ranges })
-    }
-
-    pub fn system(&self) -> &'a System<D> {
-        self.system
-    }
-
-    pub fn tensions(&self) -> &Tensions {
-        &self.tensions
-    }
-
-    /// Mass of every unknown node, kg.
-    pub fn mass(&self) -> f64 {
-        self.mass
     }
 
     /// The state at time zero, at rest and without contraction.

@@ -66,7 +66,7 @@ pub fn run<const D: usize>(
     samples: &[f64],
     observer: &mut dyn Observer<D>,
 ) -> MotionOutcome {
-    let system = motion.system();
+    let system = motion.system;
     let size = system.rest().iter().map(|p| p.norm()).fold(0.0, f64::max);
     let far = (DIVERGED * size).powi(2);
     let stride = if integrator.explicit_step().is_some() { STRIDE } else { 1 };
@@ -86,7 +86,7 @@ pub fn run<const D: usize>(
             break;
         }
         before.clone_from(state);
-        let until = motion.tensions().next_kink(state.time).min(t_end);
+        let until = motion.tensions.next_kink(state.time).min(t_end);
         if until - state.time < SHORTEST_STEP {
             state.time = until;
             continue;

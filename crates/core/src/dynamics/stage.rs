@@ -50,7 +50,7 @@ pub(super) struct StageSolver<const D: usize> {
 
 impl<const D: usize> StageSolver<D> {
     pub(super) fn new(motion: &Motion<'_, D>) -> Self {
-        let system = motion.system();
+        let system = motion.system;
         let zeros = vec![SVector::zeros(); system.rest().len()];
         let size = geometry::largest(system.rest());
         Self {
@@ -69,8 +69,8 @@ impl<const D: usize> StageSolver<D> {
     /// Moves the nodes by `way`, m, or by a part of it if a cell would be inverted.
     pub(super) fn predict(motion: &Motion<'_, D>, state: &mut State<D>, way: &[SVector<f64, D>]) {
         let at = Configuration { positions: &state.positions, tensions: &[] };
-        let part = motion.system().step_limit(at, way);
-        for &i in motion.system().pattern().nodes() {
+        let part = motion.system.step_limit(at, way);
+        for &i in motion.system.pattern().nodes() {
             state.positions[i] += way[i] * part;
         }
     }
@@ -129,11 +129,11 @@ impl<const D: usize> StageSolver<D> {
 
     /// Computes velocities and internal states from the positions.
     fn update_velocities(&mut self, motion: &Motion<'_, D>, known: &State<D>, stage: &mut State<D>, g: f64) {
-        for &i in motion.system().pattern().nodes() {
+        for &i in motion.system.pattern().nodes() {
             stage.velocities[i] = (stage.positions[i] - known.positions[i]) / g;
         }
         stage.internal.copy_from_slice(&known.internal);
-        motion.tensions().write_at(stage.time, &mut self.tensions);
+        motion.tensions.write_at(stage.time, &mut self.tensions);
         motion.update_internal_state(&self.tensions, g, stage);
     }
 
@@ -144,14 +144,14 @@ impl<const D: usize> StageSolver<D> {
         g: f64,
         counts: &mut StepCounts,
     ) -> Option<()> {
-        let pattern = motion.system().pattern();
+        let pattern = motion.system.pattern();
         // With a long step the exact matrix can be indefinite near buckling; the convex one cannot.
         for tangent in [Tangent::Exact, Tangent::Convex] {
             // The matrix is symmetric, because the change of direction of the dampers is left out; later iterations correct for that.
             self.matrix.clear();
             motion.add_stiffness(stage, g, tangent, &mut self.matrix);
             motion.add_damping(stage, 1.0 / g, &mut self.matrix);
-            self.matrix.shift(pattern, motion.mass() / (g * g));
+            self.matrix.shift(pattern, motion.mass / (g * g));
             counts.factorisations += 1;
             if self.factor.factorise(pattern, &self.matrix) {
                 self.factor_step = g;
@@ -170,8 +170,8 @@ impl<const D: usize> StageSolver<D> {
         stage: &mut State<D>,
         g: f64,
     ) -> Option<f64> {
-        let pattern = motion.system().pattern();
-        let inertia = motion.mass() / g;
+        let pattern = motion.system.pattern();
+        let inertia = motion.mass / g;
         for (u, &i) in self.unknowns.iter_mut().zip(pattern.nodes()) {
             *u = self.force[i] - (stage.velocities[i] - known.velocities[i]) * inertia;
         }

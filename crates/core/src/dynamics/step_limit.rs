@@ -69,7 +69,7 @@ pub(super) struct Growth<const D: usize> {
 impl<const D: usize> Growth<D> {
     pub(super) fn new(motion: &Motion<'_, D>, integrator: &dyn Integrator<D>, state: &State<D>) -> Self {
         let step = integrator.explicit_step();
-        let size = geometry::largest(motion.system().rest());
+        let size = geometry::largest(motion.system.rest());
         let no_speed = step.map_or(0.0, |dt| SPEED_ROUNDING * size / dt);
         Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
     }
@@ -84,7 +84,7 @@ impl<const D: usize> Growth<D> {
         at_end: bool,
     ) -> bool {
         let Some(dt) = self.step.filter(|_| at_end || steps.is_multiple_of(WINDOW)) else { return false };
-        let nodes = motion.system().pattern().nodes();
+        let nodes = motion.system.pattern().nodes();
         let (step, duration) = (state.time - before.time, state.time - self.time);
         let (mut moving, mut gone) = (0.0, 0.0);
         for &i in nodes {
@@ -143,13 +143,13 @@ pub struct Spectrum {
 
 impl Spectrum {
     pub fn of<const D: usize>(motion: &Motion<'_, D>, state: &State<D>) -> Self {
-        let pattern = motion.system().pattern();
+        let pattern = motion.system.pattern();
         let mut matrix = BlockMatrix::zeros(pattern);
         motion.add_stiffness(state, 0.0, Tangent::Convex, &mut matrix);
-        let stiffness = largest_eigenvalue(pattern, &matrix) / motion.mass();
+        let stiffness = largest_eigenvalue(pattern, &matrix) / motion.mass;
         matrix.clear();
         motion.add_damping(state, 1.0, &mut matrix);
-        Self { stiffness, damping: largest_eigenvalue(pattern, &matrix) / motion.mass() }
+        Self { stiffness, damping: largest_eigenvalue(pattern, &matrix) / motion.mass }
     }
 }
 

@@ -118,7 +118,7 @@ impl<const D: usize> TrBdf2<D> {
             Control::Fixed(_) => FIXED_STEP_TOLERANCE,
             Control::Adaptive(tolerance) => TOLERANCE_FRACTION * tolerance,
         };
-        let nodes = motion.system().pattern().nodes();
+        let nodes = motion.system.pattern().nodes();
         let g = GAMMA * h;
         for (before, weights) in WEIGHTS.into_iter().enumerate() {
             let number = before + 1;
@@ -166,7 +166,7 @@ impl<const D: usize> TrBdf2<D> {
         if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_none() {
             return false;
         }
-        last.set(motion.system().pattern().nodes(), stage, state, h);
+        last.set(motion.system.pattern().nodes(), stage, state, h);
         counts.damped += 1;
         true
     }
@@ -176,7 +176,7 @@ impl<const D: usize> TrBdf2<D> {
         let g = GAMMA * h;
         let weighted = ERROR.iter().map(|e| e * h).zip(&self.derivatives);
         let mut largest: f64 = 0.0;
-        for &i in motion.system().pattern().nodes() {
+        for &i in motion.system.pattern().nodes() {
             let (mut x, mut v) = (SVector::<f64, D>::zeros(), SVector::<f64, D>::zeros());
             for (w, k) in weighted.clone() {
                 x += k.velocity[i] * w;

@@ -42,7 +42,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
             self.known = true;
         }
         let dt = cut(self.dt, state.time, until);
-        let nodes = motion.system().pattern().nodes();
+        let nodes = motion.system.pattern().nodes();
         for &i in nodes {
             let (v, a) = (state.velocities[i], self.now.acceleration[i]);
             state.positions[i] += v * dt + a * (0.5 * dt * dt);

@@ -190,7 +190,7 @@ impl<const D: usize> SampledMotion<D> {
         integrator: &mut dyn Integrator<D>,
         progress: &mut dyn FnMut(f64),
     ) -> Self {
-        let system = motion.system();
+        let system = motion.system;
         let mut end = motion.at_rest();
         end.positions.copy_from_slice(start.unwrap_or(system.rest()));
         let begin = end.positions.clone();

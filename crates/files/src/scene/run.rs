@@ -177,7 +177,7 @@ fn follow<const D: usize>(
         part_of_way_to_equilibrium: sampled.part_of_way,
         moments: moments.collect(),
     };
-    motion.tensions().write_at(sampled.outcome.time_s, &mut prepared.tensions);
+    motion.tensions.write_at(sampled.outcome.time_s, &mut prepared.tensions);
     Ok((record, sampled.end.positions))
 }
 

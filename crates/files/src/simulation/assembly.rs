@@ -16,9 +16,9 @@ use super::error::check_tension;
 /// A body of which some muscles can contract, made into a [`System`]. Clones share its data.
 #[derive(Debug, Clone)]
 pub struct Assembly<const D: usize> {
-    body: Arc<Body<D>>,
-    model: Model,
-    pub(super) system: Arc<System<D>>,
+    pub body: Arc<Body<D>>,
+    pub model: Model,
+    pub system: Arc<System<D>>,
 }
 
 /// Indices of the chains of a muscle, of which there is at least one.
@@ -49,30 +49,18 @@ impl<const D: usize> Assembly<D> {
         Ok(Self { body: Arc::new(body.clone()), model: *model, system })
     }
 
-    pub fn body(&self) -> &Body<D> {
-        &self.body
-    }
-
-    pub fn model(&self) -> &Model {
-        &self.model
-    }
-
-    pub fn system(&self) -> &System<D> {
-        &self.system
-    }
-
     /// Names of the muscles that can contract, each once, in the given order.
     pub fn contracting(&self) -> Vec<&str> {
-        distinct(self.system().contracting().iter().map(|&m| self.body().mesh.muscles[m].name.as_str()))
+        distinct(self.system.contracting().iter().map(|&m| self.body.mesh.muscles[m].name.as_str()))
     }
 
     /// The length of a muscle, m.
     pub fn length(&self, muscle: &str) -> Result<Length, SimulationError> {
-        Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
+        Ok(Length::new(self.system.muscle_ends(self.line(muscle)?)))
     }
 
     pub fn stretch(&self, muscle: &str) -> Result<Stretch, SimulationError> {
-        let rest = self.system().length(self.system().rest(), self.line(muscle)?);
+        let rest = self.system.length(self.system.rest(), self.line(muscle)?);
         Ok(Stretch::new(self.length(muscle)?, rest))
     }
 
@@ -83,12 +71,12 @@ impl<const D: usize> Assembly<D> {
     /// The length of a muscle in a shape, m; the mean over its fibres.
     pub fn mean_length(&self, muscle: &str, positions: &[SVector<f64, D>]) -> Result<f64, SimulationError> {
         let fibres = self.fibres(muscle)?;
-        let sum: f64 = fibres.iter().map(|&m| self.system().length(positions, m)).sum();
+        let sum: f64 = fibres.iter().map(|&m| self.system.length(positions, m)).sum();
         Ok(sum / fibres.len() as f64)
     }
 
     pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
-        fibres(self.body(), muscle)
+        fibres(&self.body, muscle)
     }
 
     /// Index of the chain of a muscle that has only one.
@@ -106,7 +94,7 @@ impl<const D: usize> Assembly<D> {
     /// Indices of the chains of a muscle that contracts.
     pub(super) fn pulling(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
         let fibres = self.fibres(muscle)?;
-        if self.system().contracting().contains(&fibres[0]) {
+        if self.system.contracting().contains(&fibres[0]) {
             Ok(fibres)
         } else {
             Err(SimulationError::Refused(format!(
@@ -118,7 +106,7 @@ impl<const D: usize> Assembly<D> {
 
     /// Tensions of all chains of the body, N, from those given by name; all others are zero.
     pub(super) fn tensions(&self, given: &[(&str, f64)]) -> Result<Vec<f64>, SimulationError> {
-        let mut all = vec![0.0; self.system().muscle_count()];
+        let mut all = vec![0.0; self.system.muscle_count()];
         let mut seen = Vec::with_capacity(given.len());
         for &(muscle, tension) in given {
             check_tension(muscle, tension)?;
@@ -133,10 +121,10 @@ impl<const D: usize> Assembly<D> {
     }
 
     pub(super) fn bone(&self, name: &str) -> Result<&[usize], SimulationError> {
-        let known: Vec<&str> = self.body().bones.iter().map(|b| b.name.as_str()).collect();
+        let known: Vec<&str> = self.body.bones.iter().map(|b| b.name.as_str()).collect();
         let hint =
             if known.is_empty() { "it has no named bones".to_owned() } else { choice::hint(name, known) };
-        match self.body().bone(name) {
+        match self.body.bone(name) {
             [] => Err(SimulationError::Refused(format!("there is no bone \"{name}\" in this body; {hint}"))),
             nodes => Ok(nodes),
         }
@@ -150,7 +138,7 @@ impl Assembly<2> {
     /// # Errors
     /// For a point that is not finite or a body without an outline.
     pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, SimulationError> {
-        let mesh = &self.body().mesh;
+        let mesh = &self.body.mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
         // The curve is straight at its two ends, which meet, so they are put on a bone.
         let seam = outline.iter().position(|n| mesh.fixed.binary_search(n).is_ok()).unwrap_or(0);
@@ -165,7 +153,7 @@ impl Assembly<3> {
     /// The signed distance of a measured point, m, from the surface of the tissue: positive outside. The point must be finite,
     /// and the body must have cells.
     pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, SimulationError> {
-        let faces = self.body().mesh.outward_faces();
+        let faces = self.body.mesh.outward_faces();
         if !faces.is_empty() && point.iter().all(|x| x.is_finite()) {
             Ok(Surface::new(faces, point))
         } else {

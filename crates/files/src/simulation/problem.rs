@@ -30,8 +30,8 @@ impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
 impl<const D: usize> Assembly<D> {
     /// The observations of this body for a target: its fitted muscles, and the other measured ones.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
-        let matched = TargetOnBody::new(&self.body().mesh, target)?;
-        let system = self.system();
+        let matched = TargetOnBody::new(&self.body.mesh, target)?;
+        let system = &self.system;
         let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
         Ok(Observations { fitted, others })
     }
@@ -58,7 +58,7 @@ impl<const D: usize> InverseProblem<D> {
     /// The problem of finding the tensions of all contracting muscles from these observations.
     pub fn new(assembly: &Assembly<D>, observations: impl Into<Observations<D>>) -> Self {
         let unknowns =
-            assembly.system().contracting().iter().map(|&muscle| Unknown::tension(muscle, f64::INFINITY));
+            assembly.system.contracting().iter().map(|&muscle| Unknown::tension(muscle, f64::INFINITY));
         Self {
             settings: FitSettings::default(),
             assembly: assembly.clone(),
@@ -66,7 +66,7 @@ impl<const D: usize> InverseProblem<D> {
             unknowns: unknowns.collect(),
             bone_names: Vec::new(),
             bones: Vec::new(),
-            tensions: vec![0.0; assembly.system().muscle_count()],
+            tensions: vec![0.0; assembly.system.muscle_count()],
         }
     }
 
@@ -120,8 +120,8 @@ impl<const D: usize> InverseProblem<D> {
         if self.bone_names.iter().any(|name| name == bone) {
             return Err(SimulationError::repeated_name(bone));
         }
-        let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
-        let freed = MovableBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
+        let (mesh, system) = (&self.assembly.body.mesh, &self.assembly.system);
+        let freed = MovableBone::new(mesh, &self.assembly.model, system.contracting(), nodes)?;
         let number = self.bones.len();
         self.unknowns.extend((0..D).map(|axis| {
             let unknown = Unknown::bone(number, axis, 1.0);
@@ -178,7 +178,7 @@ impl<const D: usize> InverseProblem<D> {
     /// For a muscle with an unknown tension and several fibres; [`SimulationError::Fit`] for settings and bounds out of range, no
     /// observations or no unknowns. Later failures are a status of the estimate.
     pub fn fit(&self) -> Result<Estimate<D>, SimulationError> {
-        let (assembly, system) = (&self.assembly, self.assembly.system());
+        let (assembly, system) = (&self.assembly, &self.assembly.system);
         for muscle in assembly.contracting() {
             let fibres = assembly.fibres(muscle)?;
             if fibres.len() > 1
@@ -193,8 +193,8 @@ impl<const D: usize> InverseProblem<D> {
             unknown.upper = self.settings.upper_bound;
         }
         let tissue = TissueUnknown {
-            mesh: &assembly.body().mesh,
-            model: *assembly.model(),
+            mesh: &assembly.body.mesh,
+            model: assembly.model,
             contracting: system.contracting(),
         };
         let mut problem = LeastSquaresProblem::new(system, self.observations.fitted.clone(), unknowns);
@@ -233,7 +233,7 @@ impl<const D: usize> Estimate<D> {
 
     /// The tensions of all contracting muscles, as [`Solver::equilibrium`](super::Solver::equilibrium) takes them.
     pub fn tensions(&self) -> Vec<(&str, f64)> {
-        let names = self.shape.assembly().contracting().into_iter();
+        let names = self.shape.assembly.contracting().into_iter();
         names.filter_map(|name| Some((name, self.shape.tension(name).ok()?))).collect()
     }
 
@@ -262,7 +262,7 @@ impl<const D: usize> Estimate<D> {
     /// The curve of all answers that fit as well, if exactly one direction is undetermined.
     pub fn solution_curve(&self) -> Option<SolutionCurveRecord<'_>> {
         let curve = self.answer.solution_curve()?;
-        let muscles = &self.shape.assembly().body().mesh.muscles;
+        let muscles = &self.shape.assembly.body.mesh.muscles;
         let unknowns: Vec<String> = Vec::from_iter(self.problem.unknowns.iter().map(|u| match u.quantity {
             Quantity::Tension { muscle } => muscles[muscle].name.clone(),
             Quantity::Bone { bone, axis } => {
@@ -279,7 +279,7 @@ impl<const D: usize> Estimate<D> {
     pub fn record(&self) -> Value {
         json!({
             "status": self.answer.status,
-            "active": self.shape.assembly().contracting(),
+            "active": self.shape.assembly.contracting(),
             "misfit": self.answer.misfit,
             "simulated": self.simulated(),
             "measured": self.measured(),

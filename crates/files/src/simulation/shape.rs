@@ -17,7 +17,7 @@ use tongue_core::statics::{self, Connection, SolveSettings, SolveStatus, Workspa
 pub struct Shape<const D: usize> {
     /// The equilibrium with its alarms, and the trace if it was followed from rest. `wall_s` is NaN.
     pub solved: Solved<D>,
-    assembly: Assembly<D>,
+    pub assembly: Assembly<D>,
 }
 
 impl<const D: usize> Shape<D> {
@@ -30,10 +30,6 @@ impl<const D: usize> Shape<D> {
         let system = Arc::clone(&assembly.system);
         let solved = Solved { equilibrium, positions, pulls, system, wall_s: f64::NAN };
         Self { solved, assembly: assembly.clone() }
-    }
-
-    pub fn assembly(&self) -> &Assembly<D> {
-        &self.assembly
     }
 
     /// Whether the shape is an equilibrium; if not, `solved.equilibrium.solution.status` says why.
@@ -61,7 +57,7 @@ impl<const D: usize> Shape<D> {
     }
 
     pub fn rest_length(&self, muscle: &str) -> Result<f64, SimulationError> {
-        self.assembly.mean_length(muscle, self.assembly.system().rest())
+        self.assembly.mean_length(muscle, self.assembly.system.rest())
     }
 
     /// The length of a muscle over its length at rest: below 1 if it shortened.
@@ -75,18 +71,18 @@ impl<const D: usize> Shape<D> {
 
     /// The record that `tongue-fit simulate --json` prints, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        self.solved.record(self.assembly.body(), None)
+        self.solved.record(&self.assembly.body, None)
     }
 
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
-        Vtu::of(self.assembly.body(), self.positions(), &self.solved.pulls)
+        Vtu::of(&self.assembly.body, self.positions(), &self.solved.pulls)
     }
 }
 
 impl Shape<2> {
     /// A picture: the tissue at rest and deformed, and the muscles with their names.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
-        let (body, pulls) = (self.assembly.body(), &self.solved.pulls);
+        let (body, pulls) = (&self.assembly.body, &self.solved.pulls);
         let palate = body.palate.as_deref().unwrap_or_default();
         report::tongue(&SectionPicture::new(&body.mesh, self.positions(), pulls, palate, title))
     }
@@ -95,7 +91,7 @@ impl Shape<2> {
 impl Shape<3> {
     /// A picture: the shaded surface over the edges of the body at rest.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
-        report::solid(&self.assembly.body().mesh, self.positions(), title)
+        report::solid(&self.assembly.body.mesh, self.positions(), title)
     }
 }
 
@@ -116,7 +112,7 @@ impl<const D: usize> Solver<D> {
     /// [`Shape::is_converged`] says whether there is an equilibrium.
     pub fn equilibrium(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
-        self.workspace.start_from_rest(self.assembly.system());
+        self.workspace.start_from_rest(&self.assembly.system);
         Ok(self.solve(tensions))
     }
 
@@ -129,7 +125,7 @@ impl<const D: usize> Solver<D> {
     ) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         self.check_body(start)?;
-        self.workspace.start_from_rest(self.assembly.system());
+        self.workspace.start_from_rest(&self.assembly.system);
         self.workspace.start_from(start.positions());
         Ok(self.solve(tensions))
     }
@@ -138,7 +134,7 @@ impl<const D: usize> Solver<D> {
     /// branch ([`Shape::is_traced`]). For the cost see [`statics::trace()`].
     pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
-        let (system, w) = (self.assembly.system(), &mut self.workspace);
+        let (system, w) = (&self.assembly.system, &mut self.workspace);
         w.start_from_rest(system);
         let trace = statics::solve_and_trace(system, w, &tensions, &self.settings);
         Ok(Shape::new(&self.assembly, trace.into(), tensions, w.positions().to_vec()))
@@ -156,7 +152,7 @@ impl<const D: usize> Solver<D> {
         }
         let muscles = self.assembly.contracting().into_iter().map(|m| self.assembly.fibres(m));
         let muscles = muscles.collect::<Result<Vec<_>, _>>()?;
-        let (system, at) = (self.assembly.system(), (shape.positions(), &shape.solved.pulls[..]));
+        let (system, at) = (&self.assembly.system, (shape.positions(), &shape.solved.pulls[..]));
         Ok(statics::position_rates(system, &mut self.workspace, at, &muscles))
     }
 
@@ -175,12 +171,12 @@ impl<const D: usize> Solver<D> {
         for &part in shift.iter() {
             check_number(&format!("the shift of {bone}"), part, part.is_finite(), "finite")?;
         }
-        self.workspace.displace_bone(self.assembly.system(), nodes, shift);
+        self.workspace.displace_bone(&self.assembly.system, nodes, shift);
         Ok(())
     }
 
     fn solve(&mut self, tensions: Vec<f64>) -> Shape<D> {
-        let solution = statics::solve(self.assembly.system(), &mut self.workspace, &tensions, &self.settings);
+        let solution = statics::solve(&self.assembly.system, &mut self.workspace, &tensions, &self.settings);
         Shape::new(&self.assembly, solution.into(), tensions, self.workspace.positions().to_vec())
     }
 }
@@ -188,7 +184,7 @@ impl<const D: usize> Solver<D> {
 impl<const D: usize> Assembly<D> {
     /// A solver of this assembly; each thread needs its own.
     pub fn solver(&self) -> Solver<D> {
-        let workspace = Workspace::new(self.system());
+        let workspace = Workspace::new(&self.system);
         Solver { settings: SolveSettings::default(), assembly: self.clone(), workspace }
     }
 
@@ -210,7 +206,7 @@ impl<const D: usize> Assembly<D> {
         check_number("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         check_number("the time of the ramp", ramp_s, ramp_s <= t_end_s, "at most the time to the end")?;
         let tensions = Tensions::ramp(self.tensions(tensions)?, ramp_s);
-        let motion = Motion::new(self.system(), tensions)?;
+        let motion = Motion::new(&self.system, tensions)?;
         let mut integrator =
             IntegrationMethod::TrBdf2.checked_integrator(&motion, Control::Adaptive(1e-3 * STEP_ERROR_MM))?;
         let integrator = integrator.as_mut();

@@ -107,7 +107,7 @@ fn run(
 ) -> Result<HardCase, Error> {
     let (run, wall_s) = timed(|| integrate(motion, method, control, end));
     let (outcome, positions) = run?;
-    let (smallest, _) = motion.system().cell_ratios(&positions);
+    let (smallest, _) = motion.system.cell_ratios(&positions);
     let finite = positions.iter().flatten().all(|x| x.is_finite());
     let completed = outcome.status == MotionStatus::Completed;
     let mut note = format!("{:.2e} s", outcome.time_s);
@@ -142,9 +142,9 @@ fn integrate(
 }
 
 fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[SVector<f64, 2>]) -> Option<f64> {
-    let system = motion.system();
+    let system = motion.system;
     let mut tensions = vec![0.0; system.muscle_count()];
-    motion.tensions().write_at(f64::MAX, &mut tensions);
+    motion.tensions.write_at(f64::MAX, &mut tensions);
     let mut workspace = Workspace::new(system);
     let solution = solve(system, &mut workspace, &tensions, &SolveSettings::default());
     let apart = largest_distance(workspace.positions(), positions);
