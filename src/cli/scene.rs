@@ -102,7 +102,7 @@ fn section(
     result: &Answer,
 ) -> Result<Svg, ReportError> {
     let Prepared { plan, body, wall, .. } = prepared;
-    let shown = wall.as_ref().map(|w| w.outline()).or(body.palate.as_deref()).unwrap_or_default();
+    let shown = wall.as_ref().map(|w| &w.outline[..]).or(body.palate.as_deref()).unwrap_or_default();
     let section = SectionPicture::new(&body.mesh, positions, result.pulls.values(), shown, &plan.title);
     report::tongue(&SectionPicture { contact: wall.is_some(), ..section })
 }

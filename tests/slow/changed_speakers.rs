@@ -14,7 +14,7 @@ pub fn redrawn(speaker: &mut Recorded, every: usize) {
             let points: Vec<Point> = frame.contour.iter().map(|mark| mark.unwrap().at).collect();
             let curve = NaturalSpline::through(&points).unwrap();
             frame.contour =
-                curve.polygon().iter().step_by(every).map(|at| Some(Mark { at: *at, sd })).collect();
+                curve.polygon.iter().step_by(every).map(|at| Some(Mark { at: *at, sd })).collect();
         }
         recording.contour = (0..recording.frames[0].contour.len()).map(|i| format!("tongue_{i}")).collect();
     }

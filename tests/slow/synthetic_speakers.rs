@@ -135,7 +135,7 @@ pub fn contours(
     let keypoints = placed(&on_surface(&surface, shapes, &places), 0.8 * MM, random);
     let drawn = Vec::from_iter(keypoints.iter().map(|points| {
         let curve = NaturalSpline::through(points).unwrap();
-        curve.polygon().iter().step_by(16 / (between + 1)).copied().collect::<Vec<_>>()
+        curve.polygon.iter().step_by(16 / (between + 1)).copied().collect::<Vec<_>>()
     }));
     let recording = AlignedRecording::of_contours(&drawn.iter().map(Vec::as_slice).collect::<Vec<_>>());
     AuxiliaryData::points(body, &recording, &postures(shapes)).unwrap()

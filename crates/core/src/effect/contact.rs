@@ -22,7 +22,7 @@ const OVERLAP: f64 = 1e-9;
 /// A rigid wall along a polyline in the first two coordinates (infinitely wide in space) that acts on some nodes.
 #[derive(Debug, Clone)]
 pub struct Contact {
-    outline: Vec<Vector2<f64>>,
+    pub outline: Vec<Vector2<f64>>,
     nodes: Vec<(usize, Slot)>,
     /// κ, N/m (2D: per metre of thickness).
     stiffness: f64,
@@ -43,10 +43,6 @@ impl Contact {
     /// A wall of `stiffness` (κ, N/m; positive) that acts on `nodes` nearer than `reach` (d̂, m; positive).
     pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
         Self { outline, nodes: nodes.iter().map(|&n| (n, Slot::UNBOUND)).collect(), stiffness, reach }
-    }
-
-    pub fn outline(&self) -> &[Vector2<f64>] {
-        &self.outline
     }
 
     /// Distance of a point from the outline, m.

@@ -7,7 +7,7 @@ use super::plane::{self, Point};
 #[derive(Debug, Clone, PartialEq)]
 pub struct NaturalSpline {
     /// The corners of the polygon that stands for the curve.
-    samples: Vec<Point>,
+    pub polygon: Vec<Point>,
 }
 
 /// Number of straight pieces of the polygon for each span.
@@ -34,35 +34,31 @@ impl NaturalSpline {
         for i in (1..n - 1).rev() {
             bends[i] = bends[i] - bends[i + 1] * above[i];
         }
-        let mut samples = Vec::with_capacity((n - 1) * PIECES + 1);
+        let mut polygon = Vec::with_capacity((n - 1) * PIECES + 1);
         for i in 0..n - 1 {
             for piece in 0..PIECES {
                 let u = piece as f64 / PIECES as f64;
                 let v = 1.0 - u;
                 let bend = bends[i] * (v * v * v - v) + bends[i + 1] * (u * u * u - u);
-                samples.push(points[i] * v + points[i + 1] * u + bend * (lengths[i] * lengths[i] / 6.0));
+                polygon.push(points[i] * v + points[i + 1] * u + bend * (lengths[i] * lengths[i] / 6.0));
             }
         }
-        samples.push(points[n - 1]);
-        Some(Self { samples })
+        polygon.push(points[n - 1]);
+        Some(Self { polygon })
     }
 
     /// The curve with a straight piece of this length, m, along the tangent at either end.
     pub fn extended(mut self, length: f64) -> Self {
-        let n = self.samples.len();
-        let ends = [[0, 1], [n - 1, n - 2]].map(|pair| pair.map(|i| self.samples[i]));
+        let n = self.polygon.len();
+        let ends = [[0, 1], [n - 1, n - 2]].map(|pair| pair.map(|i| self.polygon[i]));
         let [first, last] = ends.map(|[end, before]| end + (end - before).normalize() * length);
-        self.samples.insert(0, first);
-        self.samples.push(last);
+        self.polygon.insert(0, first);
+        self.polygon.push(last);
         self
     }
 
-    pub fn polygon(&self) -> &[Point] {
-        &self.samples
-    }
-
     pub fn distance(&self, p: Point) -> f64 {
-        let squared = self.samples.windows(2).map(|w| plane::squared_distance_to_line(p, w[0], w[1]));
+        let squared = self.polygon.windows(2).map(|w| plane::squared_distance_to_line(p, w[0], w[1]));
         squared.fold(f64::INFINITY, f64::min).sqrt()
     }
 }

@@ -84,7 +84,7 @@ fn corner_inside<const D: usize>(wall: &Contact, mesh: &Mesh<D>) -> Option<[f64;
                 turns.fold(f64::INFINITY, f64::min) > 0.0
             })
     };
-    wall.outline().iter().find(inside).map(|p| [p.x, p.y])
+    wall.outline.iter().find(inside).map(|p| [p.x, p.y])
 }
 
 /// Adds the positions to which jaw and hyoid move the nodes on them, and plans both.

@@ -130,7 +130,7 @@ fn vault(palate: &[Point]) -> Vec<Point> {
 
 /// Distance of a point from a curve, m, which is positive to the left of its direction.
 fn signed_distance(curve: &NaturalSpline, p: Point) -> f64 {
-    let nearest = curve.polygon().windows(2).map(|w| {
+    let nearest = curve.polygon.windows(2).map(|w| {
         let (a, way) = (w[0], w[1] - w[0]);
         let part = ((p - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
         let away = p - (a + way * part);
