@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow, bail, ensure};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
+use tongue_fit::inner::measured::is_space_table;
 use tongue_fit::inner::measured::recording::AlignedRecording;
 use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, tally};
 use tongue_fit::inner::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
@@ -142,7 +143,7 @@ impl Arguments {
 /// Whether files are tables of a body in space and not recordings, by the columns of the first file.
 fn are_tables(files: &[PathBuf]) -> anyhow::Result<bool> {
     let Some(first) = files.first() else { return Ok(false) };
-    Recorded::is_table(first)
+    is_space_table(first)
         .with_context(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 

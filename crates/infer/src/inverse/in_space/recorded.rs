@@ -7,8 +7,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::Observable;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 use tongue_input::measured::{
-    LengthMeasure, Marked, ReadError, SpaceFrame, SpaceMark, Target, TargetKind, is_space_table,
-    read_space_marks,
+    LengthMeasure, Marked, ReadError, SpaceFrame, SpaceMark, Target, TargetKind, read_space_marks,
 };
 
 use crate::adapt::{Registration, RegistrationData, RestError};
@@ -35,11 +34,6 @@ impl Recorded {
     pub fn has_coils(&self) -> bool {
         let mut marks = self.frames.iter().flat_map(|(_, frame)| &frame.marks);
         marks.any(|mark| matches!(mark.what, Marked::Coil { .. }))
-    }
-
-    /// Whether a file is a table of a body in space rather than a recording.
-    pub fn is_table(path: impl AsRef<Path>) -> std::io::Result<bool> {
-        is_space_table(path.as_ref())
     }
 
     /// The lengths of a vowel: a mark for every measured muscle, with the standard deviation of its rounding and of the model's error.
