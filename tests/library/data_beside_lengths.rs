@@ -93,7 +93,7 @@ fn derivatives_of_stretches_and_other_data_are_exact() {
         let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
         let map_estimate = MapEstimate::find(&mut density).unwrap();
         let n = density.parameters.len();
-        let stretches = density.measurements.len();
+        let stretches = density.measurements.stretches.len();
         let rows = density.rows.len() - stretches;
         assert_eq!(rows, 4 + 22 + 12, "activity in one posture says nothing");
         let at = &map_estimate.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;

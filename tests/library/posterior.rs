@@ -176,11 +176,11 @@ fn from_rest(posterior_model: &PosteriorModel, draw: &Draw) -> (Trace, f64) {
 fn vowels_together_share_the_baseline_and_tell_contrasts() {
     let posterior_model = coarse_posterior_model(&Priors::default());
     let recording = together("S2", &["i", "a"]);
-    let n = recording.len();
+    let n = recording.stretches.len();
     assert_eq!((n, recording.labels.len()), (16, 2));
     // Two stretches of a muscle share the rounding of its length in the baseline; stretches of different muscles share nothing.
     for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
-        let shares = recording.muscles[i] == recording.muscles[j];
+        let shares = recording.stretches[i].muscle == recording.stretches[j].muscle;
         assert_eq!(recording.rounding[(i, j)] > 0.0, shares, "{i} {j}");
     }
     let posterior = sample(&posterior_model, recording, &Sampling { draws: 1000, seed: 1 }).unwrap();
@@ -304,7 +304,7 @@ fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
     // Stretches of 1 with errors that are far larger than the effect of tensions.
     let posterior_model = coarse_posterior_model(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
     let mut measurements = measurements("S2", "a");
-    measurements.stretches.fill(1.0);
+    measurements.stretches.iter_mut().for_each(|stretch| stretch.value = 1.0);
     let posterior = sample(&posterior_model, measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
     let summary = Report::of_each(&posterior, false, 1).remove(0).summary.unwrap();
     for (muscle, change) in &summary.changes_n.0 {

@@ -30,10 +30,10 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
         let sd = 0.25 * (found.spread.interval_95[1] - found.spread.interval_95[0]);
         eprintln!(
             "{}: {:.4}, exact {exact:.4}, sd {sd:.4}",
-            density.measurements.names[position], found.spread.mean
+            density.measurements.stretches[position].name, found.spread.mean
         );
         assert!((found.spread.mean - exact).abs() < 0.35 * sd, "{position}: {} {exact}", found.spread.mean);
-        leaning.push((density.measurements.stretches[position] - exact, found.spread.mean - exact));
+        leaning.push((density.measurements.stretches[position].value - exact, found.spread.mean - exact));
     }
     let slope =
         leaning.iter().map(|(x, y)| x * y).sum::<f64>() / leaning.iter().map(|(x, _)| x * x).sum::<f64>();

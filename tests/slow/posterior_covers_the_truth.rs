@@ -281,7 +281,8 @@ fn coverage_with(
                 .then(|| predict_each_from_others(&posterior.density, &posterior.map_estimate).unwrap());
             let by_others =
                 left_out.unwrap_or_default().into_iter().zip(&posterior.density.measurements.stretches);
-            let by_others: Vec<bool> = by_others.map(|(l, measured)| l.spread.holds(*measured)).collect();
+            let by_others: Vec<bool> =
+                by_others.map(|(l, measured)| l.spread.holds(measured.value)).collect();
             let contradicted = contradiction(by_others.iter().copied()).is_some();
             let by_others = [by_others.iter().filter(|held| **held).count(), by_others.len()];
             let fitted = [held.count(), fitted.len()];

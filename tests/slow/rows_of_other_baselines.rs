@@ -27,7 +27,7 @@ fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
         let map_estimate = MapEstimate::find(&mut density).unwrap();
         let found = predict_each_from_others(&density, &map_estimate).unwrap();
         let measured = density.measurements.stretches.iter();
-        (found.iter().zip(measured).filter(|(f, y)| f.spread.holds(**y)).count(), found.len())
+        (found.iter().zip(measured).filter(|(f, y)| f.spread.holds(y.value)).count(), found.len())
     });
     let (held, all) = held.iter().fold((0, 0), |(h, a), (held, all)| (h + held, a + all));
     eprintln!("against /{baseline}/: {held} of {all} hold");

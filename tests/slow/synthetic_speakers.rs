@@ -12,7 +12,7 @@ use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
-    AuxiliaryData, Density, Measurements, ParameterValues, PosteriorModel, Priors,
+    AuxiliaryData, Density, MeasuredStretch, Measurements, ParameterValues, PosteriorModel, Priors,
 };
 use tongue_infer::standard_deviations::{
     COIL_M, EMG, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
@@ -70,11 +70,12 @@ fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -
         let of_baseline = if i % count == j % count { 0.5 * ROUNDING } else { 0.0 };
         of_baseline + if i == j { 0.5 * ROUNDING } else { 0.0 }
     });
+    let all = stretches.iter().enumerate().map(|(i, &value)| {
+        let name = posterior_model.muscles[i % count].clone();
+        MeasuredStretch { name, muscle: i % count, posture: i / count, value }
+    });
     Measurements {
-        names: (0..n).map(|i| posterior_model.muscles[i % count].clone()).collect(),
-        muscles: (0..n).map(|i| i % count).collect(),
-        postures: (0..n).map(|i| i / count).collect(),
-        stretches: stretches.to_vec(),
+        stretches: all.collect(),
         rounding,
         labels: (0..postures).map(|p| format!("v{p}")).collect(),
         ..Measurements::default()
@@ -93,7 +94,7 @@ pub fn measurements(
     let errors =
         &measurements.rounding + DMatrix::identity(n, n) * posterior_model.priors.discrepancy.sd.powi(2);
     let errors = errors.cholesky().unwrap().l() * normals(n, random);
-    measurements.stretches.iter_mut().zip(errors.iter()).for_each(|(s, e)| *s += e);
+    measurements.stretches.iter_mut().zip(errors.iter()).for_each(|(s, e)| s.value += e);
     measurements
 }
 

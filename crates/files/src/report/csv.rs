@@ -129,9 +129,9 @@ impl Export for Draws<'_> {
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
-        let measured = (0..measurements.names.len()).filter(|i| measurements.postures[*i] == posture);
-        let measured: Vec<usize> = measured.collect();
-        columns.extend(measured.iter().map(|&i| format!("log_likelihood_{}", measurements.names[i])));
+        let measured = measurements.of_posture(posture);
+        columns
+            .extend(measured.iter().map(|&i| format!("log_likelihood_{}", measurements.stretches[i].name)));
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
         }

@@ -108,7 +108,7 @@ pub fn posterior_model(body: &Body<2>, model: &Model) -> Result<PosteriorModel, 
 /// Stretches of all muscles of the target at the most probable point given the contracting muscles; ones if there is no equilibrium.
 pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> {
     let mut measurements = Measurements::of_vowel(&case.matched);
-    for position in (0..measurements.len()).rev().filter(|m| !case.target().active.contains(m)) {
+    for position in (0..measurements.stretches.len()).rev().filter(|m| !case.target().active.contains(m)) {
         measurements = measurements.without(position);
     }
     let estimate =

@@ -128,7 +128,7 @@ impl<'a> Density<'a> {
         self.select_measured(&self.geometry)
             + self.discrepancies()
             + self.rounding()
-            + self.placed(self.measurements.len(), &self.measurements.auxiliary.errors)
+            + self.placed(self.measurements.stretches.len(), &self.measurements.auxiliary.errors)
     }
 
     /// Covariance due to the model's error of stretches, including that of an active baseline for a vowel alone.
@@ -137,7 +137,7 @@ impl<'a> Density<'a> {
         let is_alone = self.measurements.is_baseline_active && self.postures() == 1;
         let of_baseline = if is_alone { prior.sd_of_baseline } else { 0.0 };
         let variance = if prior.off { 0.0 } else { prior.sd * prior.sd + of_baseline * of_baseline };
-        let n = self.measurements.len();
+        let n = self.measurements.stretches.len();
         self.placed(0, &(DMatrix::identity(n, n) * variance))
     }
 
@@ -196,7 +196,7 @@ impl<'a> Density<'a> {
         let measurements = &self.measurements;
         let baseline = &lengths[lengths.len() - self.posterior_model.muscles.len()..];
         let stretches = measurements.stretches.iter().enumerate();
-        let stretches = stretches.map(|(i, s)| s - lengths[self.rows[i]] / baseline[measurements.muscles[i]]);
+        let stretches = stretches.map(|(i, s)| s.value - lengths[self.rows[i]] / baseline[s.muscle]);
         let others = measurements.auxiliary.measured.iter().zip(auxiliary);
         let all = stretches.chain(others.map(|(measured, value)| measured - value));
         DVector::from_iterator(self.rows.len(), all)

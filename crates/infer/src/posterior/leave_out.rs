@@ -79,7 +79,7 @@ pub fn predict_each_from_others(
     density: &Density<'_>,
     map_estimate: &MapEstimate,
 ) -> Result<Vec<LeftOut>, PosteriorError> {
-    let positions: Vec<usize> = (0..density.measurements.len()).collect();
+    let positions: Vec<usize> = (0..density.measurements.stretches.len()).collect();
     if positions.is_empty() {
         return Ok(Vec::new());
     }
@@ -128,7 +128,7 @@ fn predicted(
     (draws, weights): (&[Draw], &[f64]),
     how: (PredictionMethod, f64),
 ) -> LeftOut {
-    let (row, measured) = (whole.rows[position], whole.measurements.stretches[position]);
+    let (row, measured) = (whole.rows[position], whole.measurements.stretches[position].value);
     let (gain, sd) = conditional(whole, other, position);
     let parts: Vec<MixtureComponent> = Vec::from_iter(draws.iter().zip(weights).map(|(d, &weight)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.auxiliary));
@@ -141,7 +141,7 @@ fn predicted(
 pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
     let density = &posterior.density;
     let rows = &density.rows;
-    let stretches = &rows[..density.measurements.len()];
+    let stretches = &rows[..density.measurements.stretches.len()];
     if stretches.is_empty() {
         return Vec::new();
     }

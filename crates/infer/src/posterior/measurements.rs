@@ -6,13 +6,19 @@ use crate::inverse::TargetOnBody;
 
 use super::auxiliary::AuxiliaryData;
 
-/// Stretches of a speaker's postures against one baseline; `names`, `muscles` and `postures` are parallel to `stretches`.
+/// The stretch of a muscle in a posture.
+#[derive(Debug, Clone)]
+pub struct MeasuredStretch {
+    pub name: String,
+    pub muscle: usize,
+    pub posture: usize,
+    pub value: f64,
+}
+
+/// Stretches of a speaker's postures against one baseline.
 #[derive(Debug, Clone, Default)]
 pub struct Measurements {
-    pub names: Vec<String>,
-    pub muscles: Vec<usize>,
-    pub postures: Vec<usize>,
-    pub stretches: Vec<f64>,
+    pub stretches: Vec<MeasuredStretch>,
     /// Covariance due to rounding of lengths; postures share that of the baseline.
     pub rounding: DMatrix<f64>,
     pub labels: Vec<String>,
@@ -38,36 +44,23 @@ impl Measurements {
             all.labels.push(target.vowel.to_string());
             for (m, name) in target.muscles.iter().enumerate() {
                 let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);
-                all.names.push(name.clone());
-                all.muscles.push(matched.numbers[m]);
-                all.postures.push(posture);
-                all.stretches.push(length / over);
+                let (name, muscle, value) = (name.clone(), matched.numbers[m], length / over);
+                all.stretches.push(MeasuredStretch { name, muscle, posture, value });
                 own.push((target.half_width_mm[m] / over).powi(2) / 3.0);
                 shared.push(target.baseline_half_width_mm[m] * length / (over * over));
             }
         }
         let n = own.len();
         all.rounding = DMatrix::from_fn(n, n, |i, j| {
-            let of_baseline =
-                if all.muscles[i] == all.muscles[j] { shared[i] * shared[j] / 3.0 } else { 0.0 };
+            let is_same_muscle = all.stretches[i].muscle == all.stretches[j].muscle;
+            let of_baseline = if is_same_muscle { shared[i] * shared[j] / 3.0 } else { 0.0 };
             of_baseline + if i == j { own[i] } else { 0.0 }
         });
         all
     }
 
-    pub fn len(&self) -> usize {
-        self.stretches.len()
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.stretches.is_empty()
-    }
-
     pub fn without(&self, position: usize) -> Self {
         let mut all = self.clone();
-        all.names.remove(position);
-        all.muscles.remove(position);
-        all.postures.remove(position);
         all.stretches.remove(position);
         all.rounding = all.rounding.remove_row(position).remove_column(position);
         all
@@ -75,12 +68,12 @@ impl Measurements {
 
     /// Index of each measured number in the list of the stretches of all muscles, posture by posture, followed by the auxiliary data.
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
-        let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
+        let stretches = self.stretches.iter().map(|s| s.posture * muscles + s.muscle);
         let from = self.labels.len() * muscles;
         stretches.chain(from..from + self.auxiliary.len()).collect()
     }
 
     pub fn of_posture(&self, posture: usize) -> Vec<usize> {
-        (0..self.len()).filter(|&i| self.postures[i] == posture).collect()
+        (0..self.stretches.len()).filter(|&i| self.stretches[i].posture == posture).collect()
     }
 }

@@ -52,7 +52,7 @@ pub use evaluator::Evaluator;
 pub use leave_out::{fitted_stretches, predict_each_from_others};
 pub use linearisation::{FiniteDifferences, LinearisationPoint};
 pub use map::MapEstimate;
-pub use measurements::Measurements;
+pub use measurements::{MeasuredStretch, Measurements};
 pub use model::{Field, PosteriorModel};
 pub use over_speakers::{OverSpeakers, population_mean};
 pub use parameters::{Draw, Parameter, ParameterValues, Posture, SolvedPoint};

@@ -165,9 +165,10 @@ impl Summary {
             }
         });
         let own = density.measurements.of_posture(posture);
-        let names: Vec<String> = own.iter().map(|&i| density.measurements.names[i].clone()).collect();
+        let names: Vec<String> =
+            own.iter().map(|&i| density.measurements.stretches[i].name.clone()).collect();
         let stretches = own.iter().map(|&i| StretchSummary {
-            measured: density.measurements.stretches[i],
+            measured: density.measurements.stretches[i].value,
             fitted: all.fitted[i],
             left_out: all.left_out.get(i).filter(|l| l.spread.mean.is_finite()).cloned(),
         });

@@ -93,12 +93,13 @@ impl Surrogate {
         let (log, weights) = (TEMPERED * log, weights * TEMPERED);
         // Derivatives of the logarithm by the numbers of each shape.
         let mut by_number: Vec<DVector<f64>> = numbers.iter().map(|own| DVector::zeros(own.len())).collect();
-        for (i, &m) in measurements.muscles.iter().enumerate() {
+        for (i, measured) in measurements.stretches.iter().enumerate() {
+            let m = measured.muscle;
             let stretch = lengths[density.rows[i]] / lengths[postures * muscles + m];
-            by_number[measurements.postures[i]][m] += weights[i] * stretch;
+            by_number[measured.posture][m] += weights[i] * stretch;
             by_number[postures][m] -= weights[i] * stretch;
         }
-        let of_auxiliary = &weights.as_slice()[measurements.len()..];
+        let of_auxiliary = &weights.as_slice()[measurements.stretches.len()..];
         for (origin, weight) in measurements.auxiliary.origins(postures, muscles).zip(of_auxiliary) {
             if let Origin::Shape(index, number) = origin {
                 by_number[index][number] += weight;
