@@ -97,7 +97,7 @@ pub enum DataSource {
 
 /// Where a number comes from.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Origin<'a> {
+pub(super) enum NumberOrigin<'a> {
     /// A shape, numbered as in [`super::PosteriorModel::load`], and the place of the number among those of the shape: all lengths, then
     /// these numbers.
     Shape(usize, usize),
@@ -163,14 +163,14 @@ impl AuxiliaryData {
     }
 
     /// The origin of every number, for this number of postures and of lengths in a shape.
-    pub(super) fn origins(&self, postures: usize, lengths: usize) -> impl Iterator<Item = Origin<'_>> {
+    pub(super) fn origins(&self, postures: usize, lengths: usize) -> impl Iterator<Item = NumberOrigin<'_>> {
         let mut next = vec![lengths; postures + 1];
         self.numbers().map(move |(source, _)| match source {
-            DataSource::Activity(active) => Origin::Activity(active),
+            DataSource::Activity(active) => NumberOrigin::Activity(active),
             DataSource::Shape(view) => {
                 let index = view.posture.unwrap_or(postures);
                 next[index] += 1;
-                Origin::Shape(index, next[index] - 1)
+                NumberOrigin::Shape(index, next[index] - 1)
             }
         })
     }

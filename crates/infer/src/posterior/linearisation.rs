@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::statics::lanes::Adjoint;
 
-use super::auxiliary::{Active, Origin};
+use super::auxiliary::{Active, NumberOrigin};
 use super::density::Density;
 use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 
@@ -68,8 +68,8 @@ impl DifferentiatedPoint<'_> {
             .map(|row| self.solved.stretch_rate(row, unit, |index, m| of_shapes[index][m]));
         let origins = self.density.measurements.auxiliary.origins(postures, muscles);
         let others = origins.map(|origin| match origin {
-            Origin::Activity(active) => unit * of_activity(active),
-            Origin::Shape(index, number) => unit * of_shapes[index][number],
+            NumberOrigin::Activity(active) => unit * of_activity(active),
+            NumberOrigin::Shape(index, number) => unit * of_shapes[index][number],
         });
         DVector::from_vec(stretches.chain(others).collect())
     }

@@ -7,7 +7,7 @@ use tongue_core::parallel;
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
-use super::auxiliary::Origin;
+use super::auxiliary::NumberOrigin;
 use super::density::Density;
 use super::evaluator::Evaluator;
 use super::hmc::{self, SampledDensity, Settings, Whitened};
@@ -85,8 +85,8 @@ impl Surrogate {
         let lengths: Vec<f64> =
             numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
         let origins = measurements.auxiliary.origins(postures, muscles).map(|origin| match origin {
-            Origin::Activity(active) => active.value(&values),
-            Origin::Shape(index, number) => numbers[index][number],
+            NumberOrigin::Activity(active) => active.value(&values),
+            NumberOrigin::Shape(index, number) => numbers[index][number],
         });
         let auxiliary: Vec<f64> = origins.collect();
         let (log, weights) = errors.log(&density.residuals(&lengths, &auxiliary));
@@ -101,7 +101,7 @@ impl Surrogate {
         }
         let of_auxiliary = &weights.as_slice()[measurements.stretches.len()..];
         for (origin, weight) in measurements.auxiliary.origins(postures, muscles).zip(of_auxiliary) {
-            if let Origin::Shape(index, number) = origin {
+            if let NumberOrigin::Shape(index, number) = origin {
                 by_number[index][number] += weight;
             }
         }
