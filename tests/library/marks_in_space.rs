@@ -1,7 +1,7 @@
 //! Activations of the built-in tongue in space are found from its surface, its midsagittal contour, coils, and lengths.
 
 use nalgebra::{Vector2, Vector3};
-use tongue_core::body::space::Half;
+use tongue_core::body::space::{Half, Side};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Dataset;
@@ -165,6 +165,24 @@ fn lengths_of_a_vowel_are_met_in_part() {
         assert!(fit.rms_m < limit_m, "{}", fit.rms_m);
         assert!(fit.open().next().is_some(), "eight lengths leave some of eleven open");
     }
+}
+
+#[test]
+fn muscles_of_one_group_have_one_activation_in_any_order() {
+    let moved = Moved::to(&[]);
+    let middle = moved.body.muscles.iter().rposition(|m| m.side == Side::Middle).unwrap();
+    let usual = SpaceSearch::default();
+    let search = SpaceSearch { settings: FitSettings { starts: 1, ..usual.settings }, ..usual };
+    let names = |body: &Body<3>, system: &System<3>| {
+        let fit = search.fit(body, system, &moved.contour(), None).unwrap();
+        Vec::from_iter(fit.interval_95.0.into_iter().map(|(name, _)| name))
+    };
+    let before = names(&moved.body, &moved.system);
+    let mut body = moved.body.clone();
+    let pair = body.muscles.iter().find(|m| m.side != Side::Middle).unwrap().group.clone();
+    let old = std::mem::replace(&mut body.muscles[middle].group, pair);
+    let left = Vec::from_iter(before.into_iter().filter(|name| *name != old));
+    assert_eq!(names(&body, &moved.system), left);
 }
 
 #[test]

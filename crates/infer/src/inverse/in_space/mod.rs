@@ -12,7 +12,8 @@ use nalgebra::DVector;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 use tongue_core::body::Body;
-use tongue_core::body::space::{Half, Side};
+use tongue_core::body::space::Half;
+use tongue_core::statistics::grouped;
 use tongue_core::system::System;
 
 use self::intervals::intervals_95;
@@ -158,15 +159,9 @@ impl Serialize for SpaceFit {
 
 /// Groups of muscles with one activation: their common name and their numbers.
 fn searched(body: &Body<3>, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
-    for (number, muscle) in body.muscles.iter().enumerate() {
-        let name = if sides_apart { &muscle.name } else { &muscle.group };
-        match groups.iter_mut().find(|(known, _)| known == name && muscle.side != Side::Middle) {
-            Some((_, numbers)) => numbers.push(number),
-            None => groups.push((name.clone(), vec![number])),
-        }
-    }
-    groups
+    let names = body.muscles.iter().map(|m| if sides_apart { &m.name } else { &m.group });
+    let groups = grouped(names.enumerate(), |(_, name)| *name).into_iter();
+    groups.map(|group| (group[0].1.clone(), group.iter().map(|(number, _)| *number).collect())).collect()
 }
 
 impl SpaceSearch {
