@@ -2,9 +2,11 @@
 
 use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::{Half, Side};
+use tongue_core::random::normal;
+use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
-use tongue_fit::measured::Dataset;
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::observe::Observable;
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
@@ -164,6 +166,42 @@ fn lengths_of_a_vowel_are_met_in_part() {
         let fit = moved.search(&marks, SpaceSearch::default().prior_sd, 1);
         assert!(fit.rms_m < limit_m, "{}", fit.rms_m);
         assert!(fit.open().next().is_some(), "eight lengths leave some of eleven open");
+    }
+}
+
+/// The errors of lengths are uniform within their rounding, and those of the model normal in each stretch.
+#[test]
+fn errors_of_stretches_and_ratios_are_those_of_many_draws() {
+    let (moved, table) = (Moved::to(&[]), Dataset::reference().unwrap());
+    let mut rng = fastrand::Rng::with_seed(5);
+    let baseline = Vowel::new("e").ok();
+    for kind in [TargetKind::Stretch, TargetKind::Ratio] {
+        for baseline in [None, baseline.clone()] {
+            let sd_of_model = if baseline.is_some() { 0.03f64.hypot(0.065) } else { 0.03 };
+            let options = TargetOptions { baseline, ..TargetOptions::default() };
+            let target = Target::new(&table, "S2", &Vowel::new("a").unwrap(), kind, &options).unwrap();
+            let marks = Recorded::of_lengths(&target, &moved.body).frames.remove(0).1.marks;
+            for (mark, m) in marks.iter().zip(target.comparable(kind)) {
+                let rest_mm = |m: usize| {
+                    let line = moved.body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
+                    1e3 * line.unwrap().1.value(&moved.body.mesh.nodes)
+                };
+                let (value, other) = (target.values[m], target.reference);
+                let (over, over_mm, over_half_width_mm, sd_of_other) = match kind {
+                    TargetKind::Stretch => (m, &target.baseline_mm, &target.baseline_half_width_mm, 0.0),
+                    TargetKind::Ratio => (other, &target.measured_mm, &target.half_width_mm, sd_of_model),
+                };
+                let differences = Vec::from_iter((0..20_000).map(|_| {
+                    let mut rounding = |half_width_mm: f64| half_width_mm * (2.0 * rng.f64() - 1.0);
+                    let own_mm = target.measured_mm[m] + rounding(target.half_width_mm[m]);
+                    let measured = own_mm / (over_mm[over] + rounding(over_half_width_mm[over]));
+                    let own_mm = value * rest_mm(over) + sd_of_model * rest_mm(m) * normal(&mut rng);
+                    measured - own_mm / (rest_mm(over) * (1.0 + sd_of_other * normal(&mut rng)))
+                }));
+                let sd_m = 1e-3 * rest_mm(over) * mean_and_variance(differences.iter().copied()).1.sqrt();
+                assert!((mark.sd_m / sd_m - 1.0).abs() < 0.03, "{} {} {sd_m}", target.muscles[m], mark.sd_m);
+            }
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! Crates are layers, each of which uses only those below it. The facade stays small enough to be learned: few items, no two types of the
-//! same name, few kinds of errors.
+//! Crates are layers, each of which uses only the lower ones: those before it in [`LAYERS`] and in the table of CONTRIBUTING.md. The facade
+//! stays small enough to be learned: few items, no two types of the same name, few kinds of errors.
 
 use std::collections::BTreeMap;
 use std::fs;

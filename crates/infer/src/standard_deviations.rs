@@ -31,6 +31,7 @@ table! {
     COURSE_N = 12.0, "`track`: course of a muscle about its level";
     ACTIVATION = 0.5, "activation of a muscle in space";
     STRETCH = 0.03, "error of the model in a stretch";
+    STRETCH_OF_BASELINE = 0.065, "further error of the model in a stretch of a vowel alone against a baseline in which muscles pull";
     HYOID_MM = 5.0, "displacement of a movable bone, and distance of the hyoid at rest from where it is seen";
     SPINE_MM = 2.5, "distance of the mental spine at rest from where it is seen";
     CONTOUR_MM = 3.0, "distance of a mean contour from the surface at rest, by which a body is placed";

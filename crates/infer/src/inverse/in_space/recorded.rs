@@ -12,7 +12,7 @@ use tongue_input::measured::{
 
 use crate::adapt::{Registration, RegistrationData, RestError};
 use crate::error_model::{Along, Errors, distances_along};
-use crate::standard_deviations::STRETCH;
+use crate::standard_deviations::{STRETCH, STRETCH_OF_BASELINE};
 
 /// Marks of one speaker in the frame of a body in space.
 #[derive(Debug, Clone)]
@@ -42,19 +42,27 @@ impl Recorded {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
+        let of_baseline = if target.has_active_baseline() { STRETCH_OF_BASELINE } else { 0.0 };
+        let of_model = STRETCH.hypot(of_baseline);
+        let rounding = |half_width_mm: &[f64], mm: &[f64], m: usize| half_width_mm[m] / mm[m] / 3f64.sqrt();
         let marks = target.comparable(target.kind).map(|m| {
             let (value, reference) = (target.values[m], target.reference);
-            let (over, half_width_over_mm, measure) = match target.kind {
-                TargetKind::Stretch => (m, target.baseline_half_width_mm[m], LengthMeasure::Stretch(value)),
+            let own = rounding(&target.half_width_mm, &target.measured_mm, m);
+            // The standard deviation of a stretch or ratio, times the length at rest by which it is multiplied.
+            let (measure, rounding_m, model_m) = match target.kind {
+                TargetKind::Stretch => {
+                    let other = rounding(&target.baseline_half_width_mm, &target.baseline_mm, m);
+                    (LengthMeasure::Stretch(value), value * rest(m) * own.hypot(other), of_model * rest(m))
+                }
                 TargetKind::Ratio => {
                     let name = target.muscles[reference].clone();
-                    (reference, target.half_width_mm[reference], LengthMeasure::Ratio(value, Some(name)))
+                    let other = rounding(&target.half_width_mm, &target.measured_mm, reference);
+                    let same_length_m = value * rest(reference);
+                    let model_m = of_model * rest(m).hypot(same_length_m);
+                    (LengthMeasure::Ratio(value, Some(name)), same_length_m * own.hypot(other), model_m)
                 }
             };
-            let own = target.half_width_mm[m] / target.baseline_mm[over] / 3f64.sqrt();
-            let other = value * (half_width_over_mm / target.baseline_mm[over] / 3f64.sqrt());
-            // Standard deviation of the stretch or ratio, times the length at rest.
-            let sd_m = rest(over) * own.hypot(other).hypot(STRETCH);
+            let sd_m = rounding_m.hypot(model_m);
             SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
         });
         let frame = SpaceFrame { time_s: None, marks: marks.collect() };
