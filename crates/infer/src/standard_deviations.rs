@@ -1,5 +1,5 @@
-//! The standard deviations of the model (and lengths over which errors are correlated) that no file of priors changes. `tongue-fit priors`
-//! prints them below [`Priors`](crate::posterior::Priors).
+//! The standard deviations of the model, with lengths and times over which errors are correlated. `tongue-fit priors` prints them below
+//! [`Priors`](crate::posterior::Priors), some of whose defaults are rows of this table; the other rows are changed by no file of priors.
 
 use tongue_input::measured::recording::{CONTOUR_SD_M, SENSOR_SD_M};
 

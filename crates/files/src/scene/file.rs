@@ -205,7 +205,7 @@ pub struct Points {
     pub sensors: Vec<Sensor>,
     /// Standard deviation of every coordinate, mm.
     pub noise_mm: f64,
-    /// Scale of the half-normal prior of the tensions, N per metre of thickness.
+    /// Scale of the prior of the tensions, N per metre of thickness, as `--prior` of `track`.
     pub prior_n_per_m: f64,
 }
 

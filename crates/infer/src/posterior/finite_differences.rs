@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use super::linearisation::{DifferentiatedPoint, FiniteDifferences};
+use super::linearisation::{DifferentiatedPoint, GeometrySensitivities};
 use super::model::{PerturbedBody, PerturbedPair, PosteriorModel};
 use tongue_core::effect::Configuration;
 use tongue_core::statics::lanes::Lanes;
@@ -61,7 +61,7 @@ pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> 
 }
 
 /// The sensitivities at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
-pub(super) fn answers(point: &DifferentiatedPoint<'_>) -> Option<FiniteDifferences> {
+pub(super) fn answers(point: &DifferentiatedPoint<'_>) -> Option<GeometrySensitivities> {
     let sides = point.density.posterior_model.sides.as_ref()?;
     let of_pair = |(bodies, step): &PerturbedPair| -> Option<DVector<f64>> {
         let slopes = (0..point.adjoints.len()).map(|index| slopes_of(point, bodies, *step, index));
@@ -70,7 +70,7 @@ pub(super) fn answers(point: &DifferentiatedPoint<'_>) -> Option<FiniteDifferenc
     let matrix = |pairs: &[PerturbedPair]| -> Option<DMatrix<f64>> {
         Some(point.matrix(&pairs.iter().map(of_pair).collect::<Option<Vec<_>>>()?))
     };
-    Some(FiniteDifferences {
+    Some(GeometrySensitivities {
         ends: matrix(&sides.ends)?,
         outline: matrix(&sides.outline)?,
         kappa: by_kappa(point)?,

@@ -13,13 +13,13 @@ use super::parameters::{Parameter, ParameterValues, SolvedPoint};
 pub struct LinearisationPoint {
     /// Derivatives by the scores of the stretches of all muscles of the body, posture by posture, then of the auxiliary data.
     pub jacobian: DMatrix<f64>,
-    pub geometry: FiniteDifferences,
+    pub geometry: GeometrySensitivities,
     pub solved: SolvedPoint,
 }
 
 /// Changes of all computed numbers for one standard deviation of each source of error; one row for each number.
 #[derive(Debug, Clone)]
-pub struct FiniteDifferences {
+pub struct GeometrySensitivities {
     pub ends: DMatrix<f64>,
     pub outline: DMatrix<f64>,
     pub kappa: DMatrix<f64>,

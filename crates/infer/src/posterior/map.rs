@@ -26,13 +26,13 @@ use super::PosteriorError;
 use super::density::Density;
 use super::evaluator::Evaluator;
 use super::hmc::Whitened;
-use super::linearisation::{FiniteDifferences, LinearisationPoint};
+use super::linearisation::{GeometrySensitivities, LinearisationPoint};
 use super::parameters::SolvedPoint;
 use super::quantiles::{effective, shares};
 
 /// Covariance due to geometry and constants at a point.
 fn covariance(point: &LinearisationPoint) -> DMatrix<f64> {
-    let FiniteDifferences { ends, outline, kappa, width, patch } = &point.geometry;
+    let GeometrySensitivities { ends, outline, kappa, width, patch } = &point.geometry;
     [outline, kappa, width, patch].into_iter().fold(ends * ends.transpose(), |sum, m| sum + m * m.transpose())
 }
 

@@ -50,7 +50,7 @@ pub use contrast::Contrast;
 pub use density::Density;
 pub use evaluator::Evaluator;
 pub use leave_out::{fitted_stretches, predict_each_from_others};
-pub use linearisation::{FiniteDifferences, LinearisationPoint};
+pub use linearisation::{GeometrySensitivities, LinearisationPoint};
 pub use map::MapEstimate;
 pub use measurements::{MeasuredStretch, Measurements};
 pub use model::{Field, PosteriorModel};

@@ -102,6 +102,7 @@ impl PosteriorModel {
         if let Some(continuum) = &mut body.mesh.continuum {
             *continuum = Arc::new(continuum.moved(&self.body.mesh.nodes, &mut body.mesh.nodes));
         }
+        // A palate is an obstacle of the body at rest, which the posterior does not use.
         body.palate = None;
         let (low, _) = self.system.cell_ratios(&body.mesh.nodes);
         (low > LEAST_RATIO).then_some(body)

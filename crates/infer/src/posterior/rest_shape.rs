@@ -14,7 +14,7 @@ use tongue_core::statics::lanes::Adjoint;
 use tongue_core::system::System;
 
 use super::finite_differences;
-use super::linearisation::{DifferentiatedPoint, FiniteDifferences};
+use super::linearisation::{DifferentiatedPoint, GeometrySensitivities};
 use super::model::{Field, PosteriorModel};
 
 enum ElementTerm {
@@ -107,7 +107,7 @@ impl<'a> LinearisedShape<'a> {
 }
 
 /// The sensitivities at a solved point; `None` where another kappa leads to no equilibrium.
-pub(super) fn of_springs(point: &DifferentiatedPoint<'_>) -> Option<FiniteDifferences> {
+pub(super) fn of_springs(point: &DifferentiatedPoint<'_>) -> Option<GeometrySensitivities> {
     let posterior_model = point.density.posterior_model;
     // Derivatives of the numbers of each shape by the rest position of every node.
     let slopes = Vec::from_iter(point.adjoints.iter().enumerate().map(|(index, own)| {
@@ -123,7 +123,7 @@ pub(super) fn of_springs(point: &DifferentiatedPoint<'_>) -> Option<FiniteDiffer
         });
         point.matrix(&columns.collect::<Vec<_>>())
     };
-    Some(FiniteDifferences {
+    Some(GeometrySensitivities {
         ends: of_fields(&posterior_model.ends),
         outline: of_fields(&posterior_model.outline),
         kappa: finite_differences::by_kappa(point)?,

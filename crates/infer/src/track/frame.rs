@@ -101,7 +101,7 @@ fn frame_of(
     out
 }
 
-/// A frame, its unknowns (scores of tensions, displacements of bones in standard deviations), and the positions from which its solve
+/// A frame, its unknowns (tensions before the transform, displacements of bones in standard deviations), and the positions from which its solve
 /// starts, if any.
 pub type FramePosture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
 
@@ -125,7 +125,7 @@ impl<'a> FrameSolver<'a> {
         Self { system, followed, freed, link, group: None, workspace, tensions }
     }
 
-    /// Tensions of all muscles of the body, N per metre of thickness, at the scores of the contracting ones.
+    /// Tensions of all muscles of the body, N per metre of thickness, at these unknowns.
     pub fn tensions_of(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut all = vec![0.0; self.system.muscle_count()];
         for (&muscle, g) in self.system.contracting().iter().zip(x.iter()) {
@@ -134,7 +134,7 @@ impl<'a> FrameSolver<'a> {
         all
     }
 
-    /// Solves the equilibrium of the body at these scores with the bones of this frame, from given positions or from rest.
+    /// Solves the equilibrium of the body at these unknowns with the bones of this frame, from given positions or from rest.
     pub fn solve(
         &mut self,
         frame: &Frame,
@@ -181,8 +181,8 @@ impl<'a> FrameSolver<'a> {
     /// Nodes and displacements, m, of all moved bones of a frame.
     fn bones(&self, frame: &Frame, x: &DVector<f64>) -> Vec<(&'a [usize], SVector<f64, 2>)> {
         let followed = self.followed.iter().zip(&frame.shifts).map(|(f, shift)| (f.nodes.as_slice(), *shift));
-        let scores = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
-        let freed = self.freed.iter().zip(scores.chunks_exact(2));
+        let displacements = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
+        let freed = self.freed.iter().zip(displacements.chunks_exact(2));
         let freed = freed.map(|(bone, c)| (bone.nodes(), SVector::from([c[0], c[1]]) * BONE_SD_M));
         followed.chain(freed).collect()
     }

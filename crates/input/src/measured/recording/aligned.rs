@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 
 use super::Label;
-use super::map::{BONE_SD_M, CONTOUR_SD_M, Stated};
+use super::map::{BONE_POINT_SD_M, CONTOUR_SD_M, Stated};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
@@ -49,7 +49,7 @@ impl AlignedFrame {
 
     /// The points of the tongue, then the bones, in the order of [`AlignedRecording::names`].
     pub(super) fn all(&self) -> impl Iterator<Item = Option<Mark>> {
-        self.points().chain(self.bones.iter().map(|bone| bone.map(|at| Mark { at, sd: BONE_SD_M })))
+        self.points().chain(self.bones.iter().map(|bone| bone.map(|at| Mark { at, sd: BONE_POINT_SD_M })))
     }
 
     /// Removes a point, by its number in [`AlignedRecording::names`].

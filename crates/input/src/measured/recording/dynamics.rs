@@ -4,7 +4,7 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::median;
 
 use super::flat::median_point;
-use super::map::BONE_SD_M;
+use super::map::BONE_POINT_SD_M;
 use super::{AlignedRecording, Mark};
 
 /// A quantity, and the name of the point that has it.
@@ -137,7 +137,7 @@ impl<'a> PointTrack<'a> {
 
 /// Whether a bone jumps farther than a bone can move, and stays there.
 pub(super) fn bone_slips(seen: impl Iterator<Item = (f64, Point)>) -> bool {
-    let track = PointTrack::new("", seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_SD_M })));
+    let track = PointTrack::new("", seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_POINT_SD_M })));
     track.marks.len() >= FEWEST_FRAMES && track.slip(ACCELERATION_OF_BONES_M_S2).is_some()
 }
 

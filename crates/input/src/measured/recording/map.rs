@@ -21,7 +21,8 @@ pub const CONTOUR_SD_M: f64 = 0.93e-3;
 /// Standard deviation of an electromagnetic sensor, m: that of the AG500; newer systems are better.
 pub const SENSOR_SD_M: f64 = 0.5e-3;
 
-pub(super) const BONE_SD_M: f64 = 1e-3;
+/// Standard deviation of the observed place of a bone, m.
+pub(super) const BONE_POINT_SD_M: f64 = 1e-3;
 /// The line of a map that leaves the bones of a recording out.
 pub const WITHOUT_BONES: &str = "points = { hyoid = \"ignore\", mental_spine = \"ignore\" }";
 
