@@ -68,7 +68,7 @@ extern crate self as tongue_fit;
 mod inner {
     pub(crate) use tongue_core::{choice, dynamics, limits, statistics};
     pub(crate) use tongue_files::{report, run, scene, surgery, validate};
-    pub(crate) use tongue_infer::{adapt, inverse, posterior, track};
+    pub(crate) use tongue_infer::{adapt, inverse, posterior, standard_deviations, track};
     pub(crate) use tongue_input::{files, measured};
 }
 

@@ -14,7 +14,7 @@ use tongue_fit::system::TissueModel;
 
 use super::fit_table::ShownFit;
 use super::inputs::choice;
-use super::{Global, Outcome, body, inputs, others, output, posterior, space_track};
+use super::{Global, Outcome, auxiliary, body, inputs, output, posterior, space_track};
 
 const PUBLISHED_SUBJECT: &str = "S2";
 
@@ -50,7 +50,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub posterior: posterior::Arguments,
     #[command(flatten)]
-    pub others: others::Arguments,
+    pub auxiliary: auxiliary::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
@@ -119,7 +119,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
     let (seen, posture) = arguments.posterior_targets(&data, &target)?;
     let auxiliary = match &posterior_model {
-        Some(posterior_model) => arguments.others.read(posterior_model, &seen, posture)?,
+        Some(posterior_model) => arguments.auxiliary.read(posterior_model, &seen, posture)?,
         None => AuxiliaryData::default(),
     };
     output::step(|| {

@@ -1,6 +1,7 @@
 //! The command line; only this module prints, or chooses where files are written.
 
 mod adapt;
+mod auxiliary;
 mod batch;
 mod body;
 mod drive;
@@ -14,7 +15,6 @@ mod merge;
 mod mesh;
 mod muscles;
 mod option_checks;
-mod others;
 mod output;
 mod page;
 mod posterior;
@@ -251,7 +251,7 @@ fn parse(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
         );
         return Err(Cli::command().error(ErrorKind::ArgumentConflict, &message));
     }
-    if !cli.fit.others.points.is_empty() && cli.fit.posterior.posterior.is_none() {
+    if !cli.fit.auxiliary.points.is_empty() && cli.fit.posterior.posterior.is_none() {
         let message = "--points needs --posterior N (points beside the lengths), or comes before all other options (points \
                        alone), as in tongue-fit --points my.csv --as-is";
         return Err(Cli::command().error(ErrorKind::ArgumentConflict, message));

@@ -9,6 +9,7 @@ use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::inner::measured::recording::{Format, Map, Recording, Waveform};
 use tongue_fit::inner::run::ScreenedRecording;
+use tongue_fit::inner::standard_deviations::TENSION_N;
 use tongue_fit::inner::track::TrackSettings;
 
 use super::{body, inputs, output};
@@ -57,7 +58,7 @@ fn format(name: &str) -> Result<Format, String> {
 #[command(next_help_heading = "Prior")]
 pub struct PriorArguments {
     /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.67 of the scale, its 97.5 % quantile 2.6 of it
-    #[arg(long, value_name = "N", default_value_t = 20.0, hide_short_help = true)]
+    #[arg(long, value_name = "N", default_value_t = TENSION_N, hide_short_help = true)]
     prior: f64,
     /// Correlation time of the tensions, s; 0: every frame by itself
     #[arg(long, value_name = "S", default_value_t = 0.1, hide_short_help = true)]

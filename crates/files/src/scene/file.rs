@@ -14,6 +14,7 @@ use crate::surgery::Surgery;
 use tongue_core::choice;
 use tongue_core::toml_text::{self, Misread};
 use tongue_infer::acoustics::Articulation;
+use tongue_infer::standard_deviations::TENSION_N;
 use tongue_input::bodies::Unit;
 use tongue_input::measured::recording::CONTOUR_SD_M;
 
@@ -212,7 +213,7 @@ pub struct Points {
 impl Default for Points {
     fn default() -> Self {
         let noise_mm = CONTOUR_SD_M * 1e3;
-        Self { contour_mm: Vec::new(), sensors: Vec::new(), noise_mm, prior_n_per_m: 20.0 }
+        Self { contour_mm: Vec::new(), sensors: Vec::new(), noise_mm, prior_n_per_m: TENSION_N }
     }
 }
 
