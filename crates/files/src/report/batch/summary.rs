@@ -198,18 +198,18 @@ pub fn over_subjects(all: &[SubjectContrast]) -> Vec<OverSpeakers> {
 
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let mut columns = column::columns::<SubjectContrast, _>([
-        ("subject", |c| json!(c.subject)),
-        ("baseline", |c| json!(c.baseline)),
-        ("vowel", |c| json!(c.contrast.a)),
-        ("other_vowel", |c| json!(c.contrast.b)),
-        ("muscle", |c| json!(c.contrast.muscle)),
-        ("difference_median_n_per_m", |c| c.contrast.median.into()),
-        ("difference_low_95_n_per_m", |c| c.contrast.interval_95[0].into()),
-        ("difference_high_95_n_per_m", |c| c.contrast.interval_95[1].into()),
-        ("probability_more", |c| c.contrast.probability_more.into()),
-        ("decided", |c| c.contrast.is_decided().into()),
-        ("depends_on_prior", |c| json!(c.contrast.depends_on_prior)),
-        ("sign_depends_on_prior", |c| json!(c.contrast.sign_depends_on_prior)),
+        ("subject", "", "", |c| json!(c.subject)),
+        ("baseline", "", "", |c| json!(c.baseline)),
+        ("vowel", "", "", |c| json!(c.contrast.a)),
+        ("other_vowel", "", "", |c| json!(c.contrast.b)),
+        ("muscle", "", "", |c| json!(c.contrast.muscle)),
+        ("difference_median_n_per_m", "N/m", "", |c| c.contrast.median.into()),
+        ("difference_low_95_n_per_m", "N/m", "", |c| c.contrast.interval_95[0].into()),
+        ("difference_high_95_n_per_m", "N/m", "", |c| c.contrast.interval_95[1].into()),
+        ("probability_more", "", "", |c| c.contrast.probability_more.into()),
+        ("decided", "", "", |c| c.contrast.is_decided().into()),
+        ("depends_on_prior", "", "", |c| json!(c.contrast.depends_on_prior)),
+        ("sign_depends_on_prior", "", "", |c| json!(c.contrast.sign_depends_on_prior)),
     ]);
     let [version, _, command] = provenance(batch.provenance);
     columns.extend([version, command]);

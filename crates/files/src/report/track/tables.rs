@@ -37,17 +37,17 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
     let rows: Vec<(&str, &Contrast)> =
         comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one))).collect();
     let columns = columns::<(&str, &Contrast), _>([
-        ("tier", |(tier, _)| json!(tier)),
-        ("muscle", |(_, c)| json!(c.muscle)),
-        ("a", |(_, c)| json!(c.a)),
-        ("b", |(_, c)| json!(c.b)),
-        ("difference_n_per_m", |(_, c)| c.median.into()),
-        ("low_n_per_m", |(_, c)| c.interval_95[0].into()),
-        ("high_n_per_m", |(_, c)| c.interval_95[1].into()),
-        ("p_harder", |(_, c)| c.probability_more.into()),
-        ("word", |(_, c)| c.certainty.text().into()),
-        ("repetitions_a", |(_, c)| json!(c.repetitions.map(|n| n[0]))),
-        ("repetitions_b", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
+        ("tier", "", "", |(tier, _)| json!(tier)),
+        ("muscle", "", "", |(_, c)| json!(c.muscle)),
+        ("a", "", "", |(_, c)| json!(c.a)),
+        ("b", "", "", |(_, c)| json!(c.b)),
+        ("difference_n_per_m", "N/m", "", |(_, c)| c.median.into()),
+        ("low_n_per_m", "N/m", "", |(_, c)| c.interval_95[0].into()),
+        ("high_n_per_m", "N/m", "", |(_, c)| c.interval_95[1].into()),
+        ("p_harder", "", "", |(_, c)| c.probability_more.into()),
+        ("word", "", "", |(_, c)| c.certainty.text().into()),
+        ("repetitions_a", "", "", |(_, c)| json!(c.repetitions.map(|n| n[0]))),
+        ("repetitions_b", "", "", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
     ]);
     table(&columns, &rows)
 }
@@ -55,18 +55,18 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
 /// Differences between labels over speakers: a row for each muscle and two labels of a tier.
 pub fn over_speakers(all: &[OverSpeakers]) -> Table {
     let columns = columns::<OverSpeakers, _>([
-        ("tier", |c| json!(c.tier)),
-        ("muscle", |c| json!(c.muscle)),
-        ("a", |c| json!(c.a)),
-        ("b", |c| json!(c.b)),
-        ("speakers", |c| c.speakers.into()),
-        ("surely_harder_in_a", |c| c.surely_harder_in_a.into()),
-        ("harder_in_a", |c| c.harder_in_a.into()),
-        ("surely_harder_in_b", |c| c.surely_harder_in_b.into()),
-        ("harder_in_b", |c| c.harder_in_b.into()),
-        ("mean_difference_n_per_m", |c| c.mean_n.into()),
-        ("low_n_per_m", |c| json!(c.interval_95.map(|ends| ends[0]))),
-        ("high_n_per_m", |c| json!(c.interval_95.map(|ends| ends[1]))),
+        ("tier", "", "", |c| json!(c.tier)),
+        ("muscle", "", "", |c| json!(c.muscle)),
+        ("a", "", "", |c| json!(c.a)),
+        ("b", "", "", |c| json!(c.b)),
+        ("speakers", "", "", |c| c.speakers.into()),
+        ("surely_harder_in_a", "", "", |c| c.surely_harder_in_a.into()),
+        ("harder_in_a", "", "", |c| c.harder_in_a.into()),
+        ("surely_harder_in_b", "", "", |c| c.surely_harder_in_b.into()),
+        ("harder_in_b", "", "", |c| c.harder_in_b.into()),
+        ("mean_difference_n_per_m", "N/m", "", |c| c.mean_n.into()),
+        ("low_n_per_m", "N/m", "", |c| json!(c.interval_95.map(|ends| ends[0]))),
+        ("high_n_per_m", "N/m", "", |c| json!(c.interval_95.map(|ends| ends[1]))),
     ]);
     table(&columns, all)
 }
