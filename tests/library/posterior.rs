@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
+use tongue_core::body::largest_distance;
 use tongue_core::random::normals;
 use tongue_core::statics::SAME_SHAPE_M;
 use tongue_fit::body::{Body, ContinuumSettings};
@@ -354,6 +355,27 @@ fn the_most_probable_point_of_every_row_is_reached_from_rest() {
             map_estimate.solved = Evaluator::new(&density).solve_from_rest(&[&stronger]).remove(0).unwrap();
             assert!(!map_estimate.is_reached_from_rest(&density));
         }
+    }
+}
+
+#[test]
+fn points_that_are_solved_together_have_the_shapes_that_they_have_alone() {
+    let posterior_model = posterior_model(&Priors::default());
+    let mut density = Density::new(&posterior_model, measurements("S1", "i")).unwrap();
+    let map_estimate = MapEstimate::find(&mut density).unwrap();
+    let (usual, _) = density.parameter_values(&map_estimate.scores);
+    // At these tensions there is no equilibrium, but in the baseline, which has other tones, there is one.
+    let mut lost = usual.clone();
+    lost.postures[0].tensions.iter_mut().for_each(|t| *t = 1e5);
+    let weaker = usual.scaled(0.5);
+    let mut evaluator = Evaluator::new(&density);
+    let together = evaluator.solve_from_rest(&[&usual, &lost, &weaker]);
+    for (found, values) in together.iter().zip([&usual, &lost, &weaker]) {
+        let alone = evaluator.solve_from_rest(&[values]).remove(0);
+        assert_eq!(found.is_none(), std::ptr::eq(values, &lost));
+        let pairs = found.iter().zip(&alone).flat_map(|(a, b)| a.shapes.iter().zip(&b.shapes));
+        assert!(pairs.into_iter().all(|(a, b)| largest_distance(a, b) < SAME_SHAPE_M));
+        assert_eq!(found.is_some(), alone.is_some());
     }
 }
 
