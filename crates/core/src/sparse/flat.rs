@@ -86,7 +86,7 @@ impl Symbolic {
             let r = -(across * p * q);
             let column = self.pattern.column(j);
             factor[column.start] = [p, r, q, Simd::ZERO];
-            for block in column.skip(1) {
+            for block in column.start + 1..column.end {
                 let mut b = match self.source[block] {
                     FILL => [Simd::ZERO; 4],
                     pair => pairs[pair as usize],

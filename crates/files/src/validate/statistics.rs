@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::cases::Case;
-use tongue_core::statistics::distinct;
+use tongue_core::statistics::{distinct, least_by};
 
 /// Estimator of a normal distribution from few rows: its mean and its regularised covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +100,7 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
         });
         (errors.sum::<f64>(), how)
     });
-    errors.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(MIDDLE, |(_, how)| how)
+    least_by(errors, |e| e.0).map_or(MIDDLE, |(_, how)| how)
 }
 
 pub fn root_mean(squares: &[f64]) -> f64 {

@@ -196,13 +196,4 @@ impl AuxiliaryData {
         });
         own.flatten().collect()
     }
-
-    /// Derivative of the sum of `weights` times the numbers by a tension at fixed shapes.
-    pub(super) fn slope(&self, values: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
-        let each = self.numbers().zip(weights).map(|((source, _), weight)| match source {
-            DataSource::Shape(_) => 0.0,
-            DataSource::Activity(active) => weight * active.slope(values, parameter),
-        });
-        each.sum()
-    }
 }

@@ -152,7 +152,7 @@ fn diagnosed(density: &Density<'_>, chains: &[hmc::Chain<Draw>], thin: usize) ->
 pub(super) fn chains(
     density: &Density<'_>,
     errors: &dyn ResidualLikelihood,
-    surrogate: &Surrogate,
+    surrogate: &Surrogate<'_>,
     whitened: &Whitened,
     settings: &Sampling,
     thin: usize,

@@ -41,17 +41,21 @@ impl ResidualLikelihood for Density<'_> {
 
 /// Models of all shapes of a density: of each posture, then of the baseline.
 #[derive(Debug)]
-pub struct Surrogate(Vec<QuadraticShape>);
+pub struct Surrogate<'d> {
+    shapes: Vec<QuadraticShape>,
+    /// Where each auxiliary number of the density comes from.
+    origins: Vec<NumberOrigin<'d>>,
+}
 
-impl Surrogate {
+impl<'d> Surrogate<'d> {
     /// Models that are fitted to draws from the normal distribution of these coordinates.
-    pub fn about(density: &Density<'_>, whitened: &Whitened) -> Result<Self, PosteriorError> {
+    pub fn about(density: &'d Density<'_>, whitened: &Whitened) -> Result<Self, PosteriorError> {
         Self::fit(density, &drawn(density, whitened)?)
     }
 
     /// Models that are fitted to the draws of [`Self::about`] and to draws of the density that those models gave.
     pub fn refined(
-        density: &Density<'_>,
+        density: &'d Density<'_>,
         errors: &dyn ResidualLikelihood,
         whitened: &Whitened,
     ) -> Result<Self, PosteriorError> {
@@ -65,9 +69,11 @@ impl Surrogate {
         Self::fit(density, &points)
     }
 
-    fn fit(density: &Density<'_>, points: &[DifferentiatedPoint<'_>]) -> Result<Self, PosteriorError> {
-        let shapes = (0..=density.postures()).map(|index| QuadraticShape::fit(density, points, index));
-        shapes.collect::<Option<_>>().map(Self).ok_or(PosteriorError::NoMode)
+    fn fit(density: &'d Density<'_>, points: &[DifferentiatedPoint<'_>]) -> Result<Self, PosteriorError> {
+        let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
+        let shapes = (0..=postures).map(|index| QuadraticShape::fit(density, points, index));
+        let shapes = shapes.collect::<Option<_>>().ok_or(PosteriorError::NoMode)?;
+        Ok(Self { shapes, origins: density.measurements.auxiliary.origins(postures, muscles).collect() })
     }
 
     /// Logarithm of the approximate density at these scores, and its derivatives.
@@ -81,14 +87,14 @@ impl Surrogate {
         let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
         let measurements = &density.measurements;
         let all: Vec<_> = (0..=postures).map(|index| inputs(density, &values, index)).collect();
-        let numbers: Vec<_> = self.0.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
+        let numbers: Vec<_> = self.shapes.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
         let lengths: Vec<f64> =
             numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
-        let origins = measurements.auxiliary.origins(postures, muscles).map(|origin| match origin {
+        let auxiliary = self.origins.iter().map(|origin| match *origin {
             NumberOrigin::Activity(active) => active.value(&values),
             NumberOrigin::Shape(index, number) => numbers[index][number],
         });
-        let auxiliary: Vec<f64> = origins.collect();
+        let auxiliary: Vec<f64> = auxiliary.collect();
         let (log, weights) = errors.log(&density.residuals(&lengths, &auxiliary));
         let (log, weights) = (TEMPERED * log, weights * TEMPERED);
         // Derivatives of the logarithm by the numbers of each shape.
@@ -100,21 +106,24 @@ impl Surrogate {
             by_number[postures][m] -= weights[i] * stretch;
         }
         let of_auxiliary = &weights.as_slice()[measurements.stretches.len()..];
-        for (origin, weight) in measurements.auxiliary.origins(postures, muscles).zip(of_auxiliary) {
-            if let NumberOrigin::Shape(index, number) = origin {
+        for (origin, weight) in self.origins.iter().zip(of_auxiliary) {
+            if let NumberOrigin::Shape(index, number) = *origin {
                 by_number[index][number] += weight;
             }
         }
-        let shapes = self.0.iter().zip(&all).zip(&by_number);
+        let shapes = self.shapes.iter().zip(&all).zip(&by_number);
         let by_load: Vec<_> = shapes.map(|((shape, all), weights)| shape.gradient(all, weights)).collect();
         let gradient = DVector::from_fn(scores.len(), |i, _| {
             let parameter = density.parameters[i];
-            let of_activity = measurements.auxiliary.slope(&values, of_auxiliary, parameter);
+            let of_activity = self.origins.iter().zip(of_auxiliary).map(|(origin, weight)| match origin {
+                NumberOrigin::Activity(active) => weight * active.slope(&values, parameter),
+                NumberOrigin::Shape(..) => 0.0,
+            });
             let of_shapes = by_load.iter().enumerate().map(|(index, by)| {
                 let hyoid = [by[muscles], by[muscles + 1], by[muscles + 2]];
                 by_parameter(&values, index, by, hyoid, parameter)
             });
-            slopes[i] * (of_activity + of_shapes.sum::<f64>()) - scores[i]
+            slopes[i] * (of_activity.sum::<f64>() + of_shapes.sum::<f64>()) - scores[i]
         });
         (log - 0.5 * scores.norm_squared(), gradient)
     }
@@ -148,7 +157,7 @@ fn differentiated<'a>(density: &'a Density<'_>, scores: &[DVector<f64>]) -> Vec<
 pub struct SurrogateDensity<'a> {
     pub density: &'a Density<'a>,
     pub errors: &'a dyn ResidualLikelihood,
-    pub surrogate: &'a Surrogate,
+    pub surrogate: &'a Surrogate<'a>,
     evaluator: Evaluator<'a>,
 }
 
@@ -157,7 +166,7 @@ impl<'a> SurrogateDensity<'a> {
     pub fn new(
         density: &'a Density<'_>,
         errors: &'a dyn ResidualLikelihood,
-        surrogate: &'a Surrogate,
+        surrogate: &'a Surrogate<'_>,
     ) -> Self {
         Self { density, errors, surrogate, evaluator: Evaluator::new(density) }
     }

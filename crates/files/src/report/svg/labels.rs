@@ -3,6 +3,7 @@
 use super::axes::Bounds;
 use super::{FontFace, INK, Px, Svg, TEXT, closed_paths, data};
 use tongue_core::geometry::Point;
+use tongue_core::statistics::least_by;
 use tongue_input::measured::muscles::Muscles;
 
 const GAP: f64 = 7.0;
@@ -86,7 +87,7 @@ pub(super) fn place(muscles: &[DrawnMuscle], points: &[Px], frame: &Bounds) -> V
                 (cost(&around(middle, half), &taken, &obstacles, frame) + rank as f64, middle)
             })
         });
-        let (_, middle) = candidates.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, middle) = least_by(candidates, |c| c.0)?;
         taken.push(around(middle, half.map(|h| h + 3.0)));
         Some(middle)
     }));
