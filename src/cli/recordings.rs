@@ -9,7 +9,7 @@ use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::inner::measured::recording::{Format, Map, Recording, Waveform};
 use tongue_fit::inner::run::ScreenedRecording;
-use tongue_fit::inner::standard_deviations::TENSION_N;
+use tongue_fit::inner::standard_deviations::{MEMORY_S, TENSION_N};
 use tongue_fit::inner::track::TrackSettings;
 
 use super::{body, inputs, output};
@@ -61,7 +61,7 @@ pub struct PriorArguments {
     #[arg(long, value_name = "N", default_value_t = TENSION_N, hide_short_help = true)]
     prior: f64,
     /// Correlation time of the tensions, s; 0: every frame by itself
-    #[arg(long, value_name = "S", default_value_t = 0.1, hide_short_help = true)]
+    #[arg(long, value_name = "S", default_value_t = MEMORY_S, hide_short_help = true)]
     memory: f64,
 }
 

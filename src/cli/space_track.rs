@@ -10,6 +10,7 @@ use tongue_fit::inner::measured::is_space_table;
 use tongue_fit::inner::measured::recording::AlignedRecording;
 use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, tally};
 use tongue_fit::inner::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
+use tongue_fit::inner::standard_deviations::SPACE_MARK_MM;
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::system::TissueModel;
@@ -33,7 +34,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts, hide_short_help = true)]
     starts: usize,
     /// Standard deviation of each coordinate, distance or length, mm, for tables without a column sd_mm
-    #[arg(long, value_name = "MM", default_value_t = 0.5, hide_short_help = true)]
+    #[arg(long, value_name = "MM", default_value_t = SPACE_MARK_MM, hide_short_help = true)]
     sd: f64,
     #[command(flatten)]
     model: ModelArguments,

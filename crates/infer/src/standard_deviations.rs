@@ -29,6 +29,7 @@ table! {
     LEVEL_N = 16.0, "`track`: level of a muscle; 97.5 % of levels lie below 2.241 of the scale, as of half-normal tensions";
     SHOWN_LEVEL = 0.5, "`track`: level while the shape of the pictures is found, as a part of the scale";
     COURSE_N = 12.0, "`track`: course of a muscle about its level";
+    MEMORY_S = 0.1, "`track`: time over which the course of a muscle and the displacement of a bone are correlated";
     ACTIVATION = 0.5, "activation of a muscle in space";
     STRETCH = 0.03, "error of the model in a stretch";
     STRETCH_OF_BASELINE = 0.065, "further error of the model in a stretch of a vowel alone against a baseline in which muscles pull";
@@ -68,6 +69,7 @@ table! {
     ERRORS_FAR_MM = 15.0, "length over which the two errors of a contour are correlated";
     POINTS_APART_MM = 9.0, "distance of points whose own errors are independent";
     FRAMES_APART_S = 0.0125, "time between frames whose own errors are independent";
+    SPACE_MARK_MM = 0.5, "a coordinate, distance or length in space, where its table gives none";
     DRAWN_CONTOUR_MM = 0.5, "a contour that was drawn for a body";
     DRAWN_SPINE_MM = 1.0, "a mental spine that was drawn for a body";
     EMG = 0.4, "logarithm of an activity";

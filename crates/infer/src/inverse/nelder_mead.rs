@@ -18,13 +18,13 @@ const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// The cost function for argmin: unbounded parameters, reflected into the bounds.
-struct Folded<'a, 'i, const D: usize> {
+struct ReflectedCost<'a, 'i, const D: usize> {
     forward: RefCell<&'a mut Forward<'i, D>>,
     /// Corners of the first simplex and their costs, computed in parallel in advance.
     solved: Vec<(Vec<f64>, f64)>,
 }
 
-impl<const D: usize> CostFunction for Folded<'_, '_, D> {
+impl<const D: usize> CostFunction for ReflectedCost<'_, '_, D> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -33,7 +33,7 @@ impl<const D: usize> CostFunction for Folded<'_, '_, D> {
             return Ok(*cost);
         }
         let mut forward = self.forward.borrow_mut();
-        let x = fold(parameters, &forward.problem.unknowns);
+        let x = reflect(parameters, &forward.problem.unknowns);
         let residuals = forward.residuals(&x);
         Ok(forward.cost(&x, residuals.as_ref()))
     }
@@ -41,13 +41,13 @@ impl<const D: usize> CostFunction for Folded<'_, '_, D> {
 
 /// Reflects every parameter at its bounds until it lies between them. Unlike a sine or a logistic function this keeps lengths, so that a
 /// simplex does not collapse at a bound.
-fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
-    let folded = parameters.iter().zip(unknowns).map(|(p, u)| {
+fn reflect(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
+    let reflected = parameters.iter().zip(unknowns).map(|(p, u)| {
         let range = u.upper - u.lower;
         let within = (p - u.lower).rem_euclid(2.0 * range);
         u.lower + if within > range { 2.0 * range - within } else { within }
     });
-    folded.collect()
+    reflected.collect()
 }
 
 /// Searches from start number `number` until a restart confirms the answer.
@@ -109,13 +109,13 @@ fn one_simplex<const D: usize>(
     let costs = simplex.iter().zip(&residuals).map(|(x, r)| forward.cost(x, r.as_ref()));
     let solved = simplex.iter().cloned().zip(costs.collect::<Vec<_>>()).collect();
     let mut solver = NelderMead::new(simplex).with_sd_tolerance(settings.cost_tolerance).map_err(failed)?;
-    let mut problem = Problem::new(Folded { forward: RefCell::new(forward), solved });
+    let mut problem = Problem::new(ReflectedCost { forward: RefCell::new(forward), solved });
     let (mut state, _) = solver.init(&mut problem, NmState::new()).map_err(failed)?;
     state.update();
     let stopped = loop {
         let spread = problem.problem.as_ref().map(|folded| folded.forward.borrow().known.spread());
         if spread.is_some_and(|spread| spread < settings.tension_tolerance)
-            || Solver::<Folded<'_, '_, D>, NmState>::terminate(&mut solver, &state).terminated()
+            || Solver::<ReflectedCost<'_, '_, D>, NmState>::terminate(&mut solver, &state).terminated()
         {
             break true;
         }
@@ -127,5 +127,5 @@ fn one_simplex<const D: usize>(
         state.increment_iter();
     };
     let best = state.get_best_param().map_or_else(|| corner.to_vec(), Vec::clone);
-    Ok((fold(&best, unknowns), state.get_best_cost(), state.get_iter(), stopped))
+    Ok((reflect(&best, unknowns), state.get_best_cost(), state.get_iter(), stopped))
 }
