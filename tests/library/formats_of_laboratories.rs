@@ -165,6 +165,13 @@ fn faults_are_told_with_their_place() {
         (b"1 2\n3\n".to_vec(), "x.con", "x.con:2:"),
         (tidy("0,a,1,2\n0,a,1,3\n"), "t.csv", "t.csv:3:2: a is given twice"),
         (tidy("0,a,inf,2\n"), "t.csv", "t.csv:2:3: "),
+        (b"time_ms,point,x_mm,y_mm\n0,a,1,2\n".to_vec(), "t.csv", "\"time_ms\", but no column time_s"),
+        (b" \n".to_vec(), "t.csv", "the file is empty"),
+        (
+            b"Time of sample in recording\tX0 T\tY0 T\tX0 T\tY0 T\n0\t1\t2\t3\t4\n".to_vec(),
+            "a.tsv",
+            "is given twice",
+        ),
         (b"time_s,point,x_mm\n".to_vec(), "t.csv", "y_mm"),
         (bones("10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2"), "a.tsv", "a.tsv:2:6: a coordinate of"),
         (WITH_BONES.into(), "a.tsv", "no frame"),
@@ -188,6 +195,17 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
     let found = &read(format!("{AAA}{text}").as_bytes(), "a.tsv");
     let times: Vec<f64> = found[0].samples.iter().map(|s| s.time_s).collect();
     assert_eq!((found.len(), times), (1, vec![0.02, 0.03, 0.04]));
+    let labels = |found: &[Recording]| -> Vec<(String, f64, f64)> {
+        found[0].labels.iter().map(|l| (l.name.clone(), l.from_s, l.to_s)).collect()
+    };
+    let whole = ("pa".to_owned(), 0.02, 0.04);
+    assert_eq!(labels(found), [("a".to_owned(), 0.02, 0.03), whole, ("b".to_owned(), 0.03, 0.04)]);
+    // Rows that descend have the labels of rows that ascend.
+    let rows: Vec<String> =
+        (0..12).map(|t| row(0.01 * f64::from(t), ["a", "b", "a"][t as usize / 4], f64::from(t))).collect();
+    let [ascending, descending] = [rows.concat(), rows.iter().rev().cloned().collect()]
+        .map(|text: String| labels(&read(format!("{AAA}{text}").as_bytes(), "a.tsv")));
+    assert_eq!((ascending.len(), &ascending), (4, &descending));
     // If all rows are given twice, there is one recording with one label.
     let whole = [row(0.01, "a", 1.0), row(0.02, "a", 2.0)].concat();
     let found = &read(format!("{AAA}{whole}{whole}").as_bytes(), "a.tsv");

@@ -230,6 +230,11 @@ fn half_widths_come_from_columns_digits_or_the_user() {
         assert_eq!(data.reading.columns[0].half_width, HalfWidth::Digits { mm });
         assert_eq!(widths(&data)[0], [mm; 2]);
     }
+    // One length with a decimal among forty does not make the others exact.
+    let rows: String =
+        (0..20).map(|n| format!("S{n},a,40,{}\n", if n == 7 { "41.0" } else { "41" })).collect();
+    let data = dataset(format!("subject,vowel,GGa_mm,HG_mm\n{rows}"));
+    assert_eq!(data.reading.columns[0].half_width, HalfWidth::Digits { mm: 0.5 });
     // Lengths in whole or half centimetres, in any unit.
     for (unit, one, two, mm) in [
         ("mm", [50.0, 60.0, 40.0, 70.0], [50.0, 50.0, 30.0, 60.0], 5.0),

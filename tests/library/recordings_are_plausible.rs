@@ -160,7 +160,7 @@ fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
     }
     for (point, by) in [(1, [-14.0, 0.0]), (4, [0.0, 12.0]), (8, [0.0, -20.0])] {
         let spike = changed(|_, _, points| (0..2).for_each(|axis| points[point].1[axis] += by[axis]));
-        noticed(&spike, "", &format!("tongue_{point} stands out"), Note);
+        noticed(&spike, "", &format!("tongue_{point} stands out"), Untrusted);
     }
 }
 
@@ -179,6 +179,15 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     not_suspected(&good, "");
     noticed(&coils(["T2", "T1", "T3"]), "", "order T2, T1, T3", Note);
     noticed(&coils(["TT", "TD", "TB"]), "", "order TT, TD, TB", Note);
+    let mut copied = good.clone();
+    copied.iter_mut().for_each(|(_, points)| points[1].1 = points[0].1);
+    noticed(&copied, "", "is a copy of the other", Refused);
+    let paused = good
+        .iter()
+        .cloned()
+        .enumerate()
+        .map(|(f, (time, points))| (time + if f < 45 { 0.0 } else { 700.0 }, points));
+    noticed(&paused.collect(), "", "no frame lies in the 700 s after 0.550 s", Refused);
     not_suspected(&coils(["a", "b", "c"]), numbered);
     noticed(&coils(["a", "c", "b"]), numbered, "along the tongue in this order", Refused);
     noticed(&good, "back = \"-x\"", "lies behind the others", Refused);
@@ -237,7 +246,9 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     let label = |from_s: f64| Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
     let with = |labels| check_plausibility(&AlignedRecording { labels, ..one.clone() }, None);
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
-    assert!(with(vec![label(50.0)])[0].message.contains("so none is used"));
+    let other = Label { tier: "b".into(), ..label(50.0) };
+    let doubts = with(vec![label(0.9), other]);
+    assert!(doubts.len() == 1 && doubts[0].message.contains("of the tier \"b\""), "{doubts:?}");
 }
 
 #[test]
@@ -361,6 +372,8 @@ fn palates_are_compared_with_the_recording() {
         shape.map(|(x, y)| Point::new(x + 10.0, 50.0 + sign * (y - 50.0)) * 1e-3).collect()
     };
     assert_eq!(doubts(&incisors(1.0)), []);
+    let mut low_at_front = vault(45.0, 0.0, 1.0);
+    low_at_front[0].y -= 40e-3;
     for (palate, expected, severity) in [
         (incisors(-1.0), "upside down", Refused),
         (vault(60.0, 0.0, -1.0), "upside down", Refused),
@@ -368,6 +381,13 @@ fn palates_are_compared_with_the_recording() {
         (vault(75.0, 0.0, 1.0), "above the highest", Note),
         (vault(545.0, 0.0, 1.0), "above the highest", Refused),
         (vault(-500.0, 0.0, 1.0), "beyond the palate", Refused),
+        (
+            vault(45.0, 0.0, 1.0).iter().map(|p| Point::new(p.y, p.x)).collect(),
+            "far more than as it is given",
+            Refused,
+        ),
+        // Its front end dips into the tongue, where one of eleven points lies.
+        (low_at_front, "in a wrong place", Untrusted),
     ] {
         let doubt = doubts(&palate).remove(0);
         assert!(doubt.message.contains(expected) && doubt.severity == severity, "{doubt:?}");

@@ -283,7 +283,8 @@ fn coverage_with(
                 left_out.unwrap_or_default().into_iter().zip(&posterior.density.measurements.stretches);
             let by_others: Vec<bool> =
                 by_others.map(|(l, measured)| l.spread.holds(measured.value)).collect();
-            let contradicted = contradiction(by_others.iter().copied()).is_some();
+            let contradicted = contradiction(by_others.iter().copied()).is_some()
+                || has_verdict && posterior.map_estimate.check_data(&posterior.density).is_err();
             let by_others = [by_others.iter().filter(|held| **held).count(), by_others.len()];
             let fitted = [held.count(), fitted.len()];
             (each, ([fitted, of_short_run("F"), of_short_run("hyoid"), by_others], contradicted))

@@ -138,7 +138,10 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
 
 /// Whether the digits of lengths in a unit show their half width, and the half width, mm.
 fn half_width_by_digits<'a>(lengths: impl Iterator<Item = LengthCell<'a>> + Clone) -> (bool, f64) {
-    let decimals = lengths.clone().filter_map(LengthCell::decimals_of_mm).max();
+    let mut decimals: Vec<_> = lengths.clone().filter_map(LengthCell::decimals_of_mm).collect();
+    decimals.sort_unstable();
+    // A tenth of the lengths may have more decimals: such as a single 41.0 among whole millimetres.
+    let decimals = decimals.get(decimals.len() * 9 / 10).copied();
     // Parsing text gives the `f64` that is nearest to the decimal number.
     let mm: Option<f64> =
         decimals.filter(|n| *n <= MOST_DECIMALS).and_then(|n| format!("5e{}", -n - 1).parse().ok());

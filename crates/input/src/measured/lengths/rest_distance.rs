@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use tongue_core::statistics::least_by;
+
 use super::{Dataset, Lengths, Vowel, position_of};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -9,6 +11,9 @@ pub struct RestDistance {
     /// Root mean square difference of the ratios to the reference muscle.
     pub rms_ratio: f64,
     pub largest_relative: f64,
+    /// Number of ratios that were compared.
+    #[serde(skip)]
+    pub ratios: u32,
 }
 
 /// What [`RestDistance::rms_ratio`] is, for this number of `ratios` to the muscle `reference`.
@@ -33,8 +38,8 @@ pub fn distance(muscles: &[String], rest: &[f64], row: &Lengths, reference: &str
         count += 1;
         largest = largest.max((model / measured - 1.0).abs());
     }
-    (count > 0)
-        .then(|| RestDistance { rms_ratio: (squares / f64::from(count)).sqrt(), largest_relative: largest })
+    let rms_ratio = (squares / f64::from(count)).sqrt();
+    (count > 0).then_some(RestDistance { rms_ratio, largest_relative: largest, ratios: count })
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,11 +49,13 @@ pub struct NearestRow {
     pub distance: RestDistance,
 }
 
-/// The row with the smallest [`RestDistance::rms_ratio`], the first of equals; `None` if no row can be compared.
+/// The row with the smallest [`RestDistance::rms_ratio`], the first of equals, of those with the most ratios; `None` if no row can be
+/// compared.
 pub fn nearest(muscles: &[String], rest: &[f64], data: &Dataset, reference: &str) -> Option<NearestRow> {
     let rows = data.rows.iter().map(|row| &row.lengths);
-    let (distance, row) = rows
-        .filter_map(|row| Some((distance(muscles, rest, row, reference)?, row)))
-        .min_by(|a, b| a.0.rms_ratio.total_cmp(&b.0.rms_ratio))?;
+    let rows: Vec<_> = rows.filter_map(|row| Some((distance(muscles, rest, row, reference)?, row))).collect();
+    let most = rows.iter().map(|(distance, _)| distance.ratios).max()?;
+    let (distance, row) =
+        least_by(rows.into_iter().filter(|(distance, _)| distance.ratios == most), |(d, _)| d.rms_ratio)?;
     Some(NearestRow { subject: row.subject.clone(), vowel: row.vowel.clone(), distance })
 }

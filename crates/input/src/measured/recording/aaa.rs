@@ -213,7 +213,7 @@ impl RecordingRows {
             }
             let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
             out.push(Recording {
-                labels,
+                labels: join_labels(labels, &samples),
                 notes,
                 speaker: key.first().filter(|s| self.has_speaker && !s.is_empty()).cloned(),
                 name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
@@ -288,6 +288,26 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     parts
 }
 
+/// Labels by their beginning, with those of one tier and name joined between which no sample lies: rows that are out of order give a label
+/// in several parts.
+fn join_labels(mut labels: Vec<Label>, samples: &[Sample]) -> Vec<Label> {
+    labels.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    let mut out: Vec<Label> = Vec::with_capacity(labels.len());
+    for label in labels {
+        let last = out.iter_mut().rev().find(|last| last.tier == label.tier);
+        match last.filter(|last| last.name == label.name) {
+            Some(last) if next_s(samples, last.to_s) >= label.from_s => last.to_s = last.to_s.max(label.to_s),
+            _ => out.push(label),
+        }
+    }
+    out
+}
+
+/// Time of the first sample after this time, s.
+fn next_s(samples: &[Sample], time_s: f64) -> f64 {
+    samples.get(samples.partition_point(|s| s.time_s <= time_s)).map_or(f64::INFINITY, |s| s.time_s)
+}
+
 fn contains_label(known: &Label, label: &Label) -> bool {
     (&known.tier, &known.name) == (&label.tier, &label.name)
         && known.from_s <= label.from_s + SAME_S
@@ -337,6 +357,10 @@ fn points(header: &csv::StringRecord, start: SourcePlace<'_>) -> Result<HeaderPo
     let columns: BTreeMap<&str, usize> = (0..header.len()).rev().map(|at| (&header[at], at)).collect();
     for (x, title) in header.iter().enumerate() {
         let Some((number, spline)) = spline_of(title) else { continue };
+        if columns.get(title) != Some(&x) {
+            let help = "keep one of the two columns, with its y";
+            return Err(start.at_column(x + 1).error(format!("the column {title:?} is given twice"), help));
+        }
         match columns.get(format!("Y{number} {spline}").as_str()) {
             None => without_y.push(x),
             Some(&y) => {

@@ -2,7 +2,7 @@
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_core::statistics::{least_by, median};
+use tongue_core::statistics::{grouped, least_by, median};
 
 use super::dynamics::{FEWEST_FRAMES, NamedValue, PointTracks, unnamed};
 use super::flat::{median_point, steep_deg};
@@ -25,6 +25,8 @@ pub(super) struct Measures<'a> {
 type MeasuredCoil<'a> = (usize, &'a str, Point);
 
 pub(super) const MM: f64 = 1e3;
+/// Points of a tongue are nearer to its centre, m.
+const FAR_M: f64 = 0.15;
 pub(super) const ANY: f64 = f64::INFINITY;
 
 /// Mean distance of a line below that of its ends, m; `None` for fewer than two points.
@@ -58,11 +60,11 @@ impl<'a> Measures<'a> {
         spine.zip(hyoid)
     }
 
-    /// The median positions of the contour without points that are farther than 0.15 m from their centre, if at least `least` are left.
+    /// The median positions of the contour without points that are farther than [`FAR_M`] from their centre, if at least `least` are left.
     pub fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
         let all = self.contour.iter().flatten().copied();
         let centre = median_point(all.clone()).unwrap_or_default();
-        let near: Vec<Point> = all.filter(|p| (p - centre).norm() <= 0.15).collect();
+        let near: Vec<Point> = all.filter(|p| (p - centre).norm() <= FAR_M).collect();
         (near.len() >= least).then_some(near)
     }
 
@@ -87,14 +89,27 @@ impl<'a> Measures<'a> {
         median(steps).map(|s| unnamed(s * MM))
     }
 
-    /// The number of labels within the recording, and the times of both.
-    pub fn labels_within(&self) -> Option<NamedValue> {
+    /// Longest time between two frames, s, and the time of the first of them.
+    pub fn longest_pause_s(&self) -> Option<NamedValue> {
+        let pauses = self.recording.frames.windows(2).map(|w| (w[1].time_s - w[0].time_s, w[0].time_s));
+        let longest = pauses.max_by(|a, b| a.0.total_cmp(&b.0));
+        longest.map(|(pause, at)| (pause, format!("{at:.3} s")))
+    }
+
+    /// The number of labels of each tier within the recording, and the times of both.
+    pub fn labels_within(&self) -> Vec<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
-        let (first, last) = (frames.first()?.time_s, frames.last()?.time_s);
-        let within = labels.iter().filter(|l| l.to_s >= first && l.from_s <= last).count();
-        let ends = labels.iter().fold([ANY, -ANY], |[a, b], l| [l.from_s.min(a), l.to_s.max(b)]);
-        let name = format!("{:.3} to {:.3} s and its frames at {first:.3} to {last:.3} s", ends[0], ends[1]);
-        (!labels.is_empty()).then_some((within as f64, name))
+        let Some((first, last)) = frames.first().zip(frames.last()) else { return Vec::new() };
+        let (first, last) = (first.time_s, last.time_s);
+        Vec::from_iter(grouped(labels, |label| &label.tier).into_iter().map(|tier| {
+            let within = tier.iter().filter(|l| l.to_s >= first && l.from_s <= last).count();
+            let ends = tier.iter().fold([ANY, -ANY], |[a, b], l| [l.from_s.min(a), l.to_s.max(b)]);
+            let name = format!(
+                "{:?} lie at {:.3} to {:.3} s and its frames at {first:.3} to {last:.3} s",
+                tier[0].tier, ends[0], ends[1]
+            );
+            (within as f64, name)
+        }))
     }
 
     pub fn most_points(&self) -> Option<NamedValue> {
@@ -188,6 +203,17 @@ impl<'a> Measures<'a> {
         Some((of_ends.max(of_top), format!("{times:.1}")))
     }
 
+    /// Neighbouring coils that have exactly the same place in most of the frames that show both.
+    pub fn copied_coils(&self) -> Option<NamedValue> {
+        let is_copy = |w: &&[MeasuredCoil<'_>]| {
+            let both = self.recording.frames.iter().filter_map(|f| f.sensors[w[0].0].zip(f.sensors[w[1].0]));
+            let (count, same) =
+                both.fold((0, 0), |(n, same), (a, b)| (n + 1, same + usize::from(a.at == b.at)));
+            2 * same > count
+        };
+        self.coils.windows(2).find(is_copy).map(|w| (1.0, listed(w)))
+    }
+
     pub fn coils_that_turn(&self) -> Option<NamedValue> {
         let turn = self.coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);
         turn.map(|w| (1.0, listed(w)))
@@ -259,7 +285,7 @@ impl<'a> Measures<'a> {
             let straight = (after - before).norm();
             let detour = ((here - before).norm() + (after - here).norm()) / straight;
             let away = (after - before).perp(&(here - before)).abs() / straight;
-            (detour > DETOUR).then(|| (away * MM, w[1].0.clone()))
+            (detour > DETOUR && away < FAR_M).then(|| (away * MM, w[1].0.clone()))
         });
         out.max_by(|a, b| a.0.total_cmp(&b.0))
     }

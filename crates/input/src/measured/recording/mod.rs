@@ -213,6 +213,9 @@ impl Recording {
 
     /// Reads all recordings in the bytes of a file; `origin` is its name in messages. In binary data the column of a fault is the byte.
     pub fn from_bytes(bytes: &[u8], origin: &str, format: Option<Format>) -> Result<Vec<Self>, Malformed> {
+        if bytes.iter().all(u8::is_ascii_whitespace) {
+            return Err(SourcePlace::start(origin).error("the file is empty", "give a recording"));
+        }
         let format = format.unwrap_or_else(|| Format::of(bytes, origin));
         let mut found = match format {
             Format::Aaa => aaa::read(bytes, origin),

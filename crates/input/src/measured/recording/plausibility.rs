@@ -7,7 +7,7 @@ use super::flat::STEEPEST_BONES_DEG;
 use super::map::WITHOUT_BONES;
 use super::measures::{ANY, MM, Measures, detour, sag};
 use super::outliers::above;
-use super::{AlignedFrame, AlignedRecording};
+use super::{AlignedFrame, AlignedRecording, Mark};
 use Severity::{Note, Refused, Untrusted};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -63,7 +63,9 @@ impl DoubtList {
         self.check("rate", m.step_ms(), [0.1, 1e4], Refused,
             "its frames are {value} ms apart, which is implausible for speech; correct rate_hz in the map, or the times, which are in seconds");
         self.check("labels", m.labels_within(), [1.0, ANY], Note,
-            "its labels lie at {name}, so none is used; give both the same clock");
+            "its labels of the tier {name}, so none of these is used; give both the same clock");
+        self.check("pause", m.longest_pause_s(), [0.0, 600.0], Refused,
+            "no frame lies in the {value} s after {name}: correct the times, which are in seconds, or give the parts as recordings of their own");
         self.check("points", m.most_points(), [1.0, ANY], Refused, "no point of the tongue is seen in any frame; correct the map");
         self.check("points", m.most_points().filter(|_| m.recording.sensors.is_empty()), [3.0, ANY], Refused,
             "only {value} of the points of the contour is seen at once, which does not determine the shape of a tongue; give three or more");
@@ -85,6 +87,9 @@ impl DoubtList {
         self.check("size", m.coil_alone_mm(), [0.0, 30.0], Refused,
             "{name} lies {value} mm from the nearest other coil, more than twice as far as these from one another: it has come off or its tracking \
              has slipped; write \"{name}\" = \"ignore\" into a map");
+        self.check("size", m.copied_coils(), [0.0, 0.0], Refused,
+            "the coils {name} have exactly the same place in most frames: one is a copy of the other; correct it, or write \"ignore\" for it into \
+             a map");
         self.check("size", m.gaps_mm().into_iter().max_by(f64::total_cmp).map(unnamed), [4.0, 50.0], Refused,
             "neighbouring coils are apart by up to {value} mm, where 4 to 50 are possible; correct unit_mm in the map, or give a table in \
              millimetres");
@@ -129,7 +134,7 @@ impl DoubtList {
         self.check("high", m.height_over_bones(), [0.0, 1.0], Note,
             "the contour reaches {name} times as far above the line from the mental spine to the hyoid as these are apart, and both of its \
              ends are high: the contour is too high for the bones; correct these, or give both in one frame");
-        self.check("spike", m.spike_mm(), [0.0, 6.0], Note,
+        self.check("spike", m.spike_mm(), [0.0, 6.0], Untrusted,
             "{name} stands out of the contour by {value} mm; correct it, or write \"{name}\" = \"ignore\" into a map");
     }
 
@@ -174,21 +179,44 @@ impl DoubtList {
     #[rustfmt::skip]
     fn palate(&mut self, m: &Measures<'_>) {
         let Some(palate) = m.palate else { return };
-        let points = m.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
-        let over_mm: Vec<Option<f64>> = points.map(|p| Some(above(palate, p.at)? * MM)).collect();
+        let over_mm = |p: Option<Mark>| p.map(|p| above(palate, p.at).map(|over| over * MM));
+        let often_beyond = m.recording.names().enumerate().filter_map(|(nth, name)| {
+            let over = m.recording.frames.iter().filter_map(|f| over_mm(f.points().nth(nth)?));
+            let (all, beyond) = over.fold((0, 0), |(all, beyond), over| {
+                (all + 1, beyond + usize::from(over.is_some_and(|mm| mm > 3.0)))
+            });
+            (all >= FEWEST_FRAMES).then(|| (100.0 * f64::from(beyond as u32) / f64::from(all as u32), name.clone()))
+        });
+        let often_beyond: Vec<NamedValue> = often_beyond.collect();
+        let over_mm: Vec<Option<f64>> = m.recording.frames.iter().flat_map(AlignedFrame::points).filter_map(over_mm).collect();
         let under: Vec<f64> = over_mm.iter().flatten().copied().collect();
         let beyond = 100.0 * under.iter().filter(|mm| **mm > 3.0).count() as f64 / under.len() as f64;
         let room_mm = under.iter().copied().max_by(f64::total_cmp).map(|highest| unnamed(-highest));
+        let side = if m.recording.mirrored { -1.0 } else { 1.0 };
+        let exchanged: Vec<Point> = palate.iter().map(|p| side * Point::new(p.y, p.x)).collect();
+        let [own, other] = [palate, &exchanged].map(|line| part_under(line, m));
+        self.check("palate", [unnamed(100.0 * other)], [0.0, 100.0 * (2.0 * own + 0.2)], Refused,
+            "{value} % of the points lie under the palate if its x_mm and y_mm are exchanged, far more than as it is given: exchange them; {give_palate}");
         self.check("palate", sag(palate).filter(|_| palate.len() >= 3).map(|m| unnamed(m * MM)), [-ANY, 2.0], Refused,
             "the palate sags by {value} mm below the line of its ends: it is upside down; change the sign of its y_mm");
         self.check("palate", (!over_mm.is_empty()).then(|| unnamed(under.len() as f64)), [1.0, ANY], Refused,
             "no point of the tongue lies under the palate; {give_palate}");
         self.check("palate", [unnamed(beyond)], [0.0, 20.0], Refused, "{value} % of the points lie beyond the palate; {give_palate}");
+        self.check("palate", often_beyond, [0.0, 50.0], Untrusted,
+            "{name} lies beyond the palate in {value} % of the frames: the palate or the point is in a wrong place; {give_palate}");
         self.check("palate", room_mm.clone(), [-ANY, 60.0], Refused,
             "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
         self.check("palate", room_mm.filter(|_| m.recording.frames.len() >= FEWEST_FRAMES), [-ANY, 25.0], Note,
             "the palate lies {value} mm above the highest point of the tongue; {give_palate}");
     }
+}
+
+/// The part of all points of the tongue that lie at most 30 mm under a palate.
+fn part_under(palate: &[Point], m: &Measures<'_>) -> f64 {
+    let points = || m.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
+    let under =
+        points().filter(|p| above(palate, p.at).is_some_and(|over| (-30.0..=3.0).contains(&(over * MM))));
+    under.count() as f64 / points().count().max(1) as f64
 }
 
 const MOST_DETOUR: f64 = 1.6;

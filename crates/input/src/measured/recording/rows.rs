@@ -49,7 +49,7 @@ impl TableLine<'_> {
             return Ok(None);
         }
         number(text).map(Some).ok_or_else(|| {
-            let help = "give a finite number, or leave the cell empty where the point was not seen";
+            let help = "give a number up to 1e9, or leave the cell empty where the point was not seen";
             self.place(field).error(format!("{what} is {text:?}"), help)
         })
     }
@@ -67,7 +67,10 @@ impl TableLine<'_> {
     pub(super) fn seconds(&self, field: usize) -> Result<f64, Malformed> {
         let text = self.cell(field);
         number(text).ok_or_else(|| {
-            self.place(field).error(format!("the time is {text:?}"), "give a finite number of seconds")
+            self.place(field).error(
+                format!("the time is {text:?}"),
+                "give a number of seconds up to 1e9, such as those since the start of the recording",
+            )
         })
     }
 }

@@ -19,13 +19,18 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let mut rows = records(&text, origin, title_lines, csv, help);
     let header = rows.next().transpose()?.map(|header| header.cells).unwrap_or_default();
     let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
+    let start = SourcePlace::start(origin);
     let needed = |name: &str| {
         let help = "begin with recording,time_s,point,x_mm,y_mm (and sigma_mm, where it is known)";
-        let start = SourcePlace::start(origin);
         column(name).ok_or_else(|| start.error(format!("there is no column {name}"), help))
     };
     let (point, x, y) = (needed("point")?, needed("x_mm")?, needed("y_mm")?);
     let (recording, time, sigma) = (column("recording"), column("time_s"), column("sigma_mm"));
+    if let Some(other) = header.iter().find(|name| time.is_none() && name.to_lowercase().starts_with("time"))
+    {
+        let what = format!("there is a column {other:?}, but no column time_s");
+        return Err(start.error(what, "give the times in seconds, in a column time_s"));
+    }
 
     let mut found: Vec<Recording> = Vec::new();
     let mut budget = Budget::default();
@@ -66,7 +71,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Some(last) if last == time_s => {}
             Some(last) if last > time_s => {
                 let what = format!("the time {time_s} s comes after {last} s");
-                let help = "sort the rows of each recording by time";
+                let help = match recording {
+                    Some(_) => "sort the rows of each recording by time",
+                    None => "sort the rows by time, or name the recording of each in a column \"recording\"",
+                };
                 return Err(row.place(time.unwrap_or(0)).error(what, help));
             }
             _ => {
