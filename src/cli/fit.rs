@@ -81,6 +81,7 @@ impl Arguments {
         if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
         }
+        self.posterior.check_baseline(data, target)?;
         let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
         let mut all = Vec::new();
         for vowel in data.vowels(&self.subject)? {

@@ -220,7 +220,7 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         row
     });
     let over = format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline);
-    let mut text = format!("\n{t}\n* contracting: more tension than in the baseline; shortening: {over}\n");
+    let mut text = format!("\n{t}\n* found to pull: more tension than in the baseline; shortening: {over}\n");
     if published.is_some() {
         let _ = writeln!(
             text,

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
 use tongue_fit::inner::report::{probability, with_decimals};
 use tongue_fit::inner::run::SampledPosterior;
+use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::system::Model;
 
 use super::table::{difference, rows};
@@ -77,6 +78,19 @@ impl Arguments {
             Some(path) => posterior_model.with_context(|| format!("--priors {}", path.display()))?,
             None => posterior_model?,
         }))
+    }
+
+    /// Refuses to sample several vowels together against one in which muscles pull where the table has /ɯ/: the answer would depend on which
+    /// of the same rows is called the baseline.
+    pub fn check_baseline(&self, data: &Dataset, target: &Target) -> anyhow::Result<()> {
+        ensure!(
+            !self.joint || !target.has_active_baseline() || data.baseline(&target.subject).is_err(),
+            "--joint samples the vowels of {} against /ɯ/, which the table has; leave out --baseline, and read the difference to /{}/ among the \
+             contrasts",
+            target.subject,
+            target.baseline
+        );
+        Ok(())
     }
 
     pub fn sampling(&self) -> Sampling {

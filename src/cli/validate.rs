@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Seed of permutations and bootstraps
     #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true)]
     seed: u64,
-    /// Validate the posterior too: every muscle is predicted from all others, as a distribution (takes 40 minutes of one core, or more)
+    /// Validate the posterior too: every muscle is predicted from all others, as a distribution (takes about half an hour of one core)
     #[arg(long)]
     posterior: bool,
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let out = global.folder("results/validate")?;
     if arguments.posterior {
         /// Time for each row of the table, at the default spacing on one core, s.
-        const ROW_S: f64 = 130.0;
+        const ROW_S: f64 = 95.0;
         body::tell_duration("--posterior", body.mesh.nodes.len(), ROW_S * data.rows.len() as f64);
     }
     let bar = output::bar(1, "{wide_bar} {percent} %, {msg}, {eta} left")?;

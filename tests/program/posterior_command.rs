@@ -198,12 +198,15 @@ fn lengths_that_contradict_the_model_end_with_3_and_the_reason() {
         (&fit["conclusion"]["trusted"], &fit["conclusion"]["decided_by"]),
         (&false.into(), &"posterior".into())
     );
+    let short = run(folder.path(), "--vowel a --lengths my.csv --h 10 --out short");
+    assert!(short.status == Some(3) && short.err.contains("once in a hundred speakers"), "{}", short.err);
+    assert!(short.out.contains("No verdict"), "{}", short.out);
     assert!(fit["alarms"].as_array().unwrap().iter().any(|alarm| alarm["kind"] == "contradicted"));
     let batch = "batch --lengths my.csv --vowels a --target stretch --h 10 --posterior 1500 --json --out all";
     let done = run(folder.path(), batch);
     assert_eq!(done.status, Some(3), "{}", done.err);
     assert_eq!(done.record()["summary"]["posteriors_contradicted"], 1);
-    assert!(done.message().contains("1 posterior contradicts the measured lengths"), "{}", done.err);
+    assert!(done.message().contains("1 row of lengths that the model contradicts"), "{}", done.err);
 }
 
 #[test]

@@ -124,7 +124,7 @@ class ValidateOptions(Plane, total=False):
     baseline: Annotated[str, "ɯ", "Vowel that the others are compared with."]
     permutations: Annotated[int, "25", "Number of permutations of the names of muscles."]
     seed: Annotated[int, "1", "Seed of permutations and bootstraps."]
-    posterior: Annotated[bool, "False", "Validate the posterior too; takes 40 minutes of one core, or more."]
+    posterior: Annotated[bool, "False", "Validate the posterior too; takes about half an hour of one core."]
 
 
 class CheckOptions(TypedDict, total=False):

@@ -47,6 +47,7 @@ impl PreparedBatch {
         }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
         let (settings, how) = (batch::settings(arguments.method), &arguments.posterior);
+        plan.jobs.iter().try_for_each(|job| how.check_baseline(&data, &job.target))?;
         let posterior_model = how.posterior_model(&tongue, &model)?;
         let command = line_of(words.to_vec());
         let rows =
@@ -108,9 +109,8 @@ impl PreparedBatch {
         }
         let untold = summary.posteriors_untold;
         let untold = (untold > 0).then(|| format!("{} cannot be reported", count_of(untold, "posterior")));
-        let contradicted = summary.posteriors_contradicted;
-        let contradicted =
-            (contradicted > 0).then(|| format!("{} the measured lengths", contradict(contradicted)));
+        let number = summary.posteriors_contradicted;
+        let contradicted = (number > 0).then(|| contradicted(number));
         let mut bad = summary.statuses.clone();
         bad.remove("converged");
         let fits = output::untrusted_sentence(&bad, summary.fits, "fits");
@@ -175,8 +175,8 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> anyhow::Result<String> {
     if s.posteriors_contradicted > 0 {
         let _ = writeln!(
             text,
-            "{} the measured lengths; the alarms of their fits in batch.json say how many",
-            contradict(s.posteriors_contradicted)
+            "{}; the alarms of their fits in batch.json say how far",
+            contradicted(s.posteriors_contradicted)
         );
     }
     if let Some(n) = &s.nearest_row_to_rest {
@@ -235,10 +235,6 @@ fn fits(batch: &Batch<'_>) -> anyhow::Result<String> {
     Ok(format!("{verdicts}{gap}{t}\n\n"))
 }
 
-fn contradict(posteriors: usize) -> String {
-    format!(
-        "{} {}",
-        count_of(posteriors, "posterior"),
-        if posteriors == 1 { "contradicts" } else { "contradict" }
-    )
+fn contradicted(rows: usize) -> String {
+    format!("{} of lengths that the model contradicts", count_of(rows, "row"))
 }

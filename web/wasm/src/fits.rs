@@ -103,7 +103,9 @@ pub fn draws(
     group: usize,
 ) -> Result<Vec<Draw>, String> {
     let target = target(engine, subject, vowel, baseline, TargetKind::Stretch)?;
-    ShortRun::new(&engine.body, &engine.model, &target)?.draws(Some(group)).map_err(|e| e.to_string())
+    ShortRun::new(&engine.body, &engine.model, &target)
+        .and_then(|run| run.draws(Some(group)))
+        .map_err(|e| e.to_string())
 }
 
 /// The verdict of `tongue-fit --vowel ..` from the draws of both groups, with its sentences. Errors are those of [`draws`].
@@ -115,7 +117,7 @@ pub fn verdict(
     draws: &[Draw],
 ) -> Result<Value, String> {
     let target = target(engine, subject, vowel, baseline, TargetKind::Stretch)?;
-    let run = ShortRun::new(&engine.body, &engine.model, &target)?;
+    let run = ShortRun::new(&engine.body, &engine.model, &target).map_err(|e| e.to_string())?;
     let verdict = run.verdict(draws).map_err(|e| e.to_string())?;
     let sentences = verdict.sentences(target.baseline.label());
     Ok(json!({"muscles": verdict.muscles, "sentences": sentences}))

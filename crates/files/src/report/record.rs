@@ -110,7 +110,7 @@ impl FitRecord {
     /// status.
     pub fn conclude(&mut self) -> &Conclusion {
         let Self { alarms, posterior, verdict, .. } = &*self;
-        let contradiction = alarms.iter().find(|alarm| matches!(alarm, Alarm::Contradicted { .. }));
+        let contradiction = alarms.iter().find(|alarm| alarm.is_contradiction());
         let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
         let beside = |what: &str| match cause {
             None => format!("Trust the {what} more than these tensions"),

@@ -10,8 +10,8 @@ use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
 use tongue_infer::posterior::{
-    self, AuxiliaryData, Contrast, Measurements, Posterior, PosteriorModel, Report, Sampling, Summary,
-    Verdict,
+    self, AuxiliaryData, Contrast, Measurements, Posterior, PosteriorError, PosteriorModel, Report, Sampling,
+    Summary, Verdict,
 };
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
@@ -70,7 +70,13 @@ impl<'a> FitRun<'a> {
         };
         let verdict = match self.verdict {
             VerdictSource::None => return Ok(record),
-            VerdictSource::ShortRun => Verdict::of_target(body, model, target),
+            VerdictSource::ShortRun => {
+                let verdict = Verdict::of_target(body, model, target);
+                if let Err(why @ PosteriorError::Contradicted { .. }) = &verdict {
+                    record.alarms.push(Alarm::NoVerdict { reason: why.to_string() });
+                }
+                verdict.map_err(|why| why.to_string())
+            }
             VerdictSource::Posterior(posterior) => {
                 record.posterior = posterior.ok().cloned();
                 let summary = posterior.ok().and_then(|report| report.summary.as_ref());

@@ -8,7 +8,7 @@ use tongue_core::body::{Body, Mesh};
 use tongue_core::statics::SolveStatus;
 use tongue_core::system::{SpaceModel, TissueModel};
 use tongue_infer::acoustics::{Articulation, MeanVowel, SpaceVocalTract, Tract, nearest_vowel};
-use tongue_infer::inverse::alarms::Alarm;
+use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_input::bodies::AnyBody;
 use tongue_input::measured::{ByMuscle, Dataset, Vowel};
 
@@ -78,7 +78,7 @@ impl TongueSound {
             subject: spoken.map(|(subject, _)| subject.to_owned()),
             vowel: spoken.map(|(_, v)| v.label().to_owned()),
             converged: answer.converged,
-            alarms: answer.alarms,
+            alarms: answer.alarms.into_iter().chain(alarms::of_tract(sound.tract_length_mm)).collect(),
             pulls: Pulls::TensionsN(tensions.into()),
             published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
             nearest_vowel: nearest_name(means, &sound),
@@ -107,7 +107,7 @@ impl TongueSound {
             subject: None,
             vowel: None,
             converged: solved.equilibrium.solution.status == SolveStatus::Converged,
-            alarms: solved.alarms(body),
+            alarms: solved.alarms(body).into_iter().chain(alarms::of_tract(sound.tract_length_mm)).collect(),
             pulls: Pulls::Activations(ByMuscle(names.zip(activations).collect())),
             published_hz: None,
             nearest_vowel: nearest_name(means, &sound),

@@ -22,8 +22,8 @@ use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Connection, SolveSettings, Workspace};
 use tongue_core::statistics::distinct;
 use tongue_core::system::System;
-use tongue_infer::inverse;
-use tongue_infer::inverse::alarms;
+use tongue_infer::inverse::alarms::{self, Alarm};
+use tongue_infer::inverse::{self, FitStatus};
 use tongue_infer::track::FrameStatus;
 use tongue_input::bodies::AnyBody;
 
@@ -46,7 +46,9 @@ pub fn run<const D: usize>(
     // The workspace is made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
-    let fitted = fit(prepared)?;
+    let answer = fit(prepared)?;
+    let fitted = answer.as_ref().map(|answer| answer.status);
+    let missed = answer.filter(|answer| answer.status == FitStatus::TargetNotMet);
     let mut points = None;
     if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
         && let Some((tensions, fit)) = super::loads::fit(wanted, frame, &prepared.system)
@@ -79,11 +81,12 @@ pub fn run<const D: usize>(
     let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
     let converged = solution.is_none_or(|s| s.status == statics::SolveStatus::Converged)
-        && fitted.is_none_or(|f| f == inverse::FitStatus::Converged)
+        && fitted.is_none_or(|f| matches!(f, FitStatus::Converged | FitStatus::TargetNotMet))
         && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
         && trajectory.as_ref().is_none_or(|t| t.outcome.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
+    alarms.extend(missed.map(|answer| Alarm::TargetNotMet { misfit: answer.misfit }));
     alarms.extend(alarms::of_shape(&prepared.body, system, &positions));
     Ok(SceneOutcome {
         converged,
@@ -111,7 +114,7 @@ pub fn run<const D: usize>(
 /// Finds the tensions with which a prepared scene meets its target, if it has one, and stores them in it.
 pub fn fit<const D: usize>(
     prepared: &mut Prepared<D>,
-) -> Result<Option<inverse::FitStatus>, SimulationError> {
+) -> Result<Option<inverse::Answer<D>>, SimulationError> {
     let Some(target) = prepared.target.clone() else { return Ok(None) };
     // The end point of Nelder-Mead depends on the last bits of a machine, which moves a formant by 2 Hz.
     let method = match prepared.airway {
@@ -120,8 +123,8 @@ pub fn fit<const D: usize>(
     };
     let settings = inverse::FitSettings { method, ..inverse::FitSettings::default() };
     let fit = inverse::fit_in(&prepared.system, target, &settings)?;
-    prepared.tensions = fit.answer.tensions;
-    Ok(Some(fit.answer.status))
+    prepared.tensions.clone_from(&fit.answer.tensions);
+    Ok(Some(fit.answer))
 }
 
 /// The equilibrium, followed from rest unless there is a wall. The wall stops nodes but not edges, so on the way an edge of the tissue

@@ -26,6 +26,9 @@ const VOLUME_RATIOS: RangeInclusive<f64> = 0.25..=2.0;
 /// (Gordon, Huxley and Julian 1966).
 const STRETCHES: RangeInclusive<f64> = 0.4..=2.0;
 
+/// Lengths of vocal tracts, mm, from those of infants to those of men with protruded lips.
+const TRACT_MM: RangeInclusive<f64> = 70.0..=220.0;
+
 /// A reason for doubt; serialised with its sentence.
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case", remote = "Self")]
@@ -81,6 +84,14 @@ pub enum Alarm {
          the body"
     )]
     FarFromData { rms_mm: f64 },
+    #[error(
+        "the tract is {length_mm:.0} mm long from glottis to lips, where {} to {} are possible: its walls are in another order, frame or unit",
+        TRACT_MM.start(),
+        TRACT_MM.end()
+    )]
+    ImplausibleTract { length_mm: f64 },
+    #[error("no verdict: {reason}")]
+    NoVerdict { reason: String },
     #[error("no posterior: {reason}")]
     NoPosterior { reason: String },
     #[error(
@@ -114,6 +125,11 @@ impl Serialize for Alarm {
 }
 
 impl Alarm {
+    /// Whether the measured lengths and the model contradict each other.
+    pub fn is_contradiction(&self) -> bool {
+        matches!(self, Self::Contradicted { .. } | Self::NoVerdict { .. })
+    }
+
     /// Whether a fit in the plane with this alarm is not trusted. It has such an alarm exactly if its answer is not
     /// [`Answer::is_trustworthy`](super::Answer::is_trustworthy).
     pub fn forbids_trust(&self) -> bool {
@@ -138,7 +154,7 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
         out.push(Alarm::TargetNotMet { misfit: answer.misfit });
     }
     for &m in &target.active {
-        if tensions[m] < AT_BOUND {
+        if tensions[m] < AT_BOUND && target.measured_mm[m] < target.baseline_mm[m] {
             out.push(Alarm::AtLowerBound { muscle: name(m) });
         }
         if tensions[m] > fit.settings.upper_bound - AT_BOUND {
@@ -162,12 +178,6 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
     }
     let uncertain = (0..target.muscles.len()).filter(|&m| target.activation[m].uncertain);
     out.extend(uncertain.map(|m| Alarm::DecidedWithinRounding { muscle: name(m) }));
-    for (muscle, &number) in muscles.iter().zip(&fit.matched.numbers) {
-        let turn = sharpest_turn(mesh, &answer.positions, &mesh.muscles[number].nodes);
-        if turn > FOLD {
-            out.push(Alarm::FoldedChain { muscle: muscle.clone(), turn_degrees: turn.to_degrees() });
-        }
-    }
     let doubts = [
         (answer.status == FitStatus::ReplayDiffers, "solving again from rest gives another shape"),
         (answer.status == FitStatus::NoEquilibrium, "none was found"),
@@ -223,7 +233,17 @@ pub fn of_strain<const D: usize>(
         let muscle = muscle.name.clone();
         (!STRETCHES.contains(&stretch)).then_some(Alarm::MuscleOverstrained { muscle, stretch })
     });
-    tissue.into_iter().chain(muscles).collect()
+    let folded = mesh.muscles.iter().filter_map(|muscle| {
+        let turn = sharpest_turn(mesh, positions, &muscle.nodes);
+        let muscle = muscle.name.clone();
+        (turn > FOLD).then(|| Alarm::FoldedChain { muscle, turn_degrees: turn.to_degrees() })
+    });
+    tissue.into_iter().chain(muscles).chain(folded).collect()
+}
+
+/// An alarm for a vocal tract of this length, mm, that nobody has.
+pub fn of_tract(length_mm: f64) -> Option<Alarm> {
+    (!TRACT_MM.contains(&length_mm)).then_some(Alarm::ImplausibleTract { length_mm })
 }
 
 pub fn barrier(elements: usize) -> Option<Alarm> {

@@ -81,6 +81,8 @@ const DRAWS_WITHOUT_LANES: usize = 16;
 /// Smallest effective part of the draws about a mode that are used for the average about a neighbour.
 const LEAST_EFFECTIVE: f64 = 0.25;
 const SEED: u64 = 3;
+/// Standard normal quantile of the probability 0.99.
+const ONE_IN_HUNDRED: f64 = 2.326;
 
 impl MapEstimate {
     /// Finds the mode, and sets the covariance due to geometry in the density.
@@ -101,6 +103,16 @@ impl MapEstimate {
         }
         map_estimate.climb(density, TOLERANCE);
         Ok(map_estimate)
+    }
+
+    /// Refuses data that the prior predictive distribution hardly gives. For a linear model the squared deviations at the mode have the
+    /// chi-square distribution with as many degrees of freedom as there are numbers (Gelman and others, Bayesian Data Analysis 2013, 6.3).
+    pub fn check_data(&self, density: &Density<'_>) -> Result<(), PosteriorError> {
+        let (squares, numbers) = (-2.0 * self.log, density.rows.len());
+        // Wilson and Hilferty 1931.
+        let (n, sd) = (numbers as f64, (2.0 / (9.0 * numbers as f64)).sqrt());
+        let most = n * (1.0 - sd * sd + ONE_IN_HUNDRED * sd).powi(3);
+        if squares > most { Err(PosteriorError::Contradicted { squares, numbers }) } else { Ok(()) }
     }
 
     /// Whether the loads lead from rest to these shapes, which the search found from neighbours.

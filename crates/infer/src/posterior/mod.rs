@@ -82,6 +82,12 @@ pub enum PosteriorError {
         "no equilibrium was found at which sampling could begin; take smaller scales of the tensions in the priors"
     )]
     NoMode,
+    /// `squares` are the squared deviations of the measured numbers and the parameters at the mode, in standard deviations.
+    #[error(
+        "the most probable tensions leave deviations of {squares:.0} in squared standard deviations over {numbers} lengths, which the model \
+         exceeds once in a hundred speakers: these lengths and the model contradict each other; check them and those of the baseline"
+    )]
+    Contradicted { squares: f64, numbers: usize },
     #[error(transparent)]
     Draws(#[from] tongue_core::limits::BeyondLimit),
 }

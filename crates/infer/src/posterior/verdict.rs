@@ -120,21 +120,23 @@ pub struct ShortRun {
 }
 
 impl ShortRun {
-    pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
+    pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, PosteriorError> {
+        let refused = |why: String| PosteriorError::Refused(why);
         if body.mesh.continuum.is_some() {
-            return Err("in a continuum it takes minutes; --posterior 2000 computes it".to_owned());
+            return Err(refused("in a continuum it takes minutes; --posterior 2000 computes it".to_owned()));
         }
-        let matched = TargetOnBody::new(&body.mesh, target).map_err(|e| e.to_string())?;
+        let matched = TargetOnBody::new(&body.mesh, target).map_err(|e| refused(e.to_string()))?;
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
-        let posterior_model = PosteriorModel::new(body, model, &priors).map_err(|e| e.to_string())?;
+        let posterior_model = PosteriorModel::new(body, model, &priors)?;
         Ok(Self { posterior_model, measurements: Measurements::of_vowel(&matched) })
     }
 
-    /// The draws of group 0 or 1 of the chains, or of both; none if it cannot begin.
+    /// The draws of group 0 or 1 of the chains, or of both; none if it cannot begin. Lengths that contradict the model are refused.
     pub fn draws(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
         let mut density = Density::new(&self.posterior_model, self.measurements.clone())?;
         let map_estimate = MapEstimate::find(&mut density)?;
+        map_estimate.check_data(&density)?;
         short_run(&density, &map_estimate, group)
     }
 
@@ -161,9 +163,9 @@ impl ShortRun {
 
 impl Verdict {
     /// The verdict from a short run under the default priors.
-    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
+    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, PosteriorError> {
         let run = ShortRun::new(body, model, target)?;
-        run.draws(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
+        run.draws(None).and_then(|draws| run.verdict(&draws))
     }
 
     /// The verdict of a posterior; `None` if its chains have not mixed.

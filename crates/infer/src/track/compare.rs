@@ -10,8 +10,9 @@ use tongue_input::measured::recording::{AlignedRecording, Label};
 
 use super::draws::Means;
 use super::frame::Frame;
+use super::interval::Interval;
 use super::ornstein_uhlenbeck::Softplus;
-use super::results::{Interval, LabelDraws};
+use super::results::LabelDraws;
 use super::segments::{CourseSummary, distinguishing, summaries};
 use crate::posterior::Contrast;
 
@@ -107,12 +108,12 @@ impl Comparison {
         out
     }
 
-    /// The repetitions of each label, and the number of decided differences.
+    /// The repetitions of each label, and the number of differences that are sure or probable.
     pub fn sentence(&self) -> String {
         let labels: Vec<String> =
             self.labels.iter().map(|l| format!("{} {}", l.label, l.repetitions)).collect();
         format!(
-            "differences between labels of {} (repetitions: {}): {} of {} are decided",
+            "differences between labels of {} (repetitions: {}): {} of {} are sure or probable",
             self.tier,
             labels.join(", "),
             self.decided().len(),

@@ -21,26 +21,65 @@ use nalgebra::{DMatrix, DVector, stack};
 use crate::least_squares::symmetric_cholesky;
 
 use super::eliminate::{Eliminated, LinearProblem, WINDOW, windows};
+use super::interval::{Interval, interval};
+use super::ornstein_uhlenbeck::Softplus;
 use super::smoother::Smoother;
+use tongue_core::statistics::mean_and_variance;
 use tongue_core::{parallel, random};
 
 /// Draws of a frame; each list runs over the draws.
 pub(super) struct FrameDraws {
     /// Tension of every muscle, N per metre of thickness.
     pub tensions: Vec<Vec<f32>>,
+    /// Intervals of the tensions, none of which is wider than the prior.
+    pub intervals: Vec<Interval>,
     /// Displacements of the bones, in standard deviations.
     pub bones: Vec<Vec<f32>>,
     /// Difference of every formant from the most probable one, Hz; empty without derivatives.
     pub formants: Vec<Vec<f32>>,
 }
 
+/// A batch of draws of a frame; a row runs over the draws.
+struct DrawnFrame {
+    /// Tension of every muscle before the transform.
+    tensions: DMatrix<f64>,
+    bones: DMatrix<f64>,
+    formants: Option<DMatrix<f64>>,
+}
+
 impl FrameDraws {
-    fn extend(&mut self, more: Self) {
-        let own = [&mut self.tensions, &mut self.bones, &mut self.formants];
-        for (all, more) in own.into_iter().zip([more.tensions, more.bones, more.formants]) {
-            all.iter_mut().zip(more).for_each(|(all, more)| all.extend(more));
+    fn of(batches: &[&DrawnFrame], link: &Softplus) -> Self {
+        let row = |of: &dyn Fn(&DrawnFrame) -> &DMatrix<f64>, i: usize| -> Vec<f64> {
+            batches.iter().flat_map(|batch| of(batch).row(i).iter().copied().collect::<Vec<_>>()).collect()
+        };
+        let single = |values: Vec<f64>| values.into_iter().map(|v| v as f32).collect::<Vec<_>>();
+        let (first, formants) = (batches[0], batches[0].formants.as_ref());
+        let tensions = |h: Vec<f64>| single(h.into_iter().map(|h| link.tension(h).0).collect());
+        let each = (0..first.tensions.nrows()).map(|i| {
+            let h = row(&|b| &b.tensions, i);
+            let narrower = no_wider_than(link.prior_sd(), &h).map(tensions);
+            let all = tensions(h);
+            let interval = interval(narrower.as_ref().unwrap_or(&all)).or_slack(link);
+            (all, interval)
+        });
+        let (tensions, intervals) = each.unzip();
+        Self {
+            tensions,
+            intervals,
+            bones: (0..first.bones.nrows()).map(|i| single(row(&|b| &b.bones, i))).collect(),
+            formants: (0..formants.map_or(0, DMatrix::nrows))
+                .map(|i| single(row(&|b| b.formants.as_ref().unwrap_or(&b.bones), i)))
+                .collect(),
         }
     }
+}
+
+/// Values about the same mean with this standard deviation; `None` where theirs is not larger. Data cannot make a tension less certain than
+/// its prior; the linear response to a shape that is hardly known is too large there.
+fn no_wider_than(sd: f64, values: &[f64]) -> Option<Vec<f64>> {
+    let (mean, variance) = mean_and_variance(values.iter().copied());
+    let part = sd / variance.sqrt();
+    (part < 1.0).then(|| values.iter().map(|value| mean + part * (value - mean)).collect())
 }
 
 /// Sums or means over frames of every muscle's tension, for each draw.
@@ -136,7 +175,7 @@ impl Sampler<'_> {
         let (m, bones, link) = (smoother.sizes.muscles, smoother.sizes.bones, smoother.settings.link);
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
-        let parts = parallel::map(batches, |batch| {
+        let drawn: Vec<Vec<DrawnFrame>> = parallel::map(batches, |batch| {
             let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
             let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
             let frames = window.clone().enumerate().zip(noise).map(|((i, t), noise)| {
@@ -148,28 +187,24 @@ impl Sampler<'_> {
                 let mut levels = changes.rows_mut(0, m);
                 levels += theta.rows(0, m);
                 let x = smoother.unknowns_of(recording, t);
-                let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
-                let shift = |i: usize, d: usize| (x[i] + by[(i, d)]) as f32;
-                FrameDraws {
-                    tensions: (0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect(),
-                    bones: (m..m + bones).map(|i| (0..BATCH).map(|d| shift(i, d)).collect()).collect(),
+                DrawnFrame {
+                    tensions: DMatrix::from_fn(m, BATCH, |i, d| x[i] + theta[(i, d)] + by[(i, d)]),
+                    bones: DMatrix::from_fn(bones, BATCH, |i, d| x[m + i] + by[(m + i, d)]),
                     formants: self.formants(t, &changes, &theta),
                 }
             });
-            frames.collect::<Vec<FrameDraws>>()
+            frames.collect()
         });
-        let together = parts.into_iter().reduce(|mut all, frames| {
-            all.iter_mut().zip(frames).for_each(|(all, more)| all.extend(more));
-            all
-        });
-        together.unwrap_or_default()
+        let frames: Vec<usize> = (0..drawn.first().map_or(0, Vec::len)).collect();
+        parallel::map(&frames, |&i| {
+            FrameDraws::of(&drawn.iter().map(|batch| &batch[i]).collect::<Vec<_>>(), &link)
+        })
     }
 
     /// Draws of the changes of a frame's formants, Hz.
-    fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Vec<Vec<f32>> {
-        let Some(rates) = &self.formant_jacobians[t] else { return Vec::new() };
-        let changes = stack![*changes; theta.rows_range(self.linear.problem.smoother.sizes.shared()..)];
-        (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
+    fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let rates = self.formant_jacobians[t].as_ref()?;
+        Some(rates * stack![*changes; theta.rows_range(self.linear.problem.smoother.sizes.shared()..)])
     }
 }
 

@@ -16,6 +16,7 @@ mod formants;
 mod frame;
 mod gauss_newton;
 mod hold_out;
+mod interval;
 mod jacobian;
 mod ornstein_uhlenbeck;
 pub mod prediction;
@@ -33,13 +34,14 @@ pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare
 pub use formants::{TrackedFormant, add_formants, opened_deg};
 pub use frame::{Frame, FrameObservation, FramePosture, FrameSolver, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
+pub use interval::Interval;
 pub use ornstein_uhlenbeck::{OrnsteinUhlenbeck, Softplus};
 pub use reachability::Reachability;
 pub use repeatability::{Repeatability, Repeated, repeatability};
 pub use rest_shape::{RestShape, ShapePrior};
 pub use results::{
-    Displacement, FrameStatus, HeldOutPrediction, Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint,
-    Tracked, TrackedRecording,
+    Displacement, FrameStatus, HeldOutPrediction, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked,
+    TrackedRecording,
 };
 pub use run::{NotFinite, Watch, rest_shape, track};
 pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};

@@ -175,7 +175,12 @@ impl Softplus {
 
     /// Prior quantile of a tension, N/m; `z` is the standard normal quantile of the same probability.
     pub fn prior_quantile(&self, z: f64) -> f64 {
-        self.tension(self.middle_n + z * self.level_sd_n.hypot(self.deviation_sd_n)).0
+        self.tension(self.middle_n + z * self.prior_sd()).0
+    }
+
+    /// Prior standard deviation of `h`, N/m.
+    pub fn prior_sd(&self) -> f64 {
+        self.level_sd_n.hypot(self.deviation_sd_n)
     }
 
     /// Prior standard deviation of a tension, N/m.

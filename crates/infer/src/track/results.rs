@@ -6,13 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::draws::{FrameDraws, Means};
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, FrameSolver};
-use super::ornstein_uhlenbeck::Softplus;
+use super::interval::{Interval, interval};
 use super::reachability::Reachability;
 use super::settings::TrackSettings;
 use super::smoother::SmoothedRecording;
 use crate::error_model::Along;
 use crate::inverse::BONE_SD_M;
-use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::recording::Fault;
 
 /// Largest root mean square residual of a result, in standard deviations of the points; above it a fit is poor. In standard deviations that
@@ -61,7 +60,7 @@ const AS_WELL_M: f64 = 0.3e-3;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Displacement {
     pub shift_m: [f64; 2],
-    /// Lower ends of the ranges of 95 % of the draws of both coordinates, m. On a known body they hold 76 to 97 % of the true values
+    /// Lower ends of the ranges of 95 % of the draws of both coordinates, m. On a known body they hold 88 to 96 % of the true values
     /// (docs/model.md, Coverage).
     pub low_m: [f64; 2],
     pub high_m: [f64; 2],
@@ -151,7 +150,6 @@ pub(super) fn frame_result(
     let &FrameSolution { recording, t, x, placed, lost, means, .. } = found;
     let (frame, here) = (&recording.frames[t], &recording.here[t]);
     let tensions = &draws.tensions;
-    let intervals: Vec<Interval> = tensions.iter().map(|d| interval(d).or_slack(&settings.link)).collect();
     let courses = tensions
         .iter()
         .zip(&means.0)
@@ -204,7 +202,7 @@ pub(super) fn frame_result(
         FrameStatus::NotReached
     } else if rms_sd > MISSED_SD {
         FrameStatus::PoorFit
-    } else if intervals.iter().any(|l| l.median >= BOUND * settings.link.scale_n()) {
+    } else if draws.intervals.iter().any(|l| l.median >= BOUND * settings.link.scale_n()) {
         FrameStatus::AtBound
     } else if resolved == 0 {
         FrameStatus::Unresolved
@@ -222,15 +220,11 @@ pub(super) fn frame_result(
         reached_rms_m,
         hidden: Vec::new(),
         resolved,
-        tensions: intervals,
+        tensions: draws.intervals.clone(),
         formants: formants::tracked_formants(frame, &positions, &draws.formants),
         positions: if settings.is_shown(t, recording.frames.len()) { positions } else { Vec::new() },
         faults: Vec::new(),
     }
-}
-
-fn interval(draws: &[f32]) -> Interval {
-    Interval::of(draws.iter().map(|d| f64::from(*d)))
 }
 
 fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
@@ -244,59 +238,6 @@ fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
         sum / count / prior_sd_n.powi(2)
     });
     covariance.symmetric_eigenvalues().iter().filter(|v| **v < RESOLVED * RESOLVED).count()
-}
-
-const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
-
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Interval {
-    pub median: f64,
-    pub low: f64,
-    pub high: f64,
-    pub variance: f64,
-}
-
-impl Interval {
-    /// From draws; all values are NaN without draws.
-    pub fn of(draws: impl Iterator<Item = f64>) -> Self {
-        let mut all: Vec<f64> = draws.collect();
-        let count = all.len() as f64;
-        let (_, variance) = mean_and_variance(all.iter().copied());
-        let mut quantiles = [f64::NAN; 3];
-        // Draws below `done` are in their final order, which the next quantile needs. A full sort would take several times as long.
-        let mut done = 0;
-        for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
-            let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
-            let below = at as usize;
-            for place in [below, (below + 1).min(all.len().saturating_sub(1))] {
-                if place >= done && place < all.len() {
-                    all[done..].select_nth_unstable_by(place - done, |a, b| a.total_cmp(b));
-                    done = place + 1;
-                }
-            }
-            let (a, b) = (all.get(below), all.get(below + 1).or(all.get(below)));
-            *quantile = a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a));
-        }
-        let [low, median, high] = quantiles;
-        Self { median, low, high, variance }
-    }
-
-    /// Extends the interval of a tension that begins below [`Softplus::slack_n`] to 0, because a slack muscle cannot be distinguished there
-    /// from one that pulls weakly.
-    pub(super) fn or_slack(mut self, link: &Softplus) -> Self {
-        if self.low < link.slack_n() {
-            self.low = 0.0;
-        }
-        self
-    }
-
-    pub fn width(&self) -> f64 {
-        self.high - self.low
-    }
-
-    pub fn holds(&self, value: f64) -> bool {
-        self.low <= value && value <= self.high
-    }
 }
 
 /// Mean tensions over the trusted frames of a label. A body that differs from the speaker's errs in every repetition alike, so repetitions

@@ -9,8 +9,9 @@ use serde::Serialize;
 
 use super::draws::{BATCH, FrameDraws, Means};
 use super::frame::Frame;
+use super::interval::Interval;
 use super::ornstein_uhlenbeck::Softplus;
-use super::results::{Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked, TrackedRecording};
+use super::results::{LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked, TrackedRecording};
 use tongue_core::statistics::{TWO_SIDED_95, grouped};
 use tongue_input::measured::recording::Label;
 

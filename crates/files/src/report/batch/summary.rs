@@ -47,7 +47,7 @@ impl Digest {
             seen_in_part: fit.answer.undetermined().is_some_and(|open| open > 0),
             has_posterior: r.record.posterior.is_some(),
             posterior_untold: alarms.iter().any(|alarm| matches!(alarm, Alarm::NoPosterior { .. })),
-            contradicted: alarms.iter().any(|alarm| matches!(alarm, Alarm::Contradicted { .. })),
+            contradicted: alarms.iter().any(Alarm::is_contradiction),
             contrasts,
         }
     }

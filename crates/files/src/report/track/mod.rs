@@ -101,10 +101,10 @@ impl TrackResults {
         ByMuscle::new(&self.muscles, of.iter().map(end))
     }
 
-    /// A frame as JSON, with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`), courses (tensions
-    /// less their mean over the recording), distances of the fitted points (null if there are none), and of held-out points the distance
-    /// across the contour from the predicted place to the measured one (its interval is null where too few points judge it). Displacements
-    /// of bones that were not seen have the range of 95 % of their draws.
+    /// A frame as JSON, medians of the draws with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`),
+    /// courses (tensions less their mean over the recording in the same draw), distances of the fitted points (null if there are none), and
+    /// of held-out points the distance across the contour from the predicted place to the measured one (its interval is null where too few
+    /// points judge it). Displacements of bones that were not seen have the range of 95 % of their draws.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let [levels, courses] =
             [&frame.tensions, &frame.courses].map(|of| ENDS.map(|end| self.by_muscle(of, end)));

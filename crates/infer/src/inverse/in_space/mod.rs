@@ -8,7 +8,7 @@ mod intervals;
 mod observations;
 mod recorded;
 
-use nalgebra::DVector;
+use nalgebra::{DVector, SVector};
 use serde::{Serialize, Serializer};
 use serde_json::json;
 use tongue_core::body::Body;
@@ -93,6 +93,8 @@ impl EndedSearch {
 
 /// Data that a body misses by more, m (RMS), have another unit or other axes.
 const FARTHEST_M: f64 = 15e-3;
+/// The same of a body at rest: a tongue moves by less.
+const FARTHEST_FROM_REST_M: f64 = 50e-3;
 
 /// Activations that move a body to marks.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,6 +157,10 @@ impl Serialize for SpaceFit {
         });
         record.serialize(serializer)
     }
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// Groups of muscles with one activation: their common name and their numbers.
@@ -220,6 +226,15 @@ impl SpaceSearch {
         let mut observed = Observed::new(body);
         let observations =
             marks.iter().map(|mark| observed.observations_of(mark)).collect::<Result<Vec<_>, _>>()?;
+        let distances_m = |positions: &[SVector<f64, 3>]| -> Vec<f64> {
+            Vec::from_iter(marks.iter().zip(&observations).map(|(mark, own)| {
+                mark.sd_m * own.iter().map(|o| o.residual(positions).powi(2)).sum::<f64>().sqrt()
+            }))
+        };
+        let from_rest_m = root_mean_square(&distances_m(&body.mesh.nodes));
+        if from_rest_m > FARTHEST_FROM_REST_M {
+            return refused(Alarm::FarFromData { rms_mm: 1e3 * from_rest_m }.to_string());
+        }
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
             return refused(format!("the prior of activations has the standard deviation {}", self.prior_sd));
         }
@@ -276,12 +291,8 @@ impl SpaceSearch {
         if !combinations.is_empty() && combinations.iter().all(Combination::is_open) {
             alarms.push(Alarm::NothingResolved);
         }
-        let distances_m: Vec<f64> = Vec::from_iter(marks.iter().zip(&observations).map(|(mark, own)| {
-            let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();
-            mark.sd_m * squares.sqrt()
-        }));
-        let squares: f64 = distances_m.iter().map(|d| d * d).sum();
-        let rms_m = (squares / marks.len() as f64).sqrt();
+        let distances_m = distances_m(&answer.positions);
+        let rms_m = root_mean_square(&distances_m);
         if rms_m > FARTHEST_M {
             alarms.push(Alarm::FarFromData { rms_mm: 1e3 * rms_m });
         }
