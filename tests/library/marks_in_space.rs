@@ -232,6 +232,7 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
     for (what, why) in [
         (node(9999, 0.0), "node 10000 was seen, but the body has"),
         (node(3, f64::NAN), "node 4"),
+        (node(3, 1.0), "mm (RMS) from the body, farther than a tongue moves"),
         (Marked::Coil { behind_tip_m: 0.3, place: Vector2::zeros() }, "300 mm behind the tip"),
         (Marked::Contour(Vector2::new(f64::NAN, 0.0)), "a point of the contour"),
         (Marked::Surface(Vector3::repeat(f64::INFINITY)), "a point of the surface"),

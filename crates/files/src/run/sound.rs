@@ -78,7 +78,7 @@ impl TongueSound {
             subject: spoken.map(|(subject, _)| subject.to_owned()),
             vowel: spoken.map(|(_, v)| v.label().to_owned()),
             converged: answer.converged,
-            alarms: answer.alarms.into_iter().chain(alarms::of_tract(sound.tract_length_mm)).collect(),
+            alarms: answer.alarms,
             pulls: Pulls::TensionsN(tensions.into()),
             published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
             nearest_vowel: nearest_name(means, &sound),

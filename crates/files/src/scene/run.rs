@@ -46,9 +46,7 @@ pub fn run<const D: usize>(
     // The workspace is made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
-    let answer = fit(prepared)?;
-    let fitted = answer.as_ref().map(|answer| answer.status);
-    let missed = answer.filter(|answer| answer.status == FitStatus::TargetNotMet);
+    let fitted = fit(prepared)?.map(|answer| (answer.status, answer.misfit));
     let mut points = None;
     if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
         && let Some((tensions, fit)) = super::loads::fit(wanted, frame, &prepared.system)
@@ -81,13 +79,15 @@ pub fn run<const D: usize>(
     let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
     let converged = solution.is_none_or(|s| s.status == statics::SolveStatus::Converged)
-        && fitted.is_none_or(|f| matches!(f, FitStatus::Converged | FitStatus::TargetNotMet))
+        && fitted.is_none_or(|(status, _)| matches!(status, FitStatus::Converged | FitStatus::TargetNotMet))
         && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
         && trajectory.as_ref().is_none_or(|t| t.outcome.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
-    alarms.extend(missed.map(|answer| Alarm::TargetNotMet { misfit: answer.misfit }));
+    let missed = fitted.filter(|(status, _)| *status == FitStatus::TargetNotMet);
+    alarms.extend(missed.map(|(_, misfit)| Alarm::TargetNotMet { misfit }));
     alarms.extend(alarms::of_shape(&prepared.body, system, &positions));
+    alarms.extend(sound.as_ref().and_then(|sound| alarms::of_tract(sound.tract_length_mm)));
     Ok(SceneOutcome {
         converged,
         pulls: Pulls::of(&prepared.body, prepared.tensions.clone()),
@@ -98,7 +98,7 @@ pub fn run<const D: usize>(
         contact,
         on_bones_n: trajectory.is_none().then(|| on_bones(prepared, at)),
         solution,
-        fit: fitted,
+        fit: fitted.map(|(status, _)| status),
         points,
         sound,
         operation: changes_by_surgery(scene, prepared, &positions)?,

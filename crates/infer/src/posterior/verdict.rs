@@ -121,18 +121,19 @@ pub struct ShortRun {
 
 impl ShortRun {
     pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, PosteriorError> {
-        let refused = |why: String| PosteriorError::Refused(why);
         if body.mesh.continuum.is_some() {
-            return Err(refused("in a continuum it takes minutes; --posterior 2000 computes it".to_owned()));
+            let why = "in a continuum it takes minutes; --posterior 2000 computes it";
+            return Err(PosteriorError::Refused(why.to_owned()));
         }
-        let matched = TargetOnBody::new(&body.mesh, target).map_err(|e| refused(e.to_string()))?;
+        let matched = TargetOnBody::new(&body.mesh, target);
+        let matched = matched.map_err(|e| PosteriorError::Refused(e.to_string()))?;
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
         let posterior_model = PosteriorModel::new(body, model, &priors)?;
         Ok(Self { posterior_model, measurements: Measurements::of_vowel(&matched) })
     }
 
-    /// The draws of group 0 or 1 of the chains, or of both; none if it cannot begin. Lengths that contradict the model are refused.
+    /// The draws of group 0 or 1 of the chains, or of both; none if the chains cannot begin. An error if the lengths contradict the model.
     pub fn draws(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
         let mut density = Density::new(&self.posterior_model, self.measurements.clone())?;
         let map_estimate = MapEstimate::find(&mut density)?;

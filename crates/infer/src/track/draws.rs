@@ -44,38 +44,37 @@ struct DrawnFrame {
     /// Tension of every muscle before the transform.
     tensions: DMatrix<f64>,
     bones: DMatrix<f64>,
-    formants: Option<DMatrix<f64>>,
+    /// Changes of the formants, Hz; without rows if there are no derivatives.
+    formants: DMatrix<f64>,
 }
 
 impl FrameDraws {
     fn of(batches: &[&DrawnFrame], link: &Softplus) -> Self {
-        let row = |of: &dyn Fn(&DrawnFrame) -> &DMatrix<f64>, i: usize| -> Vec<f64> {
-            batches.iter().flat_map(|batch| of(batch).row(i).iter().copied().collect::<Vec<_>>()).collect()
+        let rows = |of: fn(&DrawnFrame) -> &DMatrix<f64>| -> Vec<Vec<f64>> {
+            let count = of(batches[0]).nrows();
+            let row = |i| batches.iter().flat_map(|b| of(b).row(i).iter().copied().collect::<Vec<_>>()).collect();
+            (0..count).map(row).collect()
         };
-        let single = |values: Vec<f64>| values.into_iter().map(|v| v as f32).collect::<Vec<_>>();
-        let (first, formants) = (batches[0], batches[0].formants.as_ref());
-        let tensions = |h: Vec<f64>| single(h.into_iter().map(|h| link.tension(h).0).collect());
-        let each = (0..first.tensions.nrows()).map(|i| {
-            let h = row(&|b| &b.tensions, i);
+        let tensions = |h: Vec<f64>| in_single_precision(h.into_iter().map(|h| link.tension(h).0));
+        let each = rows(|b| &b.tensions).into_iter().map(|h| {
             let narrower = no_wider_than(link.prior_sd(), &h).map(tensions);
             let all = tensions(h);
             let interval = interval(narrower.as_ref().unwrap_or(&all)).or_slack(link);
             (all, interval)
         });
         let (tensions, intervals) = each.unzip();
-        Self {
-            tensions,
-            intervals,
-            bones: (0..first.bones.nrows()).map(|i| single(row(&|b| &b.bones, i))).collect(),
-            formants: (0..formants.map_or(0, DMatrix::nrows))
-                .map(|i| single(row(&|b| b.formants.as_ref().unwrap_or(&b.bones), i)))
-                .collect(),
-        }
+        let [bones, formants] =
+            [rows(|b| &b.bones), rows(|b| &b.formants)].map(|all| all.into_iter().map(in_single_precision).collect());
+        Self { tensions, intervals, bones, formants }
     }
 }
 
-/// Values about the same mean with this standard deviation; `None` where theirs is not larger. Data cannot make a tension less certain than
-/// its prior; the linear response to a shape that is hardly known is too large there.
+fn in_single_precision(values: impl IntoIterator<Item = f64>) -> Vec<f32> {
+    values.into_iter().map(|v| v as f32).collect()
+}
+
+/// The values, brought nearer to their mean, so that they have this standard deviation; `None` where theirs is not larger. Data cannot make
+/// a tension less certain than its prior, but the linear response to a shape that is hardly known is too large.
 fn no_wider_than(sd: f64, values: &[f64]) -> Option<Vec<f64>> {
     let (mean, variance) = mean_and_variance(values.iter().copied());
     let part = sd / variance.sqrt();
@@ -201,10 +200,10 @@ impl Sampler<'_> {
         })
     }
 
-    /// Draws of the changes of a frame's formants, Hz.
-    fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let rates = self.formant_jacobians[t].as_ref()?;
-        Some(rates * stack![*changes; theta.rows_range(self.linear.problem.smoother.sizes.shared()..)])
+    /// Draws of the changes of a frame's formants, Hz; without rows if there are no derivatives.
+    fn formants(&self, t: usize, changes: &DMatrix<f64>, theta: &DMatrix<f64>) -> DMatrix<f64> {
+        let Some(rates) = &self.formant_jacobians[t] else { return DMatrix::zeros(0, BATCH) };
+        rates * stack![*changes; theta.rows_range(self.linear.problem.smoother.sizes.shared()..)]
     }
 }
 

@@ -22,7 +22,7 @@ impl Interval {
         let count = all.len() as f64;
         let (_, variance) = mean_and_variance(all.iter().copied());
         let mut quantiles = [f64::NAN; 3];
-        // Draws below `done` are in their final order, which the next quantile needs. A full sort would take several times as long.
+        // The first `done` draws are the smallest ones, in ascending order where a quantile needs it. A full sort takes several times as long.
         let mut done = 0;
         for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
             let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));

@@ -96,7 +96,7 @@ impl<'a> Measures<'a> {
         longest.map(|(pause, at)| (pause, format!("{at:.3} s")))
     }
 
-    /// The number of labels of each tier within the recording, and the times of both.
+    /// For each tier the number of its labels that lie within the recording, and as its name the times of its labels and of the frames.
     pub fn labels_within(&self) -> Vec<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let Some((first, last)) = frames.first().zip(frames.last()) else { return Vec::new() };

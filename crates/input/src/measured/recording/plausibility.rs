@@ -7,7 +7,7 @@ use super::flat::STEEPEST_BONES_DEG;
 use super::map::WITHOUT_BONES;
 use super::measures::{ANY, MM, Measures, detour, sag};
 use super::outliers::above;
-use super::{AlignedFrame, AlignedRecording, Mark};
+use super::AlignedRecording;
 use Severity::{Note, Refused, Untrusted};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -179,29 +179,22 @@ impl DoubtList {
     #[rustfmt::skip]
     fn palate(&mut self, m: &Measures<'_>) {
         let Some(palate) = m.palate else { return };
-        let over_mm = |p: Option<Mark>| p.map(|p| above(palate, p.at).map(|over| over * MM));
-        let often_beyond = m.recording.names().enumerate().filter_map(|(nth, name)| {
-            let over = m.recording.frames.iter().filter_map(|f| over_mm(f.points().nth(nth)?));
-            let (all, beyond) = over.fold((0, 0), |(all, beyond), over| {
-                (all + 1, beyond + usize::from(over.is_some_and(|mm| mm > 3.0)))
-            });
-            (all >= FEWEST_FRAMES).then(|| (100.0 * f64::from(beyond as u32) / f64::from(all as u32), name.clone()))
-        });
-        let often_beyond: Vec<NamedValue> = often_beyond.collect();
-        let over_mm: Vec<Option<f64>> = m.recording.frames.iter().flat_map(AlignedFrame::points).filter_map(over_mm).collect();
-        let under: Vec<f64> = over_mm.iter().flatten().copied().collect();
-        let beyond = 100.0 * under.iter().filter(|mm| **mm > 3.0).count() as f64 / under.len() as f64;
-        let room_mm = under.iter().copied().max_by(f64::total_cmp).map(|highest| unnamed(-highest));
+        let heights = heights_mm(palate, m);
+        let names = m.recording.names().zip(&heights).filter(|(_, own)| own.len() >= FEWEST_FRAMES);
+        let often_beyond: Vec<NamedValue> = names.map(|(name, own)| (percent(own, is_beyond), name.clone())).collect();
+        let all = heights.concat();
+        let in_range: Vec<Option<f64>> = all.iter().copied().filter(Option::is_some).collect();
+        let room_mm = in_range.iter().flatten().copied().max_by(f64::total_cmp).map(|highest| unnamed(-highest));
         let side = if m.recording.mirrored { -1.0 } else { 1.0 };
         let exchanged: Vec<Point> = palate.iter().map(|p| side * Point::new(p.y, p.x)).collect();
-        let [own, other] = [palate, &exchanged].map(|line| part_under(line, m));
-        self.check("palate", [unnamed(100.0 * other)], [0.0, 100.0 * (2.0 * own + 0.2)], Refused,
+        let if_exchanged = percent(&heights_mm(&exchanged, m).concat(), is_under);
+        self.check("palate", [unnamed(if_exchanged)], [0.0, 2.0 * percent(&all, is_under) + 20.0], Refused,
             "{value} % of the points lie under the palate if its x_mm and y_mm are exchanged, far more than as it is given: exchange them; {give_palate}");
         self.check("palate", sag(palate).filter(|_| palate.len() >= 3).map(|m| unnamed(m * MM)), [-ANY, 2.0], Refused,
             "the palate sags by {value} mm below the line of its ends: it is upside down; change the sign of its y_mm");
-        self.check("palate", (!over_mm.is_empty()).then(|| unnamed(under.len() as f64)), [1.0, ANY], Refused,
+        self.check("palate", (!all.is_empty()).then(|| unnamed(in_range.len() as f64)), [1.0, ANY], Refused,
             "no point of the tongue lies under the palate; {give_palate}");
-        self.check("palate", [unnamed(beyond)], [0.0, 20.0], Refused, "{value} % of the points lie beyond the palate; {give_palate}");
+        self.check("palate", [unnamed(percent(&in_range, is_beyond))], [0.0, 20.0], Refused, "{value} % of the points lie beyond the palate; {give_palate}");
         self.check("palate", often_beyond, [0.0, 50.0], Untrusted,
             "{name} lies beyond the palate in {value} % of the frames: the palate or the point is in a wrong place; {give_palate}");
         self.check("palate", room_mm.clone(), [-ANY, 60.0], Refused,
@@ -211,12 +204,32 @@ impl DoubtList {
     }
 }
 
-/// The part of all points of the tongue that lie at most 30 mm under a palate.
-fn part_under(palate: &[Point], m: &Measures<'_>) -> f64 {
-    let points = || m.recording.frames.iter().flat_map(AlignedFrame::points).flatten();
-    let under =
-        points().filter(|p| above(palate, p.at).is_some_and(|over| (-30.0..=3.0).contains(&(over * MM))));
-    under.count() as f64 / points().count().max(1) as f64
+/// Farthest that a point may lie beyond a palate, and farthest that one usually lies under it.
+const BEYOND_MM: f64 = 3.0;
+const UNDER_MM: f64 = 30.0;
+
+fn is_beyond(height_mm: f64) -> bool {
+    height_mm > BEYOND_MM
+}
+
+fn is_under(height_mm: f64) -> bool {
+    (-UNDER_MM..=BEYOND_MM).contains(&height_mm)
+}
+
+/// Heights of every point of the tongue above a palate, mm, in the frames that show it; `None` in front of the palate and behind it.
+fn heights_mm(palate: &[Point], m: &Measures<'_>) -> Vec<Vec<Option<f64>>> {
+    let points = 0..m.recording.contour.len() + m.recording.sensors.len();
+    let each = points.map(|point| {
+        let positions = m.recording.positions_over_time(point);
+        positions.map(|(_, mark)| above(palate, mark.at).map(|over| over * MM)).collect()
+    });
+    each.collect()
+}
+
+/// Percentage of all heights that have a property; zero if there are none.
+fn percent(heights_mm: &[Option<f64>], has_property: fn(f64) -> bool) -> f64 {
+    let count = heights_mm.iter().flatten().filter(|mm| has_property(**mm)).count();
+    100.0 * count as f64 / heights_mm.len().max(1) as f64
 }
 
 const MOST_DETOUR: f64 = 1.6;

@@ -26,7 +26,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     };
     let (point, x, y) = (needed("point")?, needed("x_mm")?, needed("y_mm")?);
     let (recording, time, sigma) = (column("recording"), column("time_s"), column("sigma_mm"));
-    if let Some(other) = header.iter().find(|name| time.is_none() && name.to_lowercase().starts_with("time"))
+    if time.is_none()
+        && let Some(other) = header.iter().find(|name| name.to_lowercase().starts_with("time"))
     {
         let what = format!("there is a column {other:?}, but no column time_s");
         return Err(start.error(what, "give the times in seconds, in a column time_s"));
