@@ -165,7 +165,7 @@ fn costs(posterior_model: &PosteriorModel, moved: [Point; 2]) -> [f64; 2] {
     let both =
         [contours(posterior_model, &contour(&a), Some(&contour(&b))), coils(posterior_model, [&a, &b])];
     both.map(|auxiliary| {
-        let nothing = ParameterValues { postures: Vec::new(), tones: Vec::new(), tilt: 0.0 };
+        let nothing = ParameterValues { postures: Vec::new(), tilt: 0.0 };
         let computed = DVector::from_vec(auxiliary.values(&nothing, |_| rest));
         let residuals = DVector::from_vec(auxiliary.measured) - computed;
         residuals.dot(&auxiliary.errors.cholesky().unwrap().solve(&residuals))
@@ -274,7 +274,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
         };
         let own = &values.postures[0];
         let vowel = Load::new(own.tensions.clone()).with_bone(body.bone("hyoid"), own.hyoid);
-        let (vowel, base) = (solved(vowel), solved(Load::new(values.tones.clone())));
+        let (vowel, base) = (solved(vowel), solved(Load::new(values.tones().to_vec())));
         DVector::from_fn(all.len(), |m, _| vowel[m] / base[m])
     };
     let own = posterior_model.body.mesh.continuum.as_ref().unwrap().settings;

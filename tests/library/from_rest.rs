@@ -43,7 +43,8 @@ fn are_same(a: &Positions, b: &Positions) -> bool {
 impl Tongue<'_> {
     fn posterior(&self, load: &[f64], positions: &Positions) -> bool {
         let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
-        let at = ParameterValues { postures: vec![posture], tones: vec![0.0; load.len()], tilt: 0.0 };
+        let baseline = Posture { tensions: vec![0.0; load.len()], hyoid: Vector2::zeros() };
+        let at = ParameterValues { postures: vec![posture, baseline], tilt: 0.0 };
         let found = Evaluator::new(self.density).solve_from_rest(&[&at]).remove(0);
         found.is_some_and(|found| are_same(&found.shapes[0], positions))
     }

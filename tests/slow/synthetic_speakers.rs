@@ -167,7 +167,7 @@ pub fn activity(values: &ParameterValues, random: &mut fastrand::Rng) -> Auxilia
             let mean = muscles.iter().map(|&m| tensions[m]).sum::<f64>() / muscles.len() as f64;
             0.025 * (mean.ln_1p() + ln_gain + EMG * normal(random)).exp_m1()
         };
-        let both = [(Some(0), active(&values.postures[0].tensions)), (None, active(&values.tones))];
+        let both = [(Some(0), active(&values.postures[0].tensions)), (None, active(values.tones()))];
         (muscles, both.to_vec())
     });
     AuxiliaryData::emg(&electrodes)
@@ -194,10 +194,10 @@ pub fn unknowns(posterior_model: &PosteriorModel, postures: usize) -> Vec<Number
         all.push(Number { kind, name: format!("{kind} {of}"), value });
     };
     for (m, name) in posterior_model.muscles.iter().enumerate() {
-        add("F0", name.clone(), Box::new(move |d| d.tones[m]));
+        add("F0", name.clone(), Box::new(move |d| d.tones()[m]));
         for p in 0..postures {
             add("F", format!("{name} {p}"), Box::new(move |d| d.postures[p].tensions[m]));
-            let change = move |d: &ParameterValues| d.postures[p].tensions[m] - d.tones[m];
+            let change = move |d: &ParameterValues| d.postures[p].tensions[m] - d.tones()[m];
             add("F - F0", format!("{name} {p}"), Box::new(change));
         }
         if postures > 1 {

@@ -138,7 +138,7 @@ impl Export for Draws<'_> {
         let rows = draws.iter().map(|draw| {
             let first = [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()];
             let (own, all) = (&draw.values.postures[posture], 0..muscles.len());
-            let numbers = own.tensions.iter().chain(&draw.values.tones).copied();
+            let numbers = own.tensions.iter().chain(draw.values.tones()).copied();
             let numbers = numbers.chain(all.clone().map(|m| draw.change(posture, m)));
             let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d)).chain([draw.values.tilt]);
             let numbers = numbers.chain(all.map(|m| draw.stretch(posture * muscles.len() + m)));

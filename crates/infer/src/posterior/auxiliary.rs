@@ -24,8 +24,12 @@ const LEAST_TENSION: f64 = 1.0;
 
 impl Active {
     fn mean(&self, values: &ParameterValues) -> f64 {
-        let tensions = self.posture.map_or(&values.tones, |p| &values.postures[p].tensions);
+        let tensions = &values.postures[self.index(values)].tensions;
         self.muscles.iter().map(|&m| tensions[m]).sum::<f64>() / self.muscles.len() as f64
+    }
+
+    fn index(&self, values: &ParameterValues) -> usize {
+        self.posture.unwrap_or(values.postures.len() - 1)
     }
 
     /// Logarithm of one plus the mean tension over [`LEAST_TENSION`].
@@ -34,13 +38,12 @@ impl Active {
     }
 
     pub(super) fn slope(&self, values: &ParameterValues, parameter: Parameter) -> f64 {
-        let own = match (parameter, self.posture) {
-            (Parameter::Tension(posture, m), Some(own)) if posture == own => m,
-            (Parameter::Tone(m), None) => m,
-            _ => return 0.0,
-        };
-        let part = if self.muscles.contains(&own) { 1.0 / self.muscles.len() as f64 } else { 0.0 };
-        part / (self.mean(values) + LEAST_TENSION)
+        match parameter {
+            Parameter::Tension(posture, m) if posture == self.index(values) && self.muscles.contains(&m) => {
+                1.0 / self.muscles.len() as f64 / (self.mean(values) + LEAST_TENSION)
+            }
+            _ => 0.0,
+        }
     }
 }
 

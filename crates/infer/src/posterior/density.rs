@@ -14,6 +14,7 @@ use super::PosteriorError;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
+use super::priors::Priors;
 
 #[derive(Debug, Clone)]
 pub struct Density<'a> {
@@ -41,8 +42,13 @@ const SOLVE: SolveSettings = SolveSettings {
     beyond: false,
 };
 
-fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterValues, Vec<Parameter>) {
+/// The sampled parameters, and the values of the others. The hyoid's place in /ɯ/ is that of the body, so it moves in another baseline only.
+fn parameters(
+    posterior_model: &PosteriorModel,
+    measurements: &Measurements,
+) -> (ParameterValues, Vec<Parameter>) {
     let (priors, muscles) = (&posterior_model.priors, &posterior_model.muscles);
+    let postures = measurements.labels.len();
     let mut parameters = Vec::new();
     let mut known = |fixed: Option<f64>, parameter: Parameter| {
         fixed.unwrap_or_else(|| {
@@ -51,20 +57,20 @@ fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterVa
         })
     };
     let place = if priors.hyoid.off { Some([0.0; 2]) } else { priors.hyoid.fixed_mm };
-    let postures = Vec::from_iter((0..postures).map(|posture| {
+    let moves_in_baseline = measurements.is_baseline_active && !priors.baseline.off && place.is_none();
+    let of_baseline = if moves_in_baseline { None } else { Some([0.0; 2]) };
+    let shapes = Vec::from_iter((0..=postures).map(|index| {
+        let (place, fixed): (_, fn(&Priors, &str) -> Option<f64>) =
+            if index < postures { (place, Priors::fixed_tension) } else { (of_baseline, Priors::fixed_tone) };
         let tensions = muscles.iter().enumerate();
-        let tensions =
-            tensions.map(|(m, name)| known(priors.fixed_tension(name), Parameter::Tension(posture, m)));
+        let tensions = tensions.map(|(m, name)| known(fixed(priors, name), Parameter::Tension(index, m)));
         let tensions = tensions.collect();
-        let hyoid =
-            [0, 1].map(|axis| known(place.map(|mm| mm[axis] * 1e-3), Parameter::Hyoid(posture, axis)));
+        let hyoid = [0, 1].map(|axis| known(place.map(|mm| mm[axis] * 1e-3), Parameter::Hyoid(index, axis)));
         Posture { tensions, hyoid: SVector::from(hyoid) }
     }));
-    let tones = muscles.iter().enumerate();
-    let tones = tones.map(|(m, name)| known(priors.fixed_tone(name), Parameter::Tone(m))).collect();
     let tilts = !priors.hyoid.off && !priors.hyoid_tilt.off && posterior_model.hyoid.len() > 1;
     let tilt = known(if tilts { priors.hyoid_tilt.fixed_rad_per_m } else { Some(0.0) }, Parameter::Tilt);
-    (ParameterValues { postures, tones, tilt }, parameters)
+    (ParameterValues { postures: shapes, tilt }, parameters)
 }
 
 impl<'a> Density<'a> {
@@ -73,7 +79,7 @@ impl<'a> Density<'a> {
         posterior_model: &'a PosteriorModel,
         measurements: Measurements,
     ) -> Result<Self, PosteriorError> {
-        let (fixed, parameters) = parameters(posterior_model, measurements.labels.len());
+        let (fixed, parameters) = parameters(posterior_model, &measurements);
         if parameters.iter().all(|p| *p == Parameter::Tilt) {
             let why =
                 "these priors fix every tension, every tone and the hyoid: leave at least one of them free";
@@ -155,14 +161,19 @@ impl<'a> Density<'a> {
         all
     }
 
+    /// Scale of the prior of tensions in a posture or, for the number after the last posture, in the baseline, N per metre of thickness.
+    pub(super) fn scale(&self, posture: usize) -> f64 {
+        let priors = &self.posterior_model.priors;
+        if posture < self.postures() { priors.tension.scale_n_per_m } else { priors.baseline.scale_n_per_m }
+    }
+
     /// Values of the parameters at these scores, and the derivative of each sampled parameter by its score.
     pub fn parameter_values(&self, scores: &DVector<f64>) -> (ParameterValues, Vec<f64>) {
         let priors = &self.posterior_model.priors;
         let mut values = self.fixed.clone();
         let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| {
             let (scale, (value, slope)) = match p {
-                Parameter::Tension(..) => (priors.tension.scale_n_per_m, parameters::tension(g)),
-                Parameter::Tone(_) => (priors.baseline.scale_n_per_m, parameters::tension(g)),
+                Parameter::Tension(posture, _) => (self.scale(*posture), parameters::tension(g)),
                 Parameter::Hyoid(..) => (1e-3 * priors.hyoid.sd_mm, (g, 1.0)),
                 Parameter::Tilt => (priors.hyoid_tilt.sd_rad_per_m, (g, 1.0)),
             };

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use super::linearisation::{DifferentiatedPoint, GeometrySensitivities};
 use super::model::{PerturbedBody, PerturbedPair, PosteriorModel};
+use super::parameters::Posture;
 use tongue_core::effect::Configuration;
 use tongue_core::statics::lanes::Lanes;
 use tongue_core::statics::{SolveSettings, SolveStatus};
@@ -96,13 +97,13 @@ fn slopes_of(
     if !same {
         return None;
     }
-    let own = values.postures.get(index);
-    let tensions = own.map_or(&values.tones, |p| &p.tensions);
-    let hyoid = own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, values.tilt * p.hyoid.x));
+    let Posture { tensions, hyoid } = &values.postures[index];
+    let hyoid = (*hyoid, values.tilt * hyoid.x);
+    let posture = (index < density.postures()).then_some(index);
     let [[force_low, x_low], [force_high, x_high]] = [low, high]
         .map(|side| side.forces_and_positions(posterior_model, solved.shape(index).0, tensions, hyoid));
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
-        let numbers = density.measurements.auxiliary.of_shape(own.map(|_| index), x);
+        let numbers = density.measurements.auxiliary.of_shape(posture, x);
         side.system.lengths(x).into_iter().chain(numbers).collect()
     });
     let slopes: Vec<f64> = Vec::from_iter(point.adjoints[index].iter().enumerate().map(|(i, adjoint)| {

@@ -89,12 +89,11 @@ pub(super) fn by_parameter(
     [by_x, by_y, by_angle]: [f64; 3],
     parameter: Parameter,
 ) -> f64 {
-    match (parameter, values.postures.get(index)) {
-        (Parameter::Tension(posture, m), _) if posture == index => by_tension[m],
-        (Parameter::Tone(m), None) => by_tension[m],
-        (Parameter::Hyoid(posture, 0), _) if posture == index => by_x + values.tilt * by_angle,
-        (Parameter::Hyoid(posture, _), _) if posture == index => by_y,
-        (Parameter::Tilt, Some(own)) => own.hyoid.x * by_angle,
+    match parameter {
+        Parameter::Tension(posture, m) if posture == index => by_tension[m],
+        Parameter::Hyoid(posture, 0) if posture == index => by_x + values.tilt * by_angle,
+        Parameter::Hyoid(posture, _) if posture == index => by_y,
+        Parameter::Tilt => values.postures[index].hyoid.x * by_angle,
         _ => 0.0,
     }
 }

@@ -49,17 +49,19 @@ pub struct PosteriorModel {
 }
 
 impl PosteriorModel {
-    /// Load of a posture by its number, or of the baseline for the number after the last posture, solved from the positions `start`. In a
-    /// posture the hyoid is displaced, and tilted by `values.tilt` radians for every metre that it moves back.
+    /// Load of a posture by its number, or of the baseline for the number after the last posture, solved from the positions `start`. The
+    /// hyoid is displaced, and tilted by `values.tilt` radians for every metre that it moves back.
     pub fn load<'l>(
         &'l self,
         values: &ParameterValues,
         posture: usize,
         start: Option<&'l [SVector<f64, 2>]>,
     ) -> Load<'l, 2> {
-        let own = values.postures.get(posture);
-        let load = Load { start, ..Load::new(own.map_or(&values.tones, |p| &p.tensions).clone()) };
-        let Some(own) = own.filter(|_| self.moves_hyoid()) else { return load };
+        let own = &values.postures[posture];
+        let load = Load { start, ..Load::new(own.tensions.clone()) };
+        if !self.moves_hyoid() || own.hyoid == SVector::<f64, 2>::zeros() {
+            return load;
+        }
         if values.tilt == 0.0 {
             return load.with_bone(&self.hyoid, own.hyoid);
         }

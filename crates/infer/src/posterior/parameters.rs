@@ -47,11 +47,11 @@ pub fn tension(score: f64) -> (f64, f64) {
     (z, density(g) / (2.0 * density(z)))
 }
 
+/// A sampled parameter; the number of the baseline is that after the last posture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// Tension of a muscle in a posture, by the numbers of posture and muscle.
     Tension(usize, usize),
-    Tone(usize),
     /// Displacement of the hyoid along an axis, by the numbers of posture and axis.
     Hyoid(usize, usize),
     /// Tilt of the hyoid for every metre that it moves back, rad/m.
@@ -66,8 +66,8 @@ pub struct Posture {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterValues {
+    /// The postures, then the baseline.
     pub postures: Vec<Posture>,
-    pub tones: Vec<f64>,
     /// Angle by which the hyoid tilts, its greater horn downwards, for every metre that it moves back, rad/m.
     pub tilt: f64,
 }
@@ -76,7 +76,6 @@ impl ParameterValues {
     pub(super) fn get_mut(&mut self, parameter: Parameter) -> &mut f64 {
         match parameter {
             Parameter::Tension(posture, m) => &mut self.postures[posture].tensions[m],
-            Parameter::Tone(m) => &mut self.tones[m],
             Parameter::Hyoid(posture, axis) => &mut self.postures[posture].hyoid[axis],
             Parameter::Tilt => &mut self.tilt,
         }
@@ -84,10 +83,16 @@ impl ParameterValues {
 
     /// Tensions and displacements multiplied by `part`; the tilt, an angle for each metre of displacement, is kept.
     pub fn scaled(&self, part: f64) -> Self {
-        let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
-        let postures = self.postures.iter();
-        let postures = postures.map(|p| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part });
-        Self { postures: postures.collect(), tones: times(&self.tones), ..*self }
+        let postures = self.postures.iter().map(|p| Posture {
+            tensions: p.tensions.iter().map(|t| t * part).collect(),
+            hyoid: p.hyoid * part,
+        });
+        Self { postures: postures.collect(), ..*self }
+    }
+
+    /// Tensions in the baseline, N per metre of thickness.
+    pub fn tones(&self) -> &[f64] {
+        self.postures.last().map_or(&[], |baseline| &baseline.tensions)
     }
 }
 
@@ -120,7 +125,7 @@ pub struct Draw {
 impl Draw {
     /// The stretch in a row of the list of all muscles in all postures.
     pub fn stretch(&self, row: usize) -> f64 {
-        let muscles = self.values.tones.len();
+        let muscles = self.values.tones().len();
         self.lengths[row] / self.lengths[self.lengths.len() - muscles + row % muscles]
     }
 
@@ -129,6 +134,6 @@ impl Draw {
     }
 
     pub fn change(&self, posture: usize, muscle: usize) -> f64 {
-        self.tension(posture, muscle) - self.values.tones[muscle]
+        self.tension(posture, muscle) - self.values.tones()[muscle]
     }
 }

@@ -4,11 +4,11 @@
 //! tensions there (`s`: scale of their prior), the displacement of the hyoid and its angle. The coefficients are fitted by least squares to
 //! the numbers and to their exact derivatives at solved points.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::density::Density;
 use super::linearisation::DifferentiatedPoint;
-use super::parameters::ParameterValues;
+use super::parameters::{ParameterValues, Posture};
 
 /// Weight of small coefficients, over that of an equation; it decides what few points leave open.
 const RIDGE: f64 = 1e-4;
@@ -24,11 +24,7 @@ pub(super) struct QuadraticShape {
 /// Logarithms of the tensions in a shape, the hyoid's displacement along both axes, m, and its angle; each with its derivative by the
 /// tension, the displacement or the angle.
 pub(super) fn inputs(density: &Density<'_>, values: &ParameterValues, index: usize) -> Vec<(f64, f64)> {
-    let priors = &density.posterior_model.priors;
-    let (tensions, hyoid, scale) = match values.postures.get(index) {
-        Some(own) => (&own.tensions, own.hyoid, priors.tension.scale_n_per_m),
-        None => (&values.tones, SVector::zeros(), priors.baseline.scale_n_per_m),
-    };
+    let (Posture { tensions, hyoid }, scale) = (&values.postures[index], density.scale(index));
     let logarithms = tensions.iter().map(|f| ((0.5 * f / scale).ln_1p(), 1.0 / (f + 2.0 * scale)));
     logarithms.chain([hyoid.x, hyoid.y, values.tilt * hyoid.x].map(|value| (value, 1.0))).collect()
 }

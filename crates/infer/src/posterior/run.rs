@@ -191,7 +191,7 @@ fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
         mixing(&chains.iter().map(|c| c.draws.iter().map(value).collect()).collect::<Vec<Vec<f64>>>())
     };
     let muscles = 0..density.posterior_model.muscles.len();
-    let mut out: Vec<Mixing> = muscles.clone().map(|m| of(&|d| d.values.tones[m])).collect();
+    let mut out: Vec<Mixing> = muscles.clone().map(|m| of(&|d| d.values.tones()[m])).collect();
     for posture in 0..density.postures() {
         out.extend(muscles.clone().map(|m| of(&|d| d.tension(posture, m))));
         out.extend(muscles.clone().map(|m| of(&|d| d.change(posture, m))));

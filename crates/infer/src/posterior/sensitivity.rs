@@ -46,12 +46,9 @@ pub struct Scaled {
 
 impl Scaled {
     pub fn new(density: &Density<'_>, draws: &[Draw]) -> Self {
-        let priors = &density.posterior_model.priors;
-        let (scale, base) = (priors.tension.scale_n_per_m, priors.baseline.scale_n_per_m);
         let prior = |d: &Draw| -> f64 {
             let each = density.parameters.iter().map(|p| match *p {
-                Parameter::Tension(posture, m) => (d.tension(posture, m) / scale).powi(2),
-                Parameter::Tone(m) => (d.values.tones[m] / base).powi(2),
+                Parameter::Tension(posture, m) => (d.tension(posture, m) / density.scale(posture)).powi(2),
                 _ => 0.0,
             });
             -0.5 * each.sum::<f64>()

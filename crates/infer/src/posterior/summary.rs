@@ -175,7 +175,7 @@ impl Summary {
         Self {
             changes_n: ByMuscle::new(muscles, changes),
             tensions_n: ByMuscle::new(muscles, tensions),
-            baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.values.tones[m]))),
+            baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.values.tones()[m]))),
             hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.values.postures[posture].hyoid[axis])),
             hyoid_tilt_rad_per_m: spread(&|d| d.values.tilt),
             stretches: ByMuscle::new(&names, stretches),

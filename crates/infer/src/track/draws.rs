@@ -52,7 +52,8 @@ impl FrameDraws {
     fn of(batches: &[&DrawnFrame], link: &Softplus) -> Self {
         let rows = |of: fn(&DrawnFrame) -> &DMatrix<f64>| -> Vec<Vec<f64>> {
             let count = of(batches[0]).nrows();
-            let row = |i| batches.iter().flat_map(|b| of(b).row(i).iter().copied().collect::<Vec<_>>()).collect();
+            let row =
+                |i| batches.iter().flat_map(|b| of(b).row(i).iter().copied().collect::<Vec<_>>()).collect();
             (0..count).map(row).collect()
         };
         let tensions = |h: Vec<f64>| in_single_precision(h.into_iter().map(|h| link.tension(h).0));
@@ -63,8 +64,8 @@ impl FrameDraws {
             (all, interval)
         });
         let (tensions, intervals) = each.unzip();
-        let [bones, formants] =
-            [rows(|b| &b.bones), rows(|b| &b.formants)].map(|all| all.into_iter().map(in_single_precision).collect());
+        let [bones, formants] = [rows(|b| &b.bones), rows(|b| &b.formants)]
+            .map(|all| all.into_iter().map(in_single_precision).collect());
         Self { tensions, intervals, bones, formants }
     }
 }

@@ -2,12 +2,12 @@
 
 use tongue_core::geometry::Point;
 
+use super::AlignedRecording;
 use super::dynamics::{FEWEST_FRAMES, NamedValue, unnamed};
 use super::flat::STEEPEST_BONES_DEG;
 use super::map::WITHOUT_BONES;
 use super::measures::{ANY, MM, Measures, detour, sag};
 use super::outliers::above;
-use super::AlignedRecording;
 use Severity::{Note, Refused, Untrusted};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
