@@ -155,9 +155,9 @@ impl<const D: usize> Mesh<D> {
     }
 }
 
-pub(super) fn sorted(mut face: [usize; 4]) -> [usize; 4] {
-    face.sort_unstable();
-    face
+pub(super) fn sorted<const N: usize>(mut nodes: [usize; N]) -> [usize; N] {
+    nodes.sort_unstable();
+    nodes
 }
 
 impl Mesh<2> {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Directions, Segment, Side};
+use crate::body::mesh::sorted;
 use crate::body::{Body, MuscleChain};
 use crate::statistics::least_by;
 
@@ -100,10 +101,9 @@ impl Body<3> {
                 body.mesh.hexahedra.push(<[usize; 8]>::try_from(all).ok()?);
             }
         }
-        let by_corners: BTreeMap<Vec<usize>, usize> = (0..self.mesh.hexahedra.len())
-            .map(|e| (sorted(self.mesh.hexahedra[e].iter().copied()), e))
-            .collect();
-        let image_of = |e: usize| by_corners.get(&sorted(self.mesh.hexahedra[e].iter().map(|&n| image[n])));
+        let by_corners: BTreeMap<[usize; 8], usize> =
+            self.mesh.hexahedra.iter().enumerate().map(|(e, corners)| (sorted(*corners), e)).collect();
+        let image_of = |e: usize| by_corners.get(&sorted(self.mesh.hexahedra[e].map(|n| image[n])));
         let mut right = (0..element_number.len()).filter(|&e| element_number[e].is_none());
         if !right.all(|e| image_of(e).is_some_and(|&i| element_number[i].is_some()))
             || self.mesh.hexahedra.len() != 2 * body.mesh.hexahedra.len()
@@ -188,12 +188,6 @@ fn are_alike(own: &Directions, other: &Directions) -> bool {
 fn mean_product(all: &Directions, y: f64) -> Matrix3<f64> {
     let mirrored = all.iter().flatten().map(|d| Vector3::new(d.x, y * d.y, d.z));
     mirrored.map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
-}
-
-fn sorted(nodes: impl Iterator<Item = usize>) -> Vec<usize> {
-    let mut nodes: Vec<usize> = nodes.collect();
-    nodes.sort_unstable();
-    nodes
 }
 
 /// For each node its image, which is the node itself on the plane; `None` if a node has no image.
