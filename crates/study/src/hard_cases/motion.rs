@@ -7,7 +7,6 @@ use tongue_core::body::largest_distance;
 use tongue_core::dynamics::{
     self, Control, IntegrationMethod, Motion, MotionOutcome, MotionStatus, Tensions,
 };
-use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::Model;
 use tongue_files::report::status_name;
 
@@ -114,8 +113,9 @@ fn run(
     if outcome.counts.damped > 0 {
         note += &format!(", {} steps by backward Euler", outcome.counts.damped);
     }
-    if let Some(apart) = distance_to_equilibrium(motion, &positions).filter(|_| completed) {
-        note += &format!(", {:.1e} m from equilibrium", apart);
+    if let Some(equilibrium) = motion.at_equilibrium().filter(|_| completed) {
+        let apart = largest_distance(&equilibrium.positions, &positions);
+        note += &format!(", {apart:.1e} m from equilibrium");
     }
     Ok(HardCase {
         converged: completed,
@@ -139,14 +139,4 @@ fn integrate(
     let mut state = motion.at_rest();
     let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, end, &[], &mut ());
     Ok((outcome, state.positions))
-}
-
-fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[SVector<f64, 2>]) -> Option<f64> {
-    let system = motion.system;
-    let mut tensions = vec![0.0; system.muscle_count()];
-    motion.tensions.write_at(f64::MAX, &mut tensions);
-    let mut workspace = Workspace::new(system);
-    let solution = solve(system, &mut workspace, &tensions, &SolveSettings::default());
-    let apart = largest_distance(workspace.positions(), positions);
-    (solution.status == SolveStatus::Converged).then_some(apart)
 }
