@@ -49,12 +49,7 @@ impl<'a, const D: usize> Response<'a, D> {
         &self.motion
     }
 
-    /// Computes the response to a tension of 1 N in a muscle (2D: per metre of thickness).
-    pub fn compute_for_tension(&mut self, muscle: usize) {
-        self.compute_for_tensions([muscle]);
-    }
-
-    /// Computes the response to a tension of 1 N in each of several muscles.
+    /// Computes the response to a tension of 1 N in each of the muscles (2D: per metre of thickness).
     pub fn compute_for_tensions(&mut self, muscles: impl IntoIterator<Item = usize>) {
         let effects = self.system.effects();
         self.compute_for_load(|at, load| {
@@ -109,7 +104,7 @@ pub fn position_rates<const D: usize>(
     let motions = muscles.iter().map(|fibres| {
         let mut motion = vec![SVector::zeros(); positions.len()];
         for &fibre in fibres {
-            response.compute_for_tension(fibre);
+            response.compute_for_tensions([fibre]);
             motion.iter_mut().zip(response.motion()).for_each(|(sum, m)| *sum += m);
         }
         system.paths().iter().for_each(|path| path.carry(positions, &mut motion));

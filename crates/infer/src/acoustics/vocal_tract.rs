@@ -140,7 +140,7 @@ impl VocalTract {
 
     /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the equilibrium of a response.
     pub fn by_tension(rates: &FormantRates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
-        response.compute_for_tension(muscle);
+        response.compute_for_tensions([muscle]);
         let motion = response.motion();
         Vec::from_iter(
             rates.iter().map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum()),

@@ -118,7 +118,7 @@ impl<'a> Columns<'a> {
         let mut response = solver.response()?;
         for column in 0..self.count() {
             if let Some(&muscle) = muscles.get(column) {
-                response.compute_for_tension(muscle);
+                response.compute_for_tensions([muscle]);
             } else {
                 let number = column - muscles.len();
                 let (bone, axis) = (&freed[number / 2], number % 2);
