@@ -31,20 +31,13 @@ pub struct Coefficients {
     pub node_mass: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MatchedCell {
-    /// Spring constant of each edge, N/m (2D: per metre of thickness).
-    pub stiffness: f64,
-    /// kappa_s or kappa_v, J (2D: per metre of thickness).
-    pub kappa: f64,
-}
-
-/// k and kappa of one cell: eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48 (misprints of the thesis, docs/model.md).
+/// k of each edge, N/m, and kappa, J, of one cell (2D: per metre of thickness): eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48
+/// (misprints of the thesis, docs/model.md).
 ///
 /// The plane has plane strain (eqs. 3.38-3.42), space the full elasticity matrix. On an equilateral triangle the match is exact. In space
 /// the cell is a regular tetrahedron with the mesh's mean connection length. A block of cubes cut into tetrahedra, which are not regular,
 /// has 4 % more than the given Young's modulus, a bulk modulus half as large again, and a shear modulus 29 % smaller (ν = 0.49).
-pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Result<MatchedCell, SystemError> {
+pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Result<(f64, f64), SystemError> {
     model.check()?;
     let measure = simplex::measure(cell);
     if !(measure.is_finite() && measure > 0.0) {
@@ -85,8 +78,7 @@ pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Resu
         }
     }
     let determinant = ss * cc - sc * sc;
-    let stiffness = (es * cc - ec * sc) / determinant;
-    Ok(MatchedCell { stiffness, kappa: (ec * ss - es * sc) / determinant })
+    Ok(((es * cc - ec * sc) / determinant, (ec * ss - es * sc) / determinant))
 }
 
 /// An equilateral triangle or a regular tetrahedron with edges of length `side`, m.
@@ -112,14 +104,14 @@ impl Coefficients {
         measure: f64,
         nodes: usize,
     ) -> Result<Self, SystemError> {
-        let matched = match_stiffness::<D>(model, &regular_simplex(side))?;
+        let (stiffness, kappa) = match_stiffness::<D>(model, &regular_simplex(side))?;
         // b = eta in the plane is per metre of thickness; in space a connection is about as thick as it is long.
         let damping = model.viscosity * if D == 2 { 1.0 } else { side };
         Ok(Self {
-            tissue_stiffness: matched.stiffness,
+            tissue_stiffness: stiffness,
             tissue_damping: damping,
-            kappa: matched.kappa,
-            muscle_parallel_stiffness: matched.stiffness,
+            kappa,
+            muscle_parallel_stiffness: stiffness,
             // The thesis takes k2 = b "to avoid divergence"; at equilibrium k2 has no effect.
             muscle_series_stiffness: damping,
             contractile_damping: damping,

@@ -4,4 +4,4 @@ pub mod law;
 mod matching;
 
 pub use law::{MooneyRivlin, NeoHookean, Stress};
-pub use matching::{Coefficients, MatchedCell, Model, match_stiffness, regular_simplex};
+pub use matching::{Coefficients, Model, match_stiffness, regular_simplex};
