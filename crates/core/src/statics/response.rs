@@ -35,7 +35,6 @@ impl<'a, const D: usize> Response<'a, D> {
         Self { system, w, motion }
     }
 
-    /// Positions of all nodes at the equilibrium, m.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         &self.w.positions
     }

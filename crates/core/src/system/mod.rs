@@ -93,7 +93,6 @@ impl<const D: usize> System<D> {
         &self.rest
     }
 
-    /// Displaced nodes of bones and their positions, m.
     pub fn displaced(&self) -> &[(usize, SVector<f64, D>)] {
         &self.displaced
     }
@@ -172,7 +171,6 @@ impl<const D: usize> System<D> {
         (positions[b] - positions[a]).norm()
     }
 
-    /// Lengths of all muscles, m.
     pub fn lengths(&self, positions: &[SVector<f64, D>]) -> Vec<f64> {
         (0..self.muscle_count()).map(|muscle| self.length(positions, muscle)).collect()
     }

@@ -30,7 +30,6 @@ pub struct Anatomy {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MuscleLine {
     pub name: String,
-    /// First and second end, m.
     pub ends: [Point; 2],
     /// The part outside the tissue, if there is one.
     pub outside: Option<OutsidePart>,
@@ -163,7 +162,6 @@ fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> ParsedText<Vec<AnatomyBon
     bones.collect()
 }
 
-/// A muscle line with its part outside the tissue.
 fn muscle_line(
     name: &str,
     given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,
