@@ -3,35 +3,61 @@
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::parallel;
-use tongue_infer::posterior::{Density, MapEstimate, Measurements, predict_each_from_others};
+use tongue_infer::posterior::{
+    Density, MapEstimate, Measurements, Sampling, predict_each_from_others, sample,
+};
 
 use crate::fixtures::{tongue, vowel};
 use crate::synthetic_speakers::posterior_model;
 
+/// The measurements of all rows of the published table against a baseline.
+fn rows_against(baseline: &str) -> Vec<Measurements> {
+    let (data, mesh) = (Dataset::reference().unwrap(), tongue());
+    let options = TargetOptions { baseline: Some(vowel(baseline)), ..TargetOptions::default() };
+    let rows = data.rows.iter().filter_map(|row| {
+        let (subject, vowel) = (&row.lengths.subject, &row.lengths.vowel);
+        let target = Target::new(&data, subject, vowel, TargetKind::Stretch, &options).ok()?;
+        Some(Measurements::of_vowel(&TargetOnBody::new(&mesh, &target).unwrap()))
+    });
+    rows.collect()
+}
+
 #[test]
 fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
-    let (data, posterior_model, mesh) = (Dataset::reference().unwrap(), posterior_model(""), tongue());
-    let baseline = std::env::var("TONGUE_FIT_BASELINE").unwrap_or_else(|_| "o".to_owned());
-    let options = TargetOptions { baseline: Some(vowel(&baseline)), ..TargetOptions::default() };
-    let rows: Vec<Target> = data
-        .rows
-        .iter()
-        .filter_map(|r| {
-            Target::new(&data, &r.lengths.subject, &r.lengths.vowel, TargetKind::Stretch, &options).ok()
-        })
-        .collect();
-    assert_eq!(rows.len(), 15, "four vowels of S1 to S3, three of S4");
-    let held: Vec<(usize, usize)> = parallel::map(&rows, |row| {
-        let matched = TargetOnBody::new(&mesh, row).unwrap();
-        let mut density = Density::new(&posterior_model, Measurements::of_vowel(&matched)).unwrap();
-        let map_estimate = MapEstimate::find(&mut density).unwrap();
-        let found = predict_each_from_others(&density, &map_estimate).unwrap();
-        let measured = density.measurements.stretches.iter();
-        (found.iter().zip(measured).filter(|(f, y)| f.spread.holds(y.value)).count(), found.len())
+    let posterior_model = posterior_model("");
+    let held = ["i", "e", "a", "o"].map(|baseline| {
+        let rows = rows_against(baseline);
+        assert_eq!(rows.len(), 15, "four vowels of S1 to S3, three of S4");
+        let held = parallel::map(&rows, |row| {
+            let mut density = Density::new(&posterior_model, row.clone()).unwrap();
+            let map_estimate = MapEstimate::find(&mut density).unwrap();
+            let found = predict_each_from_others(&density, &map_estimate).unwrap();
+            assert_eq!(found.len(), 8);
+            found.iter().zip(&row.stretches).filter(|(f, y)| f.spread.holds(y.value)).count()
+        });
+        let held: usize = held.iter().sum();
+        eprintln!("against /{baseline}/: {held} of 120 hold");
+        held
     });
-    let (held, all) = held.iter().fold((0, 0), |(h, a), (held, all)| (h + held, a + all));
-    eprintln!("against /{baseline}/: {held} of {all} hold");
-    // Against /o/ the fewest intervals contained the measured stretch (104 of 120) before the baseline had an error of its own. The limit
-    // is 0.95 less two binomial standard errors.
-    assert!(all == 120 && held as f64 >= 0.91 * all as f64, "{held} of {all}");
+    // 0.95 less two binomial standard errors.
+    let all: usize = held.iter().sum();
+    assert!(all as f64 >= 0.93 * 480.0, "{all} of 480");
+}
+
+#[test]
+fn a_vowel_against_another_and_the_other_against_it_have_opposite_answers() {
+    let posterior_model = posterior_model("");
+    let p_rises = |vowel: &str, baseline: &str| {
+        let options = TargetOptions { baseline: Some(self::vowel(baseline)), ..TargetOptions::default() };
+        let data = Dataset::reference().unwrap();
+        let target = Target::new(&data, "S4", &self::vowel(vowel), TargetKind::Stretch, &options).unwrap();
+        let row = Measurements::of_vowel(&TargetOnBody::new(&tongue(), &target).unwrap());
+        let posterior = sample(&posterior_model, row, &Sampling { draws: 1000, seed: 1 }).unwrap();
+        let rising = |m| posterior.draws.iter().filter(|draw| draw.change(0, m) > 0.0).count();
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|m| rising(m) as f64 / posterior.draws.len() as f64)
+    };
+    for (m, (there, back)) in p_rises("a", "i").iter().zip(p_rises("i", "a")).enumerate() {
+        // Two standard errors of a difference of two probabilities from 400 effective draws each are below 0.08.
+        assert!((there + back - 1.0).abs() < 0.1, "muscle {m}: {there} and {back}");
+    }
 }

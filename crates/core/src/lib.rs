@@ -3,10 +3,10 @@
 
 pub mod body;
 pub mod choice;
-#[doc(hidden)]
 pub mod dynamics;
 pub mod effect;
 pub mod geometry;
+#[doc(hidden)]
 pub mod instances;
 pub mod limits;
 pub mod material;

@@ -21,9 +21,9 @@ impl<const D: usize> Load<'_, D> {
 
 impl<const D: usize> LaneGroup<'_, D> {
     /// The equilibria to which up to [`LANES`] loads lead from rest as they grow, jumps included; `None` where a load leads to no
-    /// equilibrium, or through one in which the barrier acts. `load` gives a part, 0 to 1, of the load of a number below `count`, whose start is not used. Loads grow in 5 steps, each
-    /// solved from the shape before; where that ends, in 25. Whether the body jumps is not determined, so this takes less time than
-    /// [`trace()`](crate::statics::trace()).
+    /// equilibrium, or through one in which the barrier acts. `load(i, part)` is the part, 0 to 1, of load number `i` below `count`; its
+    /// start is ignored. Loads grow in 5 steps, each solved from the shape of the step before; where this fails, in 25. Whether the body
+    /// jumps is not determined, so this takes less time than [`trace()`](crate::statics::trace()).
     #[inline(never)]
     pub fn solve_from_rest<'l>(
         &mut self,
