@@ -8,6 +8,7 @@ use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::Landmarks;
 use tongue_fit::inner::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
 use tongue_fit::inner::posterior::{AuxiliaryData, PosteriorModel};
+use tongue_fit::inner::report::joined;
 use tongue_fit::inner::statistics::{distinct, median};
 use tongue_fit::measured::{Activity, Muscles, Target, Vowel};
 use tongue_fit::track::TongueSurface;
@@ -77,11 +78,10 @@ impl SampledTargets<'_> {
         };
         let vowel = Vowel::new(name).with_context(|| format!("{option} {text}"))?;
         let posture = self.of_vowel(&vowel).ok_or_else(|| {
-            let sampled: Vec<String> = self.targets.iter().map(|t| format!("/{}/", t.vowel)).collect();
+            let sampled = joined(self.targets.iter().map(|t| format!("/{}/", t.vowel)), ", ");
             anyhow!(
-                "{option} {text}: there is no file of this name, and /{vowel}/ is not sampled; sampled are {} and the baseline /{}/ \
+                "{option} {text}: there is no file of this name, and /{vowel}/ is not sampled; sampled are {sampled} and the baseline /{}/ \
                  (--joint samples all vowels of the subject)",
-                sampled.join(", "),
                 self.vowel(None)
             )
         })?;
@@ -198,7 +198,7 @@ fn emg(
     if !silent.is_empty() {
         output::note(&format!(
             "--emg {origin}: {} left out: no activity in any vowel, so the electrode seems to have recorded nothing",
-            silent.into_iter().map(|row| row.name).collect::<Vec<_>>().join(", ")
+            joined(silent.into_iter().map(|row| row.name), ", ")
         ));
     }
     let activities = measured.iter().flat_map(|row| &row.by_vowel).map(|(_, activity)| *activity);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_fit::inner::report::{self, Conclusion, FitRecord, with_decimals};
+use tongue_fit::inner::report::{self, Conclusion, FitRecord, joined, range, status_in_words, with_decimals};
 use tongue_fit::inner::run::{Published, SampledPosterior};
 use tongue_fit::inverse::Fit;
 use tongue_fit::measured::TargetKind;
@@ -11,7 +11,6 @@ use tongue_fit::measured::TargetKind;
 use super::output::is_verbose;
 use super::posterior::{self, ACTIVE_BASELINE};
 use super::table::{count_of, newtons, rows, wrap_sentence};
-use super::word;
 
 pub struct ShownFit<'a> {
     pub record: &'a FitRecord,
@@ -67,10 +66,8 @@ impl ShownFit<'_> {
                     text += &wrap_sentence(&sentence);
                 }
                 if let Some(hyoid_mm) = verdict.hyoid_mm.filter(|_| is_verbose()) {
-                    let [back, up] = hyoid_mm.map(|[low, high]| {
-                        format!("{} to {} mm", with_decimals(low, 1), with_decimals(high, 1))
-                    });
-                    text += &wrap_sentence(&format!("Hyoid, 95 %: back {back}, up {up}."));
+                    let [back, up] = hyoid_mm.map(|ends| range(ends, 1));
+                    text += &wrap_sentence(&format!("Hyoid, 95 %: back {back} mm, up {up} mm."));
                 }
             }
             None => {
@@ -115,11 +112,7 @@ impl ShownFit<'_> {
         found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions()))));
         for curve in fit.answer.solution_curves() {
             if let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) {
-                let ranges = first
-                    .x
-                    .iter()
-                    .zip(&last.x)
-                    .map(|(a, b)| format!("{} to {}", with_decimals(*a, 1), with_decimals(*b, 1)));
+                let ranges = first.x.iter().zip(&last.x).map(|(a, b)| range([*a, *b], 1));
                 found.push(("fits as well", ranges.collect()));
             }
         }
@@ -150,7 +143,7 @@ impl ShownFit<'_> {
             if answer.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", answer.misfit) };
         let mut text = format!(
             "\n{}: the fitted {} are missed by {misfit} (RMS); {} equilibria; {:.0} ms in all\n",
-            word(&answer.status),
+            status_in_words(&answer.status),
             self.quantity(),
             answer.counts.evaluations,
             1e3 * self.record.wall_s.unwrap_or_default()
@@ -181,9 +174,8 @@ impl ShownFit<'_> {
 
 fn in_one_line(written: &[PathBuf]) -> String {
     let Some(folder) = written.first().and_then(|path| path.parent()) else { return String::new() };
-    let names: Vec<String> =
-        written.iter().map(|p| p.strip_prefix(folder).unwrap_or(p).display().to_string()).collect();
-    format!("written to {}: {}\n", folder.display(), names.join(", "))
+    let names = written.iter().map(|path| path.strip_prefix(folder).unwrap_or(path).display());
+    format!("written to {}: {}\n", folder.display(), joined(names, ", "))
 }
 
 fn shortening_percent(length: f64, than: f64) -> f64 {

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
-use tongue_fit::inner::report::Provenance;
+use tongue_fit::inner::report::{Provenance, joined};
 
 /// What a call printed, and how it ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -142,16 +142,14 @@ fn words() -> Vec<String> {
 
 /// The words as one line for a shell; a word that the shell would split or change is quoted.
 pub fn line_of(words: Vec<String>) -> String {
-    std::iter::once("tongue-fit".to_owned())
-        .chain(words.into_iter().map(|word| {
-            if !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "_@%+=:,./-".contains(c)) {
-                word
-            } else {
-                format!("'{}'", word.replace('\'', "'\\''"))
-            }
-        }))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let quoted = words.into_iter().map(|word| {
+        if !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "_@%+=:,./-".contains(c)) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    });
+    joined(std::iter::once("tongue-fit".to_owned()).chain(quoted), " ")
 }
 
 #[cfg(test)]

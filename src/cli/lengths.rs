@@ -8,10 +8,11 @@ use serde_json::{Value, json};
 use tongue_fit::inner::choice;
 use tongue_fit::inner::inverse::batch::{self, Refusal, Selection};
 use tongue_fit::inner::measured::lengths::{Encoding, HalfWidth, ReadColumn, Reading, Row};
+use tongue_fit::inner::report::status_in_words;
 use tongue_fit::measured::{Dataset, Lengths, Muscles, TargetKind, Vowel};
 
 use super::table::{align_left, join_first, rows};
-use super::{Global, Outcome, inputs, output, table, word};
+use super::{Global, Outcome, inputs, output, table};
 
 const MOST_LISTED: usize = 50;
 
@@ -54,12 +55,11 @@ pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> anyh
     let kinds = TargetKind::ALL.to_vec();
     let selection = Selection { kinds, baseline: check.baseline.clone(), ..Selection::default() };
     let plan = batch::plan(&data, &selection)?;
-    let mut rows: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
-    data.rows.iter().for_each(|row| rows.entry(&row.lengths.subject).or_default().push(row));
     let subjects = Vec::from_iter(data.subjects().into_iter().map(|subject| {
         let own = plan.baselines.iter().find(|row| row.subject == subject);
         let own = own.and_then(|own| data.row(subject, &own.vowel).ok()).map(|lengths| &lengths.vowel);
-        SubjectRows { subject, baseline: own, rows: rows.remove(subject).unwrap_or_default() }
+        let rows = data.rows.iter().filter(|row| row.lengths.subject == subject).collect();
+        SubjectRows { subject, baseline: own, rows }
     }));
     let unknown = unknown(&data.muscles);
     let mut record = json!({
@@ -184,7 +184,8 @@ fn text_format(reading: &Reading) -> String {
         Encoding::Utf8Bom => "UTF-8 with byte order mark",
         Encoding::Utf16 => "UTF-16",
     };
-    let (ends, mark) = (word(&reading.line_ends).to_uppercase(), word(&reading.decimal_mark));
+    let ends = status_in_words(&reading.line_ends).to_uppercase();
+    let mark = status_in_words(&reading.decimal_mark);
     format!("{encoding}, {ends} line ends, {} between fields, decimal {mark}", reading.separator.plural())
 }
 
@@ -197,8 +198,7 @@ fn muscles(data: &Dataset) -> comfy_table::Table {
         let measured = format!("{} of {}", lengths.count(), data.rows.len());
         [column.muscle.clone(), column.name.clone(), measured, shortest, longest, half_width(column)]
     });
-    align_left(&mut t, 1);
-    align_left(&mut t, 5);
+    align_left(&mut t, [1, 5]);
     t
 }
 
@@ -230,7 +230,7 @@ fn subjects(all: &[SubjectRows<'_>]) -> String {
             join_first(missing, MOST_LISTED, "\n"),
         ]
     });
-    (1..4).for_each(|column| align_left(&mut t, column));
+    align_left(&mut t, 1..4);
     match all.len().saturating_sub(MOST_LISTED) {
         0 => t.to_string(),
         more => format!("{t}\nand {more} more subjects"),

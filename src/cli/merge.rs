@@ -6,6 +6,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use clap::Parser;
 use tongue_fit::inner::report::batch::Shard;
 use tongue_fit::inner::report::batch::journal::{self, Journal};
+use tongue_fit::inner::report::joined;
 
 use super::batch::{DEFAULT_OUT, PreparedBatch};
 use super::table::join_first;
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let first = first.ok_or_else(|| {
         anyhow!(
             "no shard of a batch in {}; tongue-fit batch --shard 1/16 leaves one, batch-1-of-16.journal",
-            arguments.folders.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ")
+            joined(arguments.folders.iter().map(|f| f.display()), ", ")
         )
     })?;
     let words = journal::arguments(first)?;
@@ -91,7 +92,7 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> anyhow::Result<Vec<String>
     let [of] = counts[..] else {
         bail!(
             "shards of batches with different numbers of shards: of {}; keep those of one batch",
-            counts.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and of ")
+            joined(counts, " and of ")
         );
     };
     let all = (1..=of).map(|number| Shard { number, of });

@@ -47,7 +47,7 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 pub use invocation::Called;
 use invocation::{Invocation, line_of, provenance, words_of_the_result};
-use output::{Outcome, untrusted_sentence, word};
+use output::{Outcome, untrusted_sentence};
 
 const FAILED: u8 = 1;
 

@@ -247,7 +247,7 @@ pub fn answer_equilibrium<const D: usize>(
     write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
     let status = record.equilibrium.solution.status;
     let failed = status != SolveStatus::Converged;
-    let failed = failed.then(|| format!("no equilibrium was found ({})", word(&status)));
+    let failed = failed.then(|| format!("no equilibrium was found ({})", report::status_in_words(&status)));
     Ok(Outcome::of_alarms(failed, &record.equilibrium.alarms))
 }
 
@@ -264,12 +264,8 @@ pub enum Outcome {
 impl Outcome {
     /// The outcome of a result that cannot be trusted for these reasons, if there are any.
     pub fn of_reasons(why: impl IntoIterator<Item = String>) -> Self {
-        let why: Vec<String> = why.into_iter().collect();
-        if why.is_empty() {
-            Self::Good
-        } else {
-            Self::Untrustworthy(format!("{}; see the results", why.join("; ")))
-        }
+        let why = report::joined(why, "; ");
+        if why.is_empty() { Self::Good } else { Self::Untrustworthy(why + "; see the results") }
     }
 
     /// The outcome of a result with its alarms; `failed` says why the result failed, if it did.
@@ -283,10 +279,6 @@ pub fn untrusted_sentence(bad: &BTreeMap<String, usize>, all: usize, what: &str)
     let count: usize = bad.values().sum();
     let statuses = table::status_counts(bad);
     (count > 0).then(|| format!("{count} of the {all} {what} cannot be trusted ({statuses})"))
-}
-
-pub fn word(status: &impl Serialize) -> String {
-    report::status_name(status).replace('_', " ")
 }
 
 #[cfg(test)]

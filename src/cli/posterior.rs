@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
-use tongue_fit::inner::report::{probability, with_decimals};
+use tongue_fit::inner::report::{probability, range, with_decimals};
 use tongue_fit::inner::run::SampledPosterior;
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::system::Model;
@@ -155,10 +155,6 @@ fn contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
     let own = &sampled.posterior.density.measurements.labels[posture];
     let sure = sampled.contrasts.iter().filter(|c| c.is_decided() && [&c.a, &c.b].contains(&own));
     sure.map(|c| difference(c) + "\n").collect()
-}
-
-fn range(ends: [f64; 2], digits: usize) -> String {
-    format!("{} to {}", with_decimals(ends[0], digits), with_decimals(ends[1], digits))
 }
 
 fn changes(summary: &Summary) -> String {

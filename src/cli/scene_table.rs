@@ -7,7 +7,6 @@ use tongue_fit::inner::report;
 use tongue_fit::inner::scene::{ScenePlan, force_unit, run::SceneOutcome};
 
 use super::table::{self, align_left, newtons, rows};
-use super::word;
 
 const REASON: usize = 50;
 
@@ -21,12 +20,12 @@ pub fn plan(plan: &ScenePlan) -> String {
         };
         [e.effect.to_owned(), mark, elements, cost, report::wrap_text(&e.why, REASON).join("\n")]
     });
-    align_left(&mut t, 4);
+    align_left(&mut t, [4]);
     let _ = writeln!(text, "{t}\n");
     let mut t = rows(&["muscle", "", "why"], &plan.muscles, |m| {
         [m.muscle.as_str(), if m.contracting { "on" } else { "-" }, &m.why]
     });
-    align_left(&mut t, 2);
+    align_left(&mut t, [2]);
     if !plan.muscles.is_empty() {
         let _ = writeln!(text, "{t}\n");
     }
@@ -75,7 +74,7 @@ pub fn outcome(o: &SceneOutcome) -> String {
             text,
             "points met to {:.2} mm (RMS), {}; {} of {muscles} directions of tension are resolved, the others come from the prior\n",
             p.rms_mm.unwrap_or(f64::NAN),
-            word(&p.status),
+            report::status_in_words(&p.status),
             p.resolved,
         );
     }
@@ -158,6 +157,5 @@ pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
 }
 
 fn vector(v: &[f64]) -> String {
-    let parts: Vec<String> = v.iter().map(|x| report::with_decimals(*x, 3)).collect();
-    format!("({})", parts.join(", "))
+    format!("({})", report::joined(v.iter().map(|x| report::with_decimals(*x, 3)), ", "))
 }

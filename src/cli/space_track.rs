@@ -8,7 +8,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inner::measured::is_space_table;
 use tongue_fit::inner::measured::recording::AlignedRecording;
-use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, tally};
+use tongue_fit::inner::report::{self, Export, Json, Pvd, Vtu, joined, status_in_words, tally};
 use tongue_fit::inner::run::{self, ScreenedRecording, SpaceSource, SpaceTrack, SpaceTrackFrame};
 use tongue_fit::inner::standard_deviations::SPACE_MARK_MM;
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
@@ -16,7 +16,7 @@ use tongue_fit::measured::Target;
 use tongue_fit::system::TissueModel;
 
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, recordings, table, untrusted_sentence, word};
+use super::{Global, Outcome, output, recordings, table, untrusted_sentence};
 
 /// Smaller shares of a muscle in a combination are not printed.
 const SHARE: f64 = 0.2;
@@ -108,7 +108,7 @@ impl Arguments {
         let bad = track.frames.iter().filter_map(|SpaceTrackFrame { fit, .. }| match fit.answer.status {
             FitStatus::Converged if fit.alarms.is_empty() => None,
             FitStatus::Converged => Some("with alarms".to_owned()),
-            status => Some(word(&status)),
+            status => Some(status_in_words(&status)),
         });
         let doubtful = untrusted_sentence(&tally(bad), track.frames.len(), "frames");
         track.untrusted =
@@ -202,7 +202,7 @@ fn text(track: &SpaceTrack) -> String {
         });
         text += &format!(
             "{t}\n{}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations\n",
-            word(&fit.answer.status),
+            status_in_words(&fit.answer.status),
             1e3 * fit.rms_m,
             fit.distances_m.iter().map(|d| 1e3 * d).fold(0.0, f64::max),
             fit.ended_here(),
@@ -211,15 +211,14 @@ fn text(track: &SpaceTrack) -> String {
         );
         for open in fit.open() {
             let shares = open.direction.0.iter().filter(|(_, s)| s.abs() >= SHARE);
-            let shares: Vec<String> = shares.map(|(name, s)| format!("{s:+.2} {name}")).collect();
+            let shares = joined(shares.map(|(name, s)| format!("{s:+.2} {name}")), " ");
             // An activation is at most 1.
             let sd = if open.sd < 1.0 { format!("±{:.2}", open.sd) } else { "without limit".to_owned() };
-            text += &format!("open ({sd}; the prior decides): {}\n", shares.join(" "));
+            text += &format!("open ({sd}; the prior decides): {shares}\n");
         }
         for other in fit.others_as_good() {
             let active = other.0.iter().filter(|(_, a)| *a > 0.01);
-            let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
-            text += &format!("as good: {}\n", active.join(", "));
+            text += &format!("as good: {}\n", joined(active.map(|(name, a)| format!("{name} {a:.2}")), ", "));
         }
         for alarm in &fit.alarms {
             text += &format!("alarm   {alarm}\n");

@@ -9,20 +9,18 @@ use tongue_fit::inner::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inner::inverse::alarms::{self, Alarm};
 use tongue_fit::inner::posterior::{Contrast, OverSpeakers};
 use tongue_fit::inner::report::column::{self, Column};
-use tongue_fit::inner::report::{self, OfBody, SimulationRecord, TrajectoryRecord};
+use tongue_fit::inner::report::{self, OfBody, SimulationRecord, TrajectoryRecord, joined};
 use tongue_fit::inner::run::Equilibrium;
 use tongue_fit::inner::surgery::OperationRecord;
 use tongue_fit::inner::validate::{self, ValidationStudy};
 use tongue_fit::statics::{self, Connection, FromRest};
 
-pub(super) fn align_left(t: &mut Table, column: usize) {
-    align(t, column, CellAlignment::Left);
-}
-
-fn align(t: &mut Table, column: usize, to: CellAlignment) {
-    t.column_mut(column).into_iter().for_each(|c| {
-        c.set_cell_alignment(to);
-    });
+pub(super) fn align_left(t: &mut Table, columns: impl IntoIterator<Item = usize>) {
+    for column in columns {
+        if let Some(column) = t.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Left);
+        }
+    }
 }
 
 /// A table in which all columns but the first are aligned to the right.
@@ -33,10 +31,10 @@ pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
 ) -> Table {
     let mut t = Table::new();
     t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().map(ToString::to_string));
-    (1..header.len()).for_each(|column| align(&mut t, column, CellAlignment::Right));
-    items.into_iter().for_each(|item| {
-        t.add_row(row(item));
-    });
+    for column in t.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    t.add_rows(items.into_iter().map(row));
     t
 }
 
@@ -47,8 +45,7 @@ pub(super) fn from_columns<'a, R: 'a>(columns: &[Column<'a, R>], items: &[R]) ->
     let (headings, shown) = column::columns_with_heading(columns);
     let headings: Vec<String> = headings.iter().map(|h| report::wrap_text(h, HEADING).join("\n")).collect();
     let mut t = rows(&headings, items, |item| shown.iter().map(|c| c.page_text(item)));
-    let to_the_left = shown.iter().enumerate().filter(|(_, column)| !column.is_to_the_right(items));
-    to_the_left.for_each(|(number, _)| align_left(&mut t, number));
+    align_left(&mut t, (0..shown.len()).filter(|&number| !shown[number].is_to_the_right(items)));
     t
 }
 
@@ -130,7 +127,7 @@ fn branch(found: &Equilibrium) -> String {
         return connection_to_rest(found.solution.connection).to_owned() + &doubts;
     };
     let end = trace.from_rest.critical().map_or_else(String::new, |c| {
-        let kind = report::status_name(&c.kind).replace('_', " ");
+        let kind = report::status_in_words(&c.kind);
         format!("the branch of equilibria from rest ends at {:.6} of the tensions ({kind}); ", c.load)
     });
     let followed = match trace.from_rest {
@@ -218,8 +215,7 @@ pub(super) fn join_first(parts: impl IntoIterator<Item = String>, most: usize, b
 
 /// Text such as `12 converged, 1 target not met`.
 pub(super) fn status_counts<'a>(statuses: impl IntoIterator<Item = (&'a String, &'a usize)>) -> String {
-    let each = statuses.into_iter().map(|(status, n)| format!("{n} {}", status.replace('_', " ")));
-    each.collect::<Vec<_>>().join(", ")
+    joined(statuses.into_iter().map(|(status, n)| format!("{n} {}", status.replace('_', " "))), ", ")
 }
 
 pub(super) fn count_of(n: usize, what: &str) -> String {
@@ -280,12 +276,11 @@ pub fn operation(o: &OperationRecord) -> String {
             let all = o.made_up_interval_95.as_ref().and_then(|all| all.get(name));
             all.map_or_else(String::new, |[low, high]| format!(" ({low:.2} to {high:.2})"))
         };
-        let active: Vec<String> =
-            active.map(|(name, a)| format!("{name} {a:.2}{}", interval(name))).collect();
+        let active = active.map(|(name, a)| format!("{name} {a:.2}{}", interval(name)));
         let _ = writeln!(
             text,
             "the tip comes back to {to:.2} mm (RMS) with {}; other activations bring it there too, 95 % of them in these ranges",
-            active.join(", ")
+            joined(active, ", ")
         );
     }
     text

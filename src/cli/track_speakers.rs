@@ -112,7 +112,7 @@ fn text(speakers: &[TrackedSpeaker], over: &[OverSpeakers]) -> String {
             s.problem.clone().unwrap_or_default(),
         ]
     });
-    (3..5).for_each(|column| table::align_left(&mut t, column));
+    table::align_left(&mut t, 3..5);
     let agree = match over {
         [] => {
             "no two labels were repeated by two speakers or more, so that nothing is counted over speakers\n"

@@ -24,7 +24,7 @@ use tongue_fit::system::System;
 
 use super::inputs::choice;
 use super::invocation::stop_if_asked;
-use super::{Global, Outcome, body, drive, output, table, word};
+use super::{Global, Outcome, body, drive, output, table};
 
 /// Fixed step of an explicit method, as a part of its stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
@@ -217,7 +217,9 @@ pub fn run(
             let alarms = alarms::barrier(record.guarded).into_iter().chain(strain);
             Outcome::of_reasons(alarms.map(|alarm| alarm.to_string()))
         }
-        other => Outcome::of_reasons([format!("the motion stopped early ({})", word(&other))]),
+        other => {
+            Outcome::of_reasons([format!("the motion stopped early ({})", report::status_in_words(&other))])
+        }
     })
 }
 

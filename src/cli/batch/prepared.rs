@@ -8,7 +8,7 @@ use tongue_fit::inner::report::batch::journal::Journal;
 use tongue_fit::inner::report::batch::{
     self as outputs, Batch, FinishedFits, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
 };
-use tongue_fit::inner::report::{OutputDir, Provenance};
+use tongue_fit::inner::report::{OutputDir, Provenance, joined};
 use tongue_fit::inner::run::{BatchRun, RowPosteriors};
 use tongue_fit::measured::Dataset;
 
@@ -50,8 +50,7 @@ impl PreparedBatch {
         plan.jobs.iter().try_for_each(|job| how.check_baseline(&data, &job.target))?;
         let posterior_model = how.posterior_model(&tongue, &model)?;
         let command = line_of(words.to_vec());
-        let rows =
-            data.rows.iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
+        let rows = joined(data.rows.iter().map(|r| format!("{} {:?}", r.line, r.lengths)), "\n");
         let mut inputs = vec![
             tongue_fit::VERSION.to_owned(),
             rows,
@@ -200,12 +199,11 @@ fn decided_contrasts(all: &[SubjectContrast]) -> String {
     let mut text =
         format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
     for same in sure.chunk_by(|a, b| contrast_name(a) == contrast_name(b)) {
-        let words: Vec<String> =
-            Vec::from_iter(same.iter().map(|SubjectContrast { contrast: c, .. }| {
-                let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
-                format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
-            }));
-        let _ = writeln!(text, "  {}: {}", contrast_name(same[0]), words.join(", "));
+        let words = same.iter().map(|SubjectContrast { contrast: c, .. }| {
+            let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
+            format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
+        });
+        let _ = writeln!(text, "  {}: {}", contrast_name(same[0]), joined(words, ", "));
     }
     text
 }
@@ -230,7 +228,7 @@ fn fits(batch: &Batch<'_>) -> anyhow::Result<String> {
     let mut t = rows(&columns.iter().map(|&c| header[c]).collect::<Vec<_>>(), &lines, |line| {
         columns.iter().map(|&c| line[c].as_str())
     });
-    (1..columns.len() - 3).for_each(|column| align_left(&mut t, column));
+    align_left(&mut t, 1..columns.len() - 3);
     let gap = if verdicts.is_empty() { "" } else { "\n" };
     Ok(format!("{verdicts}{gap}{t}\n\n"))
 }

@@ -67,7 +67,7 @@ impl Provenance {
 }
 
 /// Items in one line of text.
-pub(crate) fn joined(items: impl IntoIterator<Item = impl ToString>, separator: &str) -> String {
+pub fn joined(items: impl IntoIterator<Item = impl ToString>, separator: &str) -> String {
     items.into_iter().map(|item| item.to_string()).collect::<Vec<_>>().join(separator)
 }
 

@@ -23,8 +23,8 @@ mod vtu;
 pub use csv::{Draws, Rows, Table};
 #[cfg(feature = "files")]
 pub use escape_control::EscapeControl;
-pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
-pub(crate) use export::{joined, names_or_none};
+pub(crate) use export::names_or_none;
+pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav, joined};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};

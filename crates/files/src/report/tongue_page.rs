@@ -77,14 +77,10 @@ impl Export for TonguePage {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         // The text is inside a script element, which no label may end, nor begin a comment in it.
         let own = self.own(by)?.to_string().replace('<', "\\u003c");
-        let (before, after) = PAGE
-            .split_once(OWN)
-            .ok_or_else(|| io::Error::other("web/tongue.html has no place for a table of one's own"))?;
-        let (opening, closing) = OWN.split_once("{}").unwrap_or_default();
-        for part in [before, opening, &own, closing, after] {
-            out.write_all(part.as_bytes())?;
+        if !PAGE.contains(OWN) {
+            return Err(io::Error::other("web/tongue.html has no place for a table of one's own"));
         }
-        Ok(())
+        out.write_all(PAGE.replacen(OWN, &OWN.replace("{}", &own), 1).as_bytes())
     }
 }
 

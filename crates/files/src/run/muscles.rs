@@ -9,6 +9,7 @@ use tongue_infer::inverse::alarms::Alarm;
 
 use super::equilibrium::Solved;
 use crate::report::column::Column;
+use crate::report::joined;
 use crate::simulation::SimulationError;
 
 #[derive(Debug, Clone)]
@@ -107,7 +108,7 @@ impl MuscleEffect {
     }
 
     pub fn alarm_texts(&self) -> String {
-        self.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ")
+        joined(&self.alarms, "; ")
     }
 
     /// A row for every muscle of the body; in space one for the muscle that contracts.

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::fit;
-use crate::report::status_name;
+use crate::report::status_in_words;
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::Contact;
@@ -289,7 +289,7 @@ impl SpaceTrack {
                 Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, before),
                 None => search.fit(body, &system, &frame.marks, before),
             }?;
-            let (status, rms) = (status_name(&fit.answer.status).replace('_', " "), 1e3 * fit.rms_m);
+            let (status, rms) = (status_in_words(&fit.answer.status), 1e3 * fit.rms_m);
             tell(&format!("{status}: {rms:.2} mm RMS in {} factorisations", fit.factorisations));
             if let Some(before) = frames.last_mut().filter(|_| recorded.frames.len() > most_shapes) {
                 before.fit.answer.positions = Vec::new();

@@ -209,8 +209,17 @@ pub fn with_decimals(value: f64, decimals: usize) -> String {
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
+/// An interval such as `1.5 to 2.0`.
+pub fn range([low, high]: [f64; 2], decimals: usize) -> String {
+    format!("{} to {}", with_decimals(low, decimals), with_decimals(high, decimals))
+}
+
 pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+pub fn status_in_words(status: &impl Serialize) -> String {
+    status_name(status).replace('_', " ")
 }
 
 /// How often each item occurs.

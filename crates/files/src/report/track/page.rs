@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use super::figure::{body_of_figures, figure};
 use super::{
-    TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, probability,
-    repeats_columns, repetitions_sentence, status_name, with_decimals,
+    TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, probability, range,
+    repeats_columns, repetitions_sentence, status_in_words, with_decimals,
 };
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, tongue_page};
@@ -124,7 +124,7 @@ fn contrasts(compared: &Comparison) -> Markup {
 }
 
 fn with_interval([middle, low, high]: [f64; 3]) -> String {
-    format!("{} ({} to {})", with_decimals(middle, 1), with_decimals(low, 1), with_decimals(high, 1))
+    format!("{} ({})", with_decimals(middle, 1), range([low, high], 1))
 }
 
 fn muscle_summaries(record: &TrackRecord) -> Markup {
@@ -169,7 +169,7 @@ fn doubtful_frames(record: &TrackRecord) -> Markup {
                     @for (recording, f) in doubtful().take(MOST) { tr {
                         td { (recording.seen.name) }
                         td { (format!("{:.3}", f.time_s)) }
-                        td { (status_name(&f.status).replace('_', " ")) }
+                        td { (status_in_words(&f.status)) }
                         td { @if let Some(r) = f.rms_m { (format!("{:.2}", 1e3 * r)) } }
                         td { @for (i, fault) in f.faults.iter().enumerate() { @if i > 0 { "; " } (fault.kind.label()) ": " (fault.points.join(", ")) } }
                     } }

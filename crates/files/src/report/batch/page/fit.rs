@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use crate::report::batch::record::AssessedRecord;
 use crate::report::column::Column;
 use crate::report::tongue_page::cells;
-use crate::report::{ByMuscle, ReportError, joined, names_or_none, probability, status_name};
+use crate::report::{ByMuscle, ReportError, joined, names_or_none, probability, status_in_words};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Certainty;
 
@@ -94,17 +94,13 @@ fn shade(part: f64) -> String {
     format!("background: rgb({rgb} / {strength:.2})")
 }
 
-fn status(r: &AssessedRecord) -> String {
-    status_name(&r.fit().answer.status).replace('_', " ")
-}
-
 /// The columns of the table of fits that follow subject and vowel.
 pub fn columns(muscles: &[String]) -> Vec<Column<'_, AssessedRecord>> {
     type RowColumn<'a> = Column<'a, AssessedRecord>;
     let mut columns: Vec<RowColumn<'_>> = vec![
         RowColumn::of_page("baseline", |r| format!("/{}/", r.target().baseline).into()),
         RowColumn::of_page("target", |r| r.target().kind.name().into()),
-        RowColumn::of_page("status", |r| status(r).into()),
+        RowColumn::of_page("status", |r| status_in_words(&r.fit().answer.status).into()),
         RowColumn::of_page("misfit", |r| r.fit().answer.misfit.into())
             .with_text(|r| format!("{:.1e}", r.fit().answer.misfit)),
         RowColumn::of_page("passive stretches", |r| r.passive.rms_stretch.into()).decimals(3),
@@ -147,7 +143,7 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
     let (alarms, passive) = (&r.record.alarms, &r.passive);
     html! {
         details id={ "fit-" (id) } {
-            summary { (r.label()) ": " (status(r)) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
+            summary { (r.label()) ": " (status_in_words(&r.fit().answer.status)) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
             @if let Some(verdict) = r.verdict() { p.verdict { (verdict) } }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
