@@ -153,9 +153,8 @@ fn run_body<const D: usize>(
     let Some((out, names)) = to else { return Ok((result, by, Vec::new())) };
     let positions: Vec<_> = result.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
     let picture = draw(&prepared, &positions, &result)?;
-    let stresses = prepared.system.stresses(&positions);
     let vtu = Vtu::of(&prepared.body, &positions, result.pulls.values())?;
-    let vtu = vtu.with_stresses(stresses);
+    let vtu = vtu.with_stresses(prepared.system.stresses(&positions));
     let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
     let json = Json(&result);
     let mut files: Vec<(&str, &dyn Export)> =

@@ -1,8 +1,6 @@
 //! `tongue-fit track FILES --body space` or a folder: activations that move a body in space to the measured points, which are in tables of
 //! its nodes or in recordings.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, anyhow, bail, ensure};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
@@ -52,7 +50,13 @@ pub fn run(
         arguments.sd
     );
     let body = arguments.model.body(source)?;
-    let (recorded, notes, implausible) = if are_tables(&recordings.files)? && !recordings.example {
+    // The columns of the first file say whether the files are tables of a body in space or recordings.
+    let are_tables = match recordings.files.first() {
+        Some(first) => is_space_table(first)
+            .with_context(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))?,
+        None => false,
+    };
+    let (recorded, notes, implausible) = if are_tables {
         let recordings::Arguments { map, palate, speaker, format, .. } = recordings;
         if as_is || map.is_some() || palate.is_some() || speaker.is_some() || format.is_some() {
             bail!(
@@ -139,13 +143,6 @@ impl Arguments {
         output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&track))?;
         Ok(Outcome::of_reasons(track.untrusted))
     }
-}
-
-/// Whether files are tables of a body in space and not recordings, by the columns of the first file.
-fn are_tables(files: &[PathBuf]) -> anyhow::Result<bool> {
-    let Some(first) = files.first() else { return Ok(false) };
-    is_space_table(first)
-        .with_context(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 
 /// The frames of recordings of the midsagittal plane, notes about them, and why recordings cannot be trusted.

@@ -93,8 +93,8 @@ impl Arguments {
         Ok(())
     }
 
-    fn control(&self, method: IntegrationMethod, motion: &Motion<'_, 2>) -> Control {
-        match (self.dt, method.step_limit(motion)) {
+    fn control(&self, motion: &Motion<'_, 2>) -> Control {
+        match (self.dt, self.method.step_limit(motion)) {
             (Some(dt), _) => Control::Fixed(dt),
             (None, Some(limit)) if self.tolerance.is_none() => Control::Fixed(PART_OF_LIMIT * limit),
             (None, _) => Control::Adaptive(1e-3 * self.tolerance.unwrap_or(STEP_ERROR_MM)),
@@ -102,12 +102,8 @@ impl Arguments {
     }
 
     /// The integrator, unless its step is beyond its limit or the run would take too long.
-    fn integrator(
-        &self,
-        method: IntegrationMethod,
-        control: Control,
-        motion: &Motion<'_, 2>,
-    ) -> anyhow::Result<Box<dyn Integrator<2>>> {
+    fn integrator(&self, control: Control, motion: &Motion<'_, 2>) -> anyhow::Result<Box<dyn Integrator<2>>> {
+        let method = self.method;
         if self.force {
             return Ok(method.integrator(motion, control)?);
         }
@@ -168,8 +164,8 @@ pub fn run(
         }
     };
     let motion = Motion::new(&system, tensions)?;
-    let control = arguments.control(method, &motion);
-    let mut integrator = arguments.integrator(method, control, &motion)?;
+    let control = arguments.control(&motion);
+    let mut integrator = arguments.integrator(control, &motion)?;
     let out = global.folder("results")?;
 
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));

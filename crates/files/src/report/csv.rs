@@ -43,7 +43,6 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-#[cfg(feature = "files")]
 impl Table {
     pub fn csv(self) -> io::Result<String> {
         let mut out = Vec::new();

@@ -38,19 +38,6 @@ pub struct ValidationPlan {
     pub posterior: bool,
 }
 
-pub struct Progress<'a> {
-    done: AtomicUsize,
-    total: usize,
-    tell: &'a (dyn Fn(usize, usize, &str) + Sync),
-}
-
-impl Progress<'_> {
-    fn add(&self, units: usize, what: &str) {
-        let done = self.done.fetch_add(units, Ordering::Relaxed) + units;
-        (self.tell)(done.min(self.total), self.total, what);
-    }
-}
-
 /// What a predictor says: stretches of all muscles of every case, and how many numbers were tuned.
 struct OpponentResult {
     name: &'static str,
@@ -85,7 +72,11 @@ pub fn run(
     }
     // At least as many units as the reports below count; the last report completes them.
     let total = all.len() + data.rows.len() * 8;
-    let progress = Progress { done: AtomicUsize::new(0), total, tell };
+    let done = AtomicUsize::new(0);
+    let progress = |units: usize, what: &str| {
+        let done = done.fetch_add(units, Ordering::Relaxed) + units;
+        tell(done.min(total), total, what);
+    };
 
     let mut entries = statistical(&all);
     entries.push(OpponentResult {
@@ -101,13 +92,13 @@ pub fn run(
         tuned_parameters: 0,
         predicted: parallel::map(&all, |case| {
             let predicted = cases::most_probable(&posterior_model, case);
-            progress.add(1, "most probable points");
+            progress(1, "most probable points");
             predicted
         }),
     });
     let posterior =
         plan.posterior.then(|| posterior::study(body, model, data, plan, &progress)).transpose()?;
-    progress.add(total, "done");
+    progress(total, "done");
     Ok(ValidationStudy {
         data: data.origin.clone(),
         baseline: baseline.clone(),

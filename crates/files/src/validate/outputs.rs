@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
 use super::posterior::PosteriorStudy;
@@ -12,9 +12,6 @@ use crate::report::column::{Column, markdown, table};
 use crate::report::{ByMuscle, Files, Rows, Scatter, Svg, scatter};
 use tongue_core::statistics::distinct;
 use tongue_input::measured::Vowel;
-
-#[cfg(test)]
-use serde::Deserialize;
 
 type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 
@@ -92,8 +89,7 @@ fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     columns
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScoredOpponent {
     pub name: String,
     pub what: String,
@@ -112,20 +108,17 @@ pub struct ScoredOpponent {
     pub correlation: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     pub subject: String,
     pub vowel: Vowel,
     pub muscle: String,
     pub measured: f64,
-    #[serde(flatten)]
-    #[cfg_attr(test, serde(deserialize_with = "in_order"))]
+    #[serde(flatten, deserialize_with = "in_order")]
     pub predicted: ByMuscle<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ValidationStudy {
     pub data: String,
     pub baseline: Vowel,
@@ -139,8 +132,8 @@ pub struct ValidationStudy {
     pub posterior: Option<PosteriorStudy>,
 }
 
-#[cfg(test)]
-fn in_order<'de, D: serde::Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, D::Error> {
+/// Predictions in the order of the text, which is that of the opponents.
+fn in_order<'de, D: Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, D::Error> {
     let all = serde_json::Map::deserialize(from)?;
     Ok(ByMuscle(all.into_iter().filter_map(|(name, value)| Some((name, value.as_f64()?))).collect()))
 }

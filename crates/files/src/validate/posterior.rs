@@ -4,7 +4,7 @@
 //! The posterior takes each row alone, or a speaker's rows together, without and with a hyoid that tilts. As a control, rows of different
 //! speakers are taken together: what helps there is not what a speaker's vowels have in common.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use tongue_core::body::Body;
 use tongue_core::parallel;
@@ -24,14 +24,13 @@ use super::scored::{
 };
 use super::statistics::{best_shrunk, conditional_normal};
 
-use super::{Progress, ValidationPlan};
+use super::ValidationPlan;
 use crate::simulation::SimulationError;
 
 /// Permutations of names take as long as the table itself each.
 const MOST_PERMUTATIONS: u64 = 10;
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(serde::Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScoredBaseline {
     pub baseline: Vowel,
     pub subjects: Vec<String>,
@@ -41,8 +40,7 @@ pub struct ScoredBaseline {
     pub scores: Vec<Scored>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(serde::Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PosteriorStudy {
     pub poisson_ratio: f64,
     pub priors: Priors,
@@ -157,12 +155,13 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<(Option<LeftOut>
     }))
 }
 
+/// Compares the posterior with the other predictors; `progress` gets the units of work done and the name of the part.
 pub fn study(
     body: &Body<2>,
     model: &Model,
     data: &Dataset,
     plan: &ValidationPlan,
-    progress: &Progress<'_>,
+    progress: &dyn Fn(usize, &str),
 ) -> Result<PosteriorStudy, SimulationError> {
     let (baseline, seed) = (&plan.baseline, plan.seed);
     let priors = Priors::default();
@@ -173,7 +172,7 @@ pub fn study(
     let predictors = Predictors { posterior_model, without_tilt, seed };
     let all = cases(data, &body.mesh, baseline);
     let opponents = predictors.opponents(&all, &KINDS)?;
-    progress.add(all.len(), "posterior");
+    progress(all.len(), "posterior");
     let scores = all_scored(&opponents, &all, |_| true);
     let mut predictions = scored_predictions(baseline, &opponents, &all);
     let log_score = |opponent: &Opponent| {
@@ -196,7 +195,7 @@ pub fn study(
         }
         let opponents = predictors.opponents(&all, &[SINGLE_ROWS, SPEAKERS])?;
         predictions.extend(scored_predictions(&vowel, &opponents, &all));
-        progress.add(all.len(), "posterior with other baselines");
+        progress(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
             let scores = all_scored(&opponents, &all, |c| names.contains(&c.target().subject.as_str()));
             let warning = warning(&scores);
@@ -212,7 +211,7 @@ pub fn study(
             permuted_rms.push(permuted.rms);
             permuted_log_score.push(permuted.log_score);
         }
-        progress.add(1, "posterior with permuted names");
+        progress(1, "posterior with permuted names");
     }
     let log_score_gain = [mean, error];
     Ok(PosteriorStudy {

@@ -1,6 +1,6 @@
 //! Scores of predicted distributions, and a sentence about them.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use tongue_infer::posterior::{LeftOut, PredictionMethod};
 use tongue_input::measured::Vowel;
@@ -20,8 +20,7 @@ pub struct Opponent {
     pub predicted: Vec<Vec<Option<LeftOut>>>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(serde::Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scored {
     pub name: String,
     pub rms: f64,

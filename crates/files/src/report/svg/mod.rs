@@ -9,7 +9,6 @@ mod muscles;
 mod plot;
 mod section;
 mod solution_curve;
-#[cfg(feature = "files")]
 mod tensions;
 mod timelines;
 mod views;
@@ -32,7 +31,6 @@ pub use plot::{Scatter, scatter};
 pub(super) use section::check;
 pub use section::{SectionPicture, tongue};
 pub use solution_curve::solution_curve;
-#[cfg(feature = "files")]
 pub use tensions::tensions;
 pub use timelines::timelines;
 pub use views::{solid, views};

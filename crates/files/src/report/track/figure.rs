@@ -1,5 +1,6 @@
 //! Figures of a recording: packed numbers that the page's script draws, and files.
 
+use std::collections::BTreeSet;
 use std::io;
 
 use serde::Serialize;
@@ -51,10 +52,8 @@ fn round(value: f64) -> f64 {
 
 fn drawn_nodes(mesh: &Mesh<2>) -> Vec<usize> {
     let lines = mesh.muscles.iter().flat_map(|m| m.nodes.iter().copied());
-    let mut nodes: Vec<usize> = lines.chain(mesh.outlines().concat()).chain(mesh.fixed.clone()).collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes
+    let nodes: BTreeSet<usize> = lines.chain(mesh.outlines().concat()).chain(mesh.fixed.clone()).collect();
+    nodes.into_iter().collect()
 }
 
 /// The body in the figures of all recordings. Nodes are indices of the drawn ones; `number` is the index of a contracting muscle.
