@@ -144,7 +144,15 @@ enum Command {
     /// Validate predictions of muscles that were not fitted, against other ways to predict them
     Validate(validate::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
-    Completions(Completions),
+    #[command(after_help = "Examples:\n  \
+        tongue-fit completions bash > ~/.local/share/bash-completion/completions/tongue-fit\n  \
+        tongue-fit completions zsh > ~/.zfunc/_tongue-fit\n  \
+        tongue-fit completions fish > ~/.config/fish/completions/tongue-fit.fish")]
+    Completions {
+        /// The shell
+        #[arg(value_enum)]
+        shell: clap_complete::Shell,
+    },
 }
 
 pub fn main() -> ExitCode {
@@ -233,7 +241,7 @@ impl Cli {
             Some(Command::Mesh(arguments)) => mesh::run(arguments, global),
             Some(Command::Priors) => posterior::priors(global).map(|()| Outcome::Good),
             Some(Command::Validate(arguments)) => validate::run(arguments, global),
-            Some(Command::Completions(arguments)) => completions(arguments),
+            Some(Command::Completions { shell }) => completions(*shell),
         }
     }
 }
@@ -288,20 +296,9 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     given.find_map(|a| a.get_long().map(str::to_owned))
 }
 
-#[derive(Debug, Clone, clap::Args)]
-#[command(after_help = "Examples:\n  \
-    tongue-fit completions bash > ~/.local/share/bash-completion/completions/tongue-fit\n  \
-    tongue-fit completions zsh > ~/.zfunc/_tongue-fit\n  \
-    tongue-fit completions fish > ~/.config/fish/completions/tongue-fit.fish")]
-struct Completions {
-    /// The shell
-    #[arg(value_enum)]
-    shell: clap_complete::Shell,
-}
-
-fn completions(arguments: &Completions) -> anyhow::Result<Outcome> {
+fn completions(shell: clap_complete::Shell) -> anyhow::Result<Outcome> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);
+    clap_complete::generate(shell, &mut Cli::command(), "tongue-fit", &mut script);
     let script = String::from_utf8_lossy(&script);
     // For bash, clap_complete 4.6 writes a hyphen in the program's name in two ways, so that nothing is completed after a subcommand
     // (https://github.com/clap-rs/clap/issues/6421). Once that is fixed, nothing is replaced here.

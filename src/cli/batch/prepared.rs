@@ -68,7 +68,7 @@ impl PreparedBatch {
         // A body and a model that make no system are reported before anything is written.
         let run = BatchRun::new((&data, plan), settings, (&tongue, &model), posteriors)?;
         let key = outputs::sha256(&[&inputs_sha256, &command]);
-        let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
+        let provenance = Provenance { inputs_sha256: Some(inputs_sha256), ..Provenance::new(command) };
         Ok(Self { data, unreadable, run, provenance, key })
     }
 

@@ -48,10 +48,6 @@ impl Provenance {
         Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
     }
 
-    pub fn with_inputs(self, sha256: &str) -> Self {
-        Self { inputs_sha256: Some(sha256.to_owned()), ..self }
-    }
-
     /// Names and values, each value on one line.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, String)> {
         let values = [

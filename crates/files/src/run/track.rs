@@ -62,11 +62,10 @@ impl TrackedBody {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
         let own = Adaptation { marks_m: marks.collect(), ..Adaptation::default() };
         let before = self.adaptation.clone().unwrap_or(own);
-        let is_found = displayed.mesh.nodes != self.body.mesh.nodes;
-        let rest = match is_found {
-            true if self.placement.is_some() => RestShapeMethod::Similarity,
-            true => RestShapeMethod::Joint,
-            false => before.rest,
+        let rest = match &self.placement {
+            _ if displayed.mesh.nodes == self.body.mesh.nodes => before.rest,
+            Some(_) => RestShapeMethod::Similarity,
+            None => RestShapeMethod::Joint,
         };
         Adaptation { rest, ..before }
     }

@@ -85,15 +85,15 @@ pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Planned> {
     let still = "an equilibrium is wanted, and it has no effect on where that lies";
     let slack = if moving { "no muscle contracts" } else { still };
     vec![
-        decide("inertia", e.inertia, moving, "a trajectory needs it", still),
-        decide("viscosity", e.viscosity, moving, "a trajectory needs it", still),
-        decide("muscle dynamics", e.muscle_dynamics, moving && contracting, "a trajectory needs it", slack),
+        decide("inertia", e.inertia, moving, still),
+        decide("viscosity", e.viscosity, moving, still),
+        decide("muscle dynamics", e.muscle_dynamics, moving && contracting, slack),
     ]
 }
 
-fn decide(name: &'static str, asked: Option<bool>, needed: bool, need: &str, idle: &str) -> Planned {
+fn decide(name: &'static str, asked: Option<bool>, needed: bool, idle: &str) -> Planned {
     if needed {
-        Planned::simulate(name, need)
+        Planned::simulate(name, "a trajectory needs it")
     } else if asked == Some(true) {
         Planned::leave_out(name, format!("asked for, but {idle}"))
     } else {
