@@ -277,7 +277,7 @@ impl Outcome {
 /// A sentence about the results that cannot be trusted, by status, of `all` results; `None` if there are none.
 pub fn untrusted_sentence(bad: &BTreeMap<String, usize>, all: usize, what: &str) -> Option<String> {
     let count: usize = bad.values().sum();
-    let statuses = table::status_counts(bad);
+    let statuses = report::status_counts(bad);
     (count > 0).then(|| format!("{count} of the {all} {what} cannot be trusted ({statuses})"))
 }
 

@@ -213,11 +213,6 @@ pub(super) fn join_first(parts: impl IntoIterator<Item = String>, most: usize, b
     parts.join(between)
 }
 
-/// Text such as `12 converged, 1 target not met`.
-pub(super) fn status_counts<'a>(statuses: impl IntoIterator<Item = (&'a String, &'a usize)>) -> String {
-    joined(statuses.into_iter().map(|(status, n)| format!("{n} {}", status.replace('_', " "))), ", ")
-}
-
 pub(super) fn count_of(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

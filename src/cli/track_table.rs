@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use tongue_fit::inner::report::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
-    repetitions_sentence, with_decimals,
+    repetitions_sentence, status_counts, with_decimals,
 };
 use tongue_fit::inner::statistics::median;
 use tongue_fit::inner::track::{Comparison, Displacement, FrameStatus, NARROW};
@@ -17,7 +17,7 @@ pub fn track(record: &TrackRecord) -> String {
         "{} of {}: {}\n",
         count_of(frames().count(), "frame"),
         count_of(record.recordings.len(), "recording"),
-        table::status_counts(&record.statuses)
+        status_counts(&record.statuses)
     );
     if let Some(rms) = record.median_rms_mm {
         text += &format!("contour and sensors met to {rms:.2} mm (RMS, median over the frames)\n");

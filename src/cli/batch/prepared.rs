@@ -8,12 +8,12 @@ use tongue_fit::inner::report::batch::journal::Journal;
 use tongue_fit::inner::report::batch::{
     self as outputs, Batch, FinishedFits, MOST_FITS_ON_PAGE, PassiveGroup, SubjectContrast,
 };
-use tongue_fit::inner::report::{OutputDir, Provenance, joined};
+use tongue_fit::inner::report::{OutputDir, Provenance, joined, status_counts};
 use tongue_fit::inner::run::{BatchRun, RowPosteriors};
 use tongue_fit::measured::Dataset;
 
 use super::Arguments;
-use crate::cli::table::{align_left, count_of, most_agree, rows, status_counts, wrap_sentence};
+use crate::cli::table::{align_left, count_of, most_agree, rows, wrap_sentence};
 use crate::cli::{Global, Outcome, inputs, line_of, output, table};
 
 const MOST_NOTES: usize = 10;

@@ -166,11 +166,7 @@ fn tensions<const D: usize>(
     }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {
-            SimulationError::contradiction(
-                format!("tensions_n.{name}"),
-                scene.body_key(),
-                missing.to_string(),
-            )
+            SimulationError::contradiction(format!("tensions_n.{name}"), scene.body_key(), missing)
         })?;
     }
     Ok(body.mesh.muscles.iter().map(|m| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0)).collect())

@@ -41,13 +41,11 @@ pub(super) fn vocal_tract<const D: usize>(
     };
     tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);
     let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
-    let round = flat.map(|body| VocalTract::round(body, tract));
-    match round {
-        Some(Err(VocalTractError::NoSurface)) | None => {
-            let why = VocalTractError::NoSurface.to_string();
+    match flat.map_or(Err(VocalTractError::NoSurface), |body| VocalTract::round(body, tract)) {
+        Err(why @ VocalTractError::NoSurface) => {
             Err(SimulationError::contradiction("[tract]", scene.body_key(), why))
         }
-        Some(airway) => Ok(Some(airway?)),
+        airway => Ok(Some(airway?)),
     }
 }
 

@@ -61,15 +61,15 @@ impl SimulationError {
     }
 }
 
-/// `value` if it is `good`, otherwise an error that says what it must be.
-pub(super) fn check_number(name: &str, value: f64, good: bool, must: &str) -> Result<f64, SimulationError> {
-    good.then_some(value).ok_or_else(|| SimulationError::value(name, value, must))
+/// An error that says what `value` must be, unless it is `good`.
+pub(super) fn check_number(name: &str, value: f64, good: bool, must: &str) -> Result<(), SimulationError> {
+    if good { Ok(()) } else { Err(SimulationError::value(name, value, must)) }
 }
 
 pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> {
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";
-    check_number(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
+    check_number(&format!("the tension of {muscle}"), tension, good, must)
 }
 
 /// Reads texts such as `GGa=12` as indices of the body's muscles and their tensions, N (2D: per metre of thickness).

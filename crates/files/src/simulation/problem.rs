@@ -302,5 +302,6 @@ const POSITIVE: &str = "positive and finite";
 
 fn weight(name: &str, sd: f64) -> Result<f64, SimulationError> {
     let what = format!("the standard deviation of {name}");
-    check_number(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)
+    check_number(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE)?;
+    Ok(1.0 / sd)
 }

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::ByMuscle;
+use super::{ByMuscle, joined};
 use crate::run::ScreenedRecording;
 use tongue_core::body::Body;
 use tongue_core::geometry::Point;
@@ -227,6 +227,11 @@ pub fn tally<T: Ord>(items: impl IntoIterator<Item = T>) -> BTreeMap<T, usize> {
     let mut counts = BTreeMap::new();
     items.into_iter().for_each(|item| *counts.entry(item).or_default() += 1);
     counts
+}
+
+/// Text such as `12 converged, 1 target not met`.
+pub fn status_counts(statuses: &BTreeMap<String, usize>) -> String {
+    joined(statuses.iter().map(|(status, n)| format!("{n} {}", status.replace('_', " "))), ", ")
 }
 
 #[derive(Debug, Clone, Serialize)]

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::figure::{body_of_figures, figure};
 use super::{
     TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, probability, range,
-    repeats_columns, repetitions_sentence, status_in_words, with_decimals,
+    repeats_columns, repetitions_sentence, status_counts, status_in_words, with_decimals,
 };
 use crate::report::column::Column;
 use crate::report::{Export, Provenance, tongue_page};
@@ -68,8 +68,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
             p { "tongue-fit " (by.version) " · " code { (by.command) } }
             p {
                 (record.results.frames().count()) " frames of " (record.recordings.len()) " recordings: "
-                @for (i, (status, n)) in record.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
-                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placement_sentence(placement)) } "."
+                (status_counts(&record.statuses)) ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placement_sentence(placement)) } "."
                 @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
             }
             p {

@@ -11,7 +11,7 @@ use super::Batch;
 use super::summary::PassiveGroup;
 use crate::report::column::columns_with_heading;
 use crate::report::svg::{self, Svg, colours, picture_bounds};
-use crate::report::tongue_page;
+use crate::report::{status_counts, tongue_page};
 use tongue_core::body::Mesh;
 
 pub use self::fit::PageFit;
@@ -52,9 +52,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
             button #theme type="button" { "Dark or light" }
             p { "tongue-fit " (p.version) " · " code { (p.command) } }
             p {
-                (s.rows) " rows: " (s.fits) " fits ("
-                @for (i, (status, n)) in s.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
-                "), " (s.baselines) @if s.baselines == 1 { " baseline, " } @else { " baselines, " } (s.not_fitted) " not fitted, " (s.unreadable_rows) " unreadable. "
+                (s.rows) " rows: " (s.fits) " fits (" (status_counts(&s.statuses)) "), " (s.baselines) @if s.baselines == 1 { " baseline, " } @else { " baselines, " } (s.not_fitted) " not fitted, " (s.unreadable_rows) " unreadable. "
                 @if shown < s.fits { strong { "This page shows the first " (shown) " fits; all of them are in the CSV and JSON files." } }
             }
             @if !s.substitute_baselines.is_empty() {
