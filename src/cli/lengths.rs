@@ -55,11 +55,14 @@ pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> anyh
     let kinds = TargetKind::ALL.to_vec();
     let selection = Selection { kinds, baseline: check.baseline.clone(), ..Selection::default() };
     let plan = batch::plan(&data, &selection)?;
-    let subjects = Vec::from_iter(data.subjects().into_iter().map(|subject| {
-        let own = plan.baselines.iter().find(|row| row.subject == subject);
-        let own = own.and_then(|own| data.row(subject, &own.vowel).ok()).map(|lengths| &lengths.vowel);
-        let rows = data.rows.iter().filter(|row| row.lengths.subject == subject).collect();
-        SubjectRows { subject, baseline: own, rows }
+    let mut rows: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
+    data.rows.iter().for_each(|row| rows.entry(&row.lengths.subject).or_default().push(row));
+    let baselines: BTreeMap<&str, &Vowel> =
+        plan.baselines.iter().map(|row| (row.subject.as_str(), &row.vowel)).collect();
+    let subjects = Vec::from_iter(data.subjects().into_iter().map(|subject| SubjectRows {
+        subject,
+        baseline: baselines.get(subject).copied(),
+        rows: rows.remove(subject).unwrap_or_default(),
     }));
     let unknown = unknown(&data.muscles);
     let mut record = json!({
