@@ -261,11 +261,9 @@ fn coils(path: &Path) -> anyhow::Result<Recording> {
         bail!("it has {} recordings; give a file of one frame for each posture", recordings.len());
     };
     ensure!(one.samples.len() == 1, "it has {} frames; give the one of this posture", one.samples.len());
-    let mut there = one.channels.iter().filter(|name| {
-        one.channels.iter().position(|c| c == *name).is_some_and(|i| one.samples[0].places[i].is_some())
-    });
+    let mut channels = one.channels.iter().zip(&one.samples[0].places);
     ensure!(
-        there.any(|c| recording::is_coil(c)),
+        channels.any(|(name, place)| place.is_some() && recording::is_coil(name)),
         "it has no coil of a usual name, such as T1, TT, TB or TD (points: {}); a contour is read with --contour",
         one.channels.join(", ")
     );

@@ -6,6 +6,7 @@ use tongue_fit::dynamics::MotionOutcome;
 use tongue_fit::inner::report;
 use tongue_fit::inner::scene::{ScenePlan, force_unit, run::SceneOutcome};
 
+use super::sound;
 use super::table::{self, align_left, newtons, rows};
 
 const REASON: usize = 50;
@@ -77,6 +78,9 @@ pub fn outcome(o: &SceneOutcome) -> String {
             report::status_in_words(&p.status),
             p.resolved,
         );
+    }
+    if let Some(found) = &o.sound {
+        text += &sound::formants(found, None);
     }
     let penetrated = o.contact.as_ref().is_some_and(|c| c.edge_through_wall);
     let verdict = match o.converged {

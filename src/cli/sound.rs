@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
-use tongue_fit::inner::report::{self, Export, Json, Rows, Wav};
+use tongue_fit::inner::report::{self, Export, Json, Rows, SoundRecord, Wav};
 use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
 use tongue_fit::inner::scene::effects::Effects;
 use tongue_fit::inner::scene::file::{FitTarget, Material, SceneTongue, SceneTract};
@@ -199,22 +199,7 @@ fn text(found: &TongueSound, title: &str) -> String {
         "jaw opened by {} degrees, hyoid {} mm back and {} mm up, lips opened by {} mm and protruded by {} mm; {:.0} mm from glottis to lips\n",
         p.jaw_deg, p.hyoid_mm[0], p.hyoid_mm[1], p.lip_opening_mm, p.lip_protrusion_mm, sound.tract_length_mm
     );
-    let muscles = sound.by_tension.iter().map(|b| format!("by {} Hz per N/m", b.muscle));
-    let columns = ["formant", "Hz", "bandwidth Hz", "published Hz"].map(str::to_owned).into_iter();
-    let columns: Vec<String> = columns.chain(muscles).collect();
-    let formants = sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate();
-    let t = table::rows(&columns, formants, |(i, (f, b))| {
-        let mean = found.published_hz.and_then(|m| m.get(i).copied());
-        let rates = sound.by_tension.iter().map(|b| format!("{:+.2}", b.hz_per_n[i]));
-        let own = [
-            format!("F{}", i + 1),
-            format!("{f:.0}"),
-            format!("{b:.0}"),
-            mean.map_or_else(|| "-".to_owned(), |m| format!("{m:.0}")),
-        ];
-        own.into_iter().chain(rates).collect::<Vec<_>>()
-    });
-    let _ = writeln!(text, "{t}\n");
+    text += &formants(sound, found.published_hz);
     if !found.converged {
         text += "NOT CONVERGED (do not trust the shape)\n";
     }
@@ -226,4 +211,24 @@ fn text(found: &TongueSound, title: &str) -> String {
         );
     }
     text + "walls are another speaker's, jaw and lips estimated: docs/sound.md says what that does to formants\n\n"
+}
+
+/// A table of the formants of a sound, with the published means of the first ones.
+pub fn formants(sound: &SoundRecord, published_hz: Option<[f64; 2]>) -> String {
+    let muscles = sound.by_tension.iter().map(|b| format!("by {} Hz per N/m", b.muscle));
+    let columns = ["formant", "Hz", "bandwidth Hz", "published Hz"].map(str::to_owned).into_iter();
+    let columns: Vec<String> = columns.chain(muscles).collect();
+    let formants = sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate();
+    let t = table::rows(&columns, formants, |(i, (f, b))| {
+        let mean = published_hz.and_then(|m| m.get(i).copied());
+        let rates = sound.by_tension.iter().map(|b| format!("{:+.2}", b.hz_per_n[i]));
+        let own = [
+            format!("F{}", i + 1),
+            format!("{f:.0}"),
+            format!("{b:.0}"),
+            mean.map_or_else(|| "-".to_owned(), |m| format!("{m:.0}")),
+        ];
+        own.into_iter().chain(rates).collect::<Vec<_>>()
+    });
+    format!("{t}\n\n")
 }

@@ -241,6 +241,13 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
     ] {
         says(SpaceSearch::default().fit(&moved.body, &moved.system, &[mark(what)], None), why);
     }
+    let in_centimetres = Vec::from_iter(
+        [3, 200, 400].map(|n| mark(Marked::Node { node: n, place: moved.body.mesh.nodes[n] * 0.1 })),
+    );
+    says(
+        SpaceSearch::default().fit(&moved.body, &moved.system, &in_centimetres, None),
+        "0.10 times as much as at rest",
+    );
     let unsure = SpaceMark { sd_m: 0.0, ..mark(node(3, 0.0)) };
     says(SpaceSearch::default().fit(&moved.body, &moved.system, &[unsure], None), "standard deviation");
     // At rest a coil at the tip is at the foremost node, and the search returns rest.

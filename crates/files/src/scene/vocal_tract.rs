@@ -1,7 +1,6 @@
 //! The vocal tract around the tongue of a scene, with jaw, hyoid and lips.
 
 use std::any::Any;
-use std::io;
 
 use super::JOINT_MM;
 use super::effects::{Hyoid, Jaw};
@@ -34,9 +33,9 @@ pub(super) fn vocal_tract<const D: usize>(
     let mut tract = match &wanted.file {
         None => VocalTract::reference()?,
         Some(path) => {
-            let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
-            let wrong = |e| SimulationError::Refused(format!("tract.file: cannot read \"{path}\": {e}"));
-            VocalTract::read(&text.map_err(wrong)?, path)?
+            let text = files::read_text(path)
+                .map_err(|e| SimulationError::Refused(format!("tract.file: cannot read \"{path}\": {e}")))?;
+            VocalTract::read(&text, path)?
         }
     };
     tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);

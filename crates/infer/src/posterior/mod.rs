@@ -84,8 +84,8 @@ pub enum PosteriorError {
     NoMode,
     /// `squares` are the squared deviations of the measured numbers and the parameters at the mode, in standard deviations.
     #[error(
-        "the most probable tensions leave deviations of {squares:.0} in squared standard deviations over {numbers} lengths, which the model \
-         exceeds once in a hundred speakers: these lengths and the model contradict each other; check them and those of the baseline"
+        "these lengths and the model contradict each other: at the most probable tensions the chi-square of {numbers} lengths is {squares:.0}, \
+         which it exceeds in fewer than one of a hundred speakers; check the lengths and those of the baseline"
     )]
     Contradicted { squares: f64, numbers: usize },
     #[error(transparent)]

@@ -31,7 +31,10 @@ impl MeshContent {
             return Ok(Self::Gmsh { bytes, unit });
         }
         if unit != Unit::M {
-            return Err(wrong("contains metres, as its keys say; leave out [body.mesh] unit".to_owned()));
+            return Err(wrong(
+                "contains metres, as its keys say; leave out the unit (--mesh-unit, or `unit` in a scene)"
+                    .to_owned(),
+            ));
         }
         String::from_utf8(bytes).map(Self::Json).map_err(|_| wrong("is not UTF-8 text".to_owned()))
     }

@@ -26,7 +26,7 @@ use super::projection::decompose;
 use super::{Answer, FitError, FitSettings, Method, Unknown, refused, solve};
 use crate::posterior::Priors;
 use crate::standard_deviations::ACTIVATION;
-use tongue_input::measured::{ByMuscle, SpaceMark};
+use tongue_input::measured::{ByMuscle, Marked, SpaceMark};
 
 /// Settings of the search for activations.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,6 +96,11 @@ const FARTHEST_M: f64 = 15e-3;
 /// The same of a body at rest: a tongue moves by less.
 const FARTHEST_FROM_REST_M: f64 = 50e-3;
 
+/// Extents of the nodes that were seen, over those at rest, that a tongue can have; others have another unit.
+const SIZES: std::ops::RangeInclusive<f64> = 0.4..=2.5;
+/// Extent at rest, m (RMS), from which it is compared.
+const LEAST_EXTENT_M: f64 = 5e-3;
+
 /// Activations that move a body to marks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFit {
@@ -157,6 +162,20 @@ impl Serialize for SpaceFit {
         });
         record.serialize(serializer)
     }
+}
+
+/// The extent of the nodes that were seen over that of the same nodes at rest; `None` for fewer than two, or if they lie together.
+fn size_of_nodes(marks: &[SpaceMark], body: &Body<3>) -> Option<f64> {
+    let nodes = marks.iter().filter_map(|mark| match mark.what {
+        Marked::Node { node, place } => Some((place, body.mesh.nodes[node])),
+        _ => None,
+    });
+    let (places, rest): (Vec<_>, Vec<_>) = nodes.unzip();
+    let [now, before] = [places, rest].map(|points: Vec<SVector<f64, 3>>| {
+        let centre = points.iter().sum::<SVector<f64, 3>>() / points.len() as f64;
+        root_mean_square(&points.iter().map(|p| (p - centre).norm()).collect::<Vec<_>>())
+    });
+    (before > LEAST_EXTENT_M).then(|| now / before)
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {
@@ -232,6 +251,11 @@ impl SpaceSearch {
             }))
         };
         let from_rest_m = root_mean_square(&distances_m(&body.mesh.nodes));
+        if let Some(ratio) = size_of_nodes(marks, body).filter(|ratio| !SIZES.contains(ratio)) {
+            return refused(format!(
+                "the nodes that were seen span {ratio:.2} times as much as at rest; give their places in millimetres"
+            ));
+        }
         if from_rest_m > FARTHEST_FROM_REST_M {
             return refused(Alarm::FarFromData { rms_mm: 1e3 * from_rest_m }.to_string());
         }
