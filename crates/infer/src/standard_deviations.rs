@@ -31,8 +31,9 @@ table! {
     COURSE_N = 12.0, "`track`: course of a muscle about its level";
     MEMORY_S = 0.1, "`track`: time over which the course of a muscle and the displacement of a bone are correlated";
     ACTIVATION = 0.5, "activation of a muscle in space";
-    STRETCH = 0.03, "error of the model in a stretch; a baseline in which muscles pull has as large an error of its own";
-    STRETCH_OF_BASELINE = 0.065, "the same error of a baseline in space, where the hyoid stays in its place";
+    STRETCH = 0.03, "error of the model in a stretch";
+    STRETCH_OF_BASELINE = 0.045, "further error of the model in a stretch of a vowel alone against a baseline in which muscles pull";
+    STRETCH_OF_BASELINE_IN_SPACE = 0.065, "the same in space, where the hyoid stays in its place";
     HYOID_MM = 5.0, "displacement of a movable bone, and distance of the hyoid at rest from where it is seen";
     SPINE_MM = 2.5, "distance of the mental spine at rest from where it is seen";
     CONTOUR_MM = 3.0, "distance of a mean contour from the surface at rest, by which a body is placed";

@@ -216,8 +216,8 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
          for a row against a baseline other than /ɯ/) and rounding. `posterior` sees the seven other muscles of the same row, `posterior_joint` all other stretches of the speaker, \
          both with a hyoid that does not tilt (that of a fit may tilt); `posterior_joint_tilt` is `posterior_joint` with a hyoid that may tilt \
          as it moves back; `control_other_speakers` puts one row of every \
-         speaker together, as if they were of one speaker. The discrepancy and the scales of tensions were found on S1 to S3, the tilt \
-         on S1 to S4: a fifth speaker has to confirm them. Against a baseline other than /ɯ/ the hyoid may move there too. `gaussian` is a normal distribution of the other subjects' stretches, shrunk as is \
+         speaker together, as if they were of one speaker. The discrepancy and the scales of tensions were found on S1 to S3, the tilt and the \
+         discrepancy of other baselines, in which the hyoid moves too, on S1 to S4: a fifth speaker has to confirm them. `gaussian` is a normal distribution of the other subjects' stretches, shrunk as is \
          best inside the fold; `no_change` has the spread of theirs. CRPS: the smaller the better; log score: the larger. Every prediction is \
          in `posterior_predictions.csv`.\n",
         study.poisson_ratio, study.priors.discrepancy.sd, study.priors.discrepancy.sd_of_baseline

@@ -161,7 +161,7 @@ priors! {
         /// Standard deviation of a stretch, dimensionless.
         sd: f64 = sd::STRETCH,
         /// Standard deviation of a further error of a vowel that is sampled alone against a baseline other than /ɯ/, in which muscles pull.
-        sd_of_baseline: f64 = sd::STRETCH,
+        sd_of_baseline: f64 = sd::STRETCH_OF_BASELINE,
         /// Whether the model is taken as exact.
         off: bool = false,
     }

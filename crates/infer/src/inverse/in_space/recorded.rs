@@ -12,7 +12,7 @@ use tongue_input::measured::{
 
 use crate::adapt::{Registration, RegistrationData, RestError};
 use crate::error_model::{Along, Errors, distances_along};
-use crate::standard_deviations::{STRETCH, STRETCH_OF_BASELINE};
+use crate::standard_deviations::{STRETCH, STRETCH_OF_BASELINE_IN_SPACE};
 
 /// Marks of one speaker in the frame of a body in space.
 #[derive(Debug, Clone)]
@@ -42,7 +42,7 @@ impl Recorded {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
-        let of_baseline = if target.has_active_baseline() { STRETCH_OF_BASELINE } else { 0.0 };
+        let of_baseline = if target.has_active_baseline() { STRETCH_OF_BASELINE_IN_SPACE } else { 0.0 };
         let of_model = STRETCH.hypot(of_baseline);
         let rounding = |half_width_mm: &[f64], mm: &[f64], m: usize| half_width_mm[m] / mm[m] / 3f64.sqrt();
         let marks = target.comparable(target.kind).map(|m| {
