@@ -1,9 +1,10 @@
 //! The posterior of tensions, with the uncertainties of body and measurements.
 //!
 //! ```text
-//! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c) / L(F0)
+//! y ~ N(s, C_geo + sd² I + R)           y: all measured stretches of a speaker's postures, s = L(F, d, c) / L(F0, d0, c)
 //! F ~ half-normal, F0 ~ half-normal     tensions of every muscle in each posture and in the baseline that they share
 //! d ~ N(0, sd_d²), c ~ N(0, sd_c²)      displacement of the hyoid in each posture, and its tilt for each metre that it moves back
+//! d0 = 0, or d0 ~ N(0, sd_d²)           displacement in the baseline /ɯ/, or in another one, in which muscles pull
 //! ```
 //! Any muscle may contract. Postures of a speaker are sampled one by one or together; then they share the tones F0, the tilt c, and the
 //! errors due to geometry and to rounding of the baseline's lengths. `C_geo` is the covariance of the stretches due to the ends of the
