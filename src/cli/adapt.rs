@@ -41,6 +41,9 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+    if let Some(outcome) = arguments.recordings.write_template(global)? {
+        return Ok(outcome);
+    }
     let given = GivenRecordings::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
     let (mut notes, mut is_whole, mut implausible) = (Vec::new(), true, None);

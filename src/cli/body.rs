@@ -141,7 +141,7 @@ impl Arguments {
     }
 
     pub fn body(&self) -> anyhow::Result<Body<2>> {
-        let file = self.mesh.as_deref().unwrap_or(Path::new("")).display();
+        let file = self.mesh.as_deref().or(self.anatomy.as_deref()).unwrap_or(Path::new("")).display();
         let body = self.plane()?.make(&mut |concern| output::note(&format!("{file}: {concern}")))?;
         self.warn();
         output::step(|| {

@@ -12,7 +12,7 @@ use tongue_fit::inner::run::ScreenedRecording;
 use tongue_fit::inner::standard_deviations::{MEMORY_S, TENSION_N};
 use tongue_fit::inner::track::TrackSettings;
 
-use super::{body, inputs, output};
+use super::{Global, Outcome, body, inputs, output};
 
 const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 
@@ -107,8 +107,8 @@ impl Arguments {
         Ok(Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format)?)
     }
 
-    /// Writes the map that was asked for and returns its path; `None` if none was.
-    pub fn write_template(&self) -> anyhow::Result<Option<PathBuf>> {
+    /// Writes the map that was asked for; `None` if none was.
+    pub fn write_template(&self, global: &Global) -> anyhow::Result<Option<Outcome>> {
         let Some(path) = &self.map_template else { return Ok(None) };
         let recordings = match self.files.first() {
             Some(file) => Recording::from_path(file, self.format)?,
@@ -120,7 +120,10 @@ impl Arguments {
         ensure!(!path.exists(), "{} exists; name another file for the map", path.display());
         std::fs::write(path, Map::template(recording))
             .with_context(|| format!("cannot write the map {}", path.display()))?;
-        Ok(Some(path.clone()))
+        output::tell(global, &serde_json::json!({ "map": path }), || {
+            format!("{}: a map to correct; then give it with --map\n", path.display())
+        })?;
+        Ok(Some(Outcome::Good))
     }
 
     /// All recordings with the names of their files. A recording that is given again is left out, with a note on the first one.

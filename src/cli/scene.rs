@@ -51,7 +51,7 @@ pub fn run(action: &SceneAction, global: &Global) -> anyhow::Result<Outcome> {
         }
         SceneAction::Explain(which) => {
             let scene = load(&which.name)?;
-            let plan = match build(&scene)? {
+            let plan = match body_of(&scene)? {
                 AnyBody::Flat(body) => prepare(&scene, body)?.plan,
                 AnyBody::Solid(body) => prepare(&scene, body)?.plan,
             };
@@ -82,16 +82,24 @@ fn load(path: &Path) -> anyhow::Result<Scene> {
     Ok(Scene::from_toml(&text, &name)?)
 }
 
+/// The body of a scene; concerns about its mesh file are printed.
+fn body_of(scene: &Scene) -> anyhow::Result<AnyBody> {
+    let SceneBody::Mesh(mesh) = &scene.body else { return Ok(build(scene, &mut |_| ())?) };
+    Ok(build(scene, &mut |concern| output::note(&format!("{}: {concern}", mesh.file)))?)
+}
+
 fn run_one(name: &Path, global: &Global) -> anyhow::Result<Outcome> {
     let out = global.given_folder()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
-    let (result, by, written) = match build(&scene)? {
+    let (result, by, written) = match body_of(&scene)? {
         AnyBody::Flat(body) => run_body(&scene, body, to, section)?,
         AnyBody::Solid(body) => run_body(&scene, body, to, solid)?,
     };
     output::answer(global, &Json(&result), &by, &written, || scene_table::outcome(&result))?;
-    let failed = (!result.converged).then(|| "it did not converge".to_owned());
+    let is_penetrated = result.contact.as_ref().is_some_and(|contact| contact.edge_through_wall);
+    let failed = if is_penetrated { "the surface passes through the wall" } else { "it did not converge" };
+    let failed = (!result.converged).then(|| failed.to_owned());
     Ok(Outcome::of_alarms(failed, &result.alarms))
 }
 
@@ -140,7 +148,12 @@ fn run_body<const D: usize>(
         () => (250.0, output::tell_duration_of_equilibrium),
     };
     let seconds = an_iteration_us * 1e-6 * iterations;
-    tell(&format!("{} nodes", plan.nodes), seconds, "a larger h_mm is faster");
+    let faster = match &scene.body {
+        SceneBody::TongueInSpace(given) if given.refined => "refined = false is faster",
+        SceneBody::TongueInSpace(_) | SceneBody::Mesh(_) => "a coarser mesh is faster",
+        _ => "a larger h_mm is faster",
+    };
+    tell(&format!("{} nodes", plan.nodes), seconds, faster);
     let settings = prepared.body.mesh.continuum.as_ref().map(|c| &c.settings);
     let by = super::provenance().with_tissue(prepared.system.tissue()).with_chosen(settings);
     let to = to.map(|(out, name)| {

@@ -71,11 +71,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
-    if let Some(written) = arguments.recordings.write_template()? {
-        output::tell(global, &serde_json::json!({ "map": written }), || {
-            format!("{}: a map to correct; then give it with --map\n", written.display())
-        })?;
-        return Ok(Outcome::Good);
+    if let Some(outcome) = arguments.recordings.write_template(global)? {
+        return Ok(outcome);
     }
     if let Some(source) = arguments.body.space() {
         return space_track::run(source, (&arguments.recordings, arguments.as_is), &arguments.space, global);

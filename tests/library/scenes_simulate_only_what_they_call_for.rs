@@ -17,7 +17,7 @@ const CYLINDER: &str =
     "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 30.0\nh_mm = 10.0\n";
 
 fn flat(scene: &Scene) -> Body<2> {
-    match build(scene).unwrap() {
+    match build(scene, &mut |_| ()).unwrap() {
         AnyBody::Flat(built) => built,
         AnyBody::Solid(_) => panic!("{} is solid", scene.title),
     }
@@ -87,7 +87,7 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
 fn the_parts_left_out_of_shipped_scenes_do_not_change_their_answers() {
     for name in scene::names() {
         let scene = scene::shipped(name).unwrap();
-        match build(&scene).unwrap() {
+        match build(&scene, &mut |_| ()).unwrap() {
             AnyBody::Flat(built) => compare_with_everything(name, &scene, &built),
             AnyBody::Solid(built) => compare_with_everything(name, &scene, &built),
         }
@@ -210,7 +210,7 @@ fn the_jaw_takes_the_genioglossus_along_and_the_hyoid_its_muscles() {
 #[test]
 fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     let scene = scene::shipped("cylinder-3d").unwrap();
-    let AnyBody::Solid(built) = build(&scene).unwrap() else { panic!("a cylinder is solid") };
+    let AnyBody::Solid(built) = build(&scene, &mut |_| ()).unwrap() else { panic!("a cylinder is solid") };
     let rest = built.mesh.nodes.clone();
     let result = run(&scene, &mut prepare(&scene, built).unwrap()).unwrap();
     assert!(result.converged);
@@ -296,6 +296,12 @@ fn a_trajectory_starts_at_rest_with_its_bones_where_they_are_displaced() {
 }
 
 #[test]
+fn a_muscle_pulls_whatever_the_case_of_its_name() {
+    let muscles = |name: &str| outcome(&format!("{TONGUE}[tensions_n]\n{name} = 12.0\n")).muscles;
+    assert_eq!(muscles("gga"), muscles("GGa"));
+}
+
+#[test]
 fn weight_acts_in_its_direction_of_any_length() {
     let sag = |direction: &str| {
         let text = "[effects]\nincompressibility = true\ngravity = { direction = ";
@@ -332,6 +338,7 @@ fn contradictions_are_named() {
         (tongue(&mirrored), "points.contour_mm; in front of and below; change the sign of x"),
         (cylinder(fit), "[fit]; [body.cylinder]; GGa"),
         (cylinder("[tensions_n]\nGGa = 1.0"), "tensions_n.GGa; [body.cylinder]; axial"),
+        (tongue("[tensions_n]\nGGa = 1.0\ngga = 2.0"), "tensions_n.gga; GGa is given twice"),
         (tongue("[tensions_n]\nGGx = 1.0"), "tensions_n.GGx; [body.tongue]; did you mean \"GGa\"?"),
         (effect("springs = false"), "effects.springs = false; hold the body"),
         (continuum("springs = true"), "kind = \"continuum\"; springs = true"),
@@ -375,7 +382,7 @@ fn contradictions_are_named() {
     for (text, wanted) in cases {
         let prepared = |scene: Scene| {
             scene.check()?;
-            match build(&scene)? {
+            match build(&scene, &mut |_| ())? {
                 AnyBody::Flat(built) => prepare(&scene, built).map(drop),
                 AnyBody::Solid(built) => prepare(&scene, built).map(drop),
             }

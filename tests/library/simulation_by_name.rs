@@ -276,8 +276,16 @@ fn a_body_from_options_is_that_of_the_library() {
 }
 
 #[test]
-fn an_anatomy_that_cannot_be_meshed_is_named() {
+fn an_anatomy_that_cannot_be_meshed_or_lies_wrong_in_the_head_is_named() {
     let toml = include_str!("../../targets/anatomy.toml").to_owned();
+    let exchanged = toml
+        .replace("\nhyoid =", "\nother =")
+        .replace("\nmental_spine =", "\nhyoid =")
+        .replace("\nother =", "\nmental_spine =");
+    let source = BodySource::Anatomy { toml: exchanged, origin: "mine.toml".to_owned() };
+    let mut told = Vec::new();
+    PlaneBody { source, ..PlaneBody::default() }.make(&mut |concern| told.push(concern)).unwrap();
+    assert!(told[0].contains("the mental spine lies behind the hyoid"), "{told:?}");
     let source = BodySource::Anatomy { toml, origin: "mine.toml".to_owned() };
     let plane = PlaneBody { source, spacing_m: Some(-1.0), ..PlaneBody::default() };
     says(plane.make(&mut |_| ()), "mine.toml: ");

@@ -92,7 +92,7 @@ fn no_acoustics_are_computed_unless_a_scene_asks_for_them() {
         let effects = "[effects]\nincompressibility = true";
         let text = format!("title = \"t\"\nwant = \"{want}\"\n[body.tongue]\n{effects}\n{more}");
         let scene = Scene::from_toml(&text, "t.toml").unwrap();
-        let AnyBody::Flat(body) = build(&scene)? else { panic!() };
+        let AnyBody::Flat(body) = build(&scene, &mut |_| ())? else { panic!() };
         prepare(&scene, body)
     };
     assert!(of("shape", "").unwrap().airway.is_none());

@@ -66,7 +66,7 @@ impl PlaneBody {
         })
     }
 
-    /// Makes the body; `tell` gets what a Gmsh file gives reason to doubt.
+    /// Makes the body; `tell` gets what a file gives reason to doubt.
     ///
     /// # Errors
     /// For a text that is no anatomy, a file that contains no body in the plane, a spacing out of range, and a body that cannot be made a
@@ -80,13 +80,10 @@ impl PlaneBody {
             BodySource::Tongue => Body::tongue(spacing_m),
             BodySource::Anatomy { toml, origin } => {
                 let anatomy = Anatomy::from_toml(toml, origin)?;
-                let body = Body::from_anatomy(&anatomy, spacing_m);
-                let body = if continuum {
-                    body.and_then(|body| body.into_continuum_of(&anatomy, &settings))
-                } else {
-                    body
-                };
-                body.map_err(|error| BodyError(format!("{origin}: {error}")))
+                let named = |error| BodyError(format!("{origin}: {error}"));
+                let body = Body::from_anatomy(&anatomy, spacing_m).map_err(named)?;
+                gmsh::review_of_head(&body).into_iter().for_each(tell);
+                if continuum { body.into_continuum_of(&anatomy, &settings).map_err(named) } else { Ok(body) }
             }
             BodySource::Mesh { content, origin } => {
                 let body = content.body(origin, tell)?.flat()?;

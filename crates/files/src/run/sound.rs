@@ -60,7 +60,7 @@ impl TongueSound {
         if let Some((subject, vowel)) = spoken.filter(|_| scene.fit.is_none()) {
             Dataset::reference()?.baseline_vowel(subject, vowel)?;
         }
-        let AnyBody::Flat(body) = body::build(scene)? else {
+        let AnyBody::Flat(body) = body::build(scene, &mut |_| ())? else {
             return Err(SimulationError::Refused("only a body in the plane has a tract".to_owned()));
         };
         let mut prepared = prepare(scene, body)?;

@@ -8,13 +8,13 @@ use crate::simulation::SimulationError;
 use crate::surgery::Operation;
 use tongue_core::body::{Body, ContinuumSettings, DEFAULT_SPACING_M, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
-use tongue_input::bodies::AnyBody;
+use tongue_input::bodies::{AnyBody, MeshContent};
 
 const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
 
-/// Checks a scene and makes its body.
-pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
+/// Checks a scene and makes its body; `tell` gets what a mesh file gives reason to doubt.
+pub fn build(scene: &Scene, tell: &mut dyn FnMut(String)) -> Result<AnyBody, SimulationError> {
     scene.check()?;
     let body = &scene.body;
     let settings = ContinuumSettings::default();
@@ -28,7 +28,9 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
             let operated = operation(scene)?.map(|operation| operation.body().clone());
             AnyBody::Solid(in_space(given, operated.map_or_else(|| space_body(given), Ok)?)?)
         }
-        SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
+        SceneBody::Mesh(given) => {
+            MeshContent::read(Path::new(&given.file), given.unit)?.body(&given.file, tell)?
+        }
         SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
         SceneBody::Block(b) => AnyBody::Solid(block(b)?),
     };

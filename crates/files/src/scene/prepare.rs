@@ -39,14 +39,15 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     let model = scene.model();
     let target = scene.fit.as_ref().map(|wanted| target(wanted, scene, &body)).transpose()?;
     let operation = operation(scene)?;
-    let tensions = tensions(scene, operation.as_ref(), &body)?;
+    let given = given(scene, operation.as_ref(), &body)?;
+    let tensions: Vec<f64> = given.iter().map(|tension| tension.unwrap_or(0.0)).collect();
     let seen = loads::frame(scene, &body)?;
     let airway = vocal_tract::vocal_tract(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
     let contracting: Vec<usize> = match &target {
         _ if seen.is_some() => all.collect(),
         None if body.is_activated() => all.filter(|&m| tensions[m] > 0.0).collect(),
-        None => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
+        None => all.filter(|&m| given[m].is_some()).collect(),
         Some(target) => target.contracting(),
     };
 
@@ -84,7 +85,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
         System::with_additions(&body.mesh, &model, &contracting, additions)?
     };
     let system = Arc::new(system);
-    let roles = roles(scene, &body, &contracting, &tensions, target.as_ref());
+    let roles = roles(&body, &contracting, &given, target.as_ref());
     let plan = plan::count(scene, &body.what, method(scene), decisions, roles, &system);
     Ok(Prepared { plan, body, operation, system, start, tensions, wall, target, seen, airway })
 }
@@ -150,26 +151,36 @@ fn target<const D: usize>(
     })
 }
 
-/// The tension or activation of every muscle of `body`, after surgery if there was any; muscles of one name have the same.
-fn tensions<const D: usize>(
+/// The tension or activation of every muscle of `body`, after surgery if there was any; `None` where the scene gives none. Muscles of one
+/// name have the same.
+fn given<const D: usize>(
     scene: &Scene,
     operation: Option<&Operation>,
     body: &Body<D>,
-) -> Result<Vec<f64>, SimulationError> {
+) -> Result<Vec<Option<f64>>, SimulationError> {
     if body.is_activated() {
         let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
         let all = match operation {
             None => body.activations(&given),
             Some(operation) => operation.whole.activations(&given).map(|all| operation.of_remaining(&all)),
         };
-        return all.map_err(|wrong| SimulationError::Refused(format!("activations: {wrong}")));
+        let all = all.map_err(|wrong| SimulationError::Refused(format!("activations: {wrong}")))?;
+        return Ok(all.into_iter().map(Some).collect());
     }
-    for name in scene.tensions_n.keys() {
-        body.muscle(name).map_err(|missing| {
+    let mut given = vec![None; body.mesh.muscles.len()];
+    for (name, &tension) in &scene.tensions_n {
+        let muscle = body.muscle(name).map_err(|missing| {
             SimulationError::contradiction(format!("tensions_n.{name}"), scene.body_key(), missing)
         })?;
+        let own = &body.mesh.muscles[muscle].name;
+        for number in body.muscles_called(own) {
+            if given[number].replace(tension).is_some() {
+                let why = format!("tensions_n.{name}: the tension of {own} is given twice; keep one of them");
+                return Err(SimulationError::Refused(why));
+            }
+        }
     }
-    Ok(body.mesh.muscles.iter().map(|m| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0)).collect())
+    Ok(given)
 }
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Planned> {
@@ -241,12 +252,11 @@ fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>
     }))
 }
 
-/// What each muscle does, and why. `tensions` are activations in a body of hexahedra.
+/// What each muscle does, and why. What is `given` are activations in a body of hexahedra, otherwise tensions.
 fn roles<const D: usize>(
-    scene: &Scene,
     body: &Body<D>,
     contracting: &[usize],
-    tensions: &[f64],
+    given: &[Option<f64>],
     target: Option<&TargetOnBody>,
 ) -> Vec<MuscleRole> {
     let mut roles: Vec<MuscleRole> = Vec::new();
@@ -255,8 +265,8 @@ fn roles<const D: usize>(
             continue;
         }
         let contracts = contracting.contains(&number);
-        let why = match scene.tensions_n.get(&muscle.name) {
-            _ if contracts && body.is_activated() => format!("activated to {}", tensions[number]),
+        let why = match given[number] {
+            Some(activation) if contracts && body.is_activated() => format!("activated to {activation}"),
             _ if body.is_activated() => "passive: its region is tissue".to_owned(),
             _ if !contracts => "passive: its connections are tissue".to_owned(),
             Some(tension) => format!("contracts with {tension} {}", force_unit(D)),

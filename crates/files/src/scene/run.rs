@@ -32,7 +32,7 @@ const REPETITIONS: u32 = 50;
 
 /// Makes the body of a scene, plans and runs it. An error says why it cannot begin; later failures are in the outcome.
 pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SimulationError> {
-    match body::build(scene)? {
+    match body::build(scene, &mut |_| ())? {
         AnyBody::Flat(body) => run(scene, &mut prepare(scene, body)?),
         AnyBody::Solid(body) => run(scene, &mut prepare(scene, body)?),
     }

@@ -32,7 +32,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::AnyBody;
-pub(super) use review::{review, review_of_head};
+pub(super) use review::review;
+pub use review::review_of_head;
 use tongue_core::body::{Body, BodyError};
 pub use write::write;
 

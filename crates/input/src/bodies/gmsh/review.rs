@@ -36,7 +36,7 @@ pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<String> {
     }
     let known = Muscles::built_in();
     let mut names: Vec<&str> = known.all().iter().map(|m| m.name.as_str()).collect();
-    names.retain(|name| mesh.muscles.iter().all(|chain| chain.name != *name));
+    names.retain(|name| mesh.muscles.iter().all(|chain| !chain.name.eq_ignore_ascii_case(name)));
     // A body with some of the published muscles is meant for the published lengths; one with none of them has muscles of its own.
     let own = !mesh.muscles.is_empty() && names.len() == known.all().len();
     if let (2, false, Some(first)) = (D, own, names.first()) {
@@ -56,7 +56,7 @@ pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<String> {
 }
 
 /// Concerns about the position of a body in the head, and about the lengths of its muscles.
-pub(in crate::bodies) fn review_of_head(body: &Body<2>) -> Vec<String> {
+pub fn review_of_head(body: &Body<2>) -> Vec<String> {
     let (mesh, mut concerns) = (&body.mesh, Vec::new());
     if mesh.fixed.len() == 1 {
         concerns
