@@ -18,6 +18,8 @@ use super::{inputs, output};
 const MOST_POINTS: usize = 40;
 /// A contour whose points are farther from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
+/// A point farther in front of the tongue at rest or behind it than this is not of that tongue.
+const BEYOND_M: f64 = 10e-3;
 /// If the largest activity is smaller, the unit of the table seems to be wrong.
 const LEAST_LARGEST_ACTIVITY: f64 = 0.05;
 const BODY_AXES: &str = "back = \"x\"\nup = \"y\"\n";
@@ -165,6 +167,16 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = median(away).unwrap_or(0.0);
+    let tissue = body.mesh.nodes.iter().zip(body.mesh.in_tissue()).filter(|(_, is_tissue)| *is_tissue);
+    let [front, back] = tissue
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (at, _)| [low.min(at.x), high.max(at.x)]);
+    let beyond =
+        marks.iter().flatten().filter(|m| m.at.x < front - BEYOND_M || m.at.x > back + BEYOND_M).count();
+    ensure!(
+        3 * beyond <= marks.iter().flatten().count(),
+        "{beyond} of its points lie in front of the tongue or behind it; give them in the body's own millimetres, with x growing to the back \
+         of the head"
+    );
     ensure!(
         away_m <= FARTHEST_M,
         "its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, x to the back of \

@@ -7,7 +7,7 @@ use anyhow::Context;
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::posterior::AuxiliaryData;
 use tongue_fit::inner::report::{self, Files, Series, SolutionCurveRecord};
-use tongue_fit::inner::run::{FitRun, PosteriorRun, Published, VerdictSource};
+use tongue_fit::inner::run::{FitRun, PosteriorRun, Published, VerdictSource, sampled_together};
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::system::TissueModel;
@@ -71,7 +71,7 @@ impl Arguments {
         for vowel in [&target.vowel, &target.baseline] {
             let row = data.row(&self.subject, vowel)?;
             data.bad_cells_of(row)
-                .for_each(|fault| output::complain(&format!("{fault} (this length is left out)")));
+                .for_each(|fault| output::complain(&format!("{fault} (this cell is left out)")));
         }
         Ok(())
     }
@@ -82,18 +82,7 @@ impl Arguments {
             return Ok((vec![target.clone()], 0));
         }
         self.posterior.check_baseline(data, target)?;
-        let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
-        let mut all = Vec::new();
-        for vowel in data.vowels(&self.subject)? {
-            if vowel == target.vowel {
-                all.push(target.clone());
-            } else if vowel != target.baseline {
-                match Target::new(data, &self.subject, &vowel, TargetKind::Stretch, &options) {
-                    Ok(other) => all.push(other),
-                    Err(e) => output::note(&format!("--joint leaves out /{vowel}/: {e}")),
-                }
-            }
-        }
+        let all = sampled_together(data, target, &mut |note| output::note(&note))?;
         if all.len() == 1 {
             output::note("--joint: the table has no other vowel of this subject, so there are no contrasts");
         }

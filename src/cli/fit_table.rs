@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use tongue_fit::inner::report::{self, Conclusion, FitRecord, joined, range, status_in_words, with_decimals};
 use tongue_fit::inner::run::{Published, SampledPosterior};
 use tongue_fit::inverse::Fit;
-use tongue_fit::measured::TargetKind;
+use tongue_fit::measured::{TargetKind, Vowel};
 
 use super::output::is_verbose;
 use super::posterior::{self, ACTIVE_BASELINE};
@@ -58,7 +58,8 @@ impl ShownFit<'_> {
 
     fn verdict(&self) -> String {
         let target = &self.record.fit.matched.target;
-        let note = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
+        let is_active = target.has_active_baseline() && target.vowel != Vowel::unrounded_u();
+        let note = if is_active { ACTIVE_BASELINE } else { "" };
         let mut text = format!("{} /{}/ against /{}/{note}\n", target.subject, target.vowel, target.baseline);
         match &self.record.verdict {
             Some(verdict) => {

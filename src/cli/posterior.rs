@@ -108,7 +108,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize) -> String {
         "\nPOSTERIOR of {} against /{}/{}{}: all {}{}, every muscle may pull\n",
         sampled.what(posture),
         sampled.baseline,
-        if seen.is_baseline_active { ACTIVE_BASELINE } else { "" },
+        if sampled.posterior.density.has_active_baseline() { ACTIVE_BASELINE } else { "" },
         if others.is_empty() { String::new() } else { format!(", with {}", others.join(", ")) },
         match seen.of_posture(posture).len() {
             1 => "that was measured, one stretch".to_owned(),

@@ -105,7 +105,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
         )
     });
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
-    prepared.run.sample(&todo, &output::tell_step);
+    let PreparedBatch { run, data, .. } = &mut prepared;
+    run.sample(data, &todo, &output::tell_step);
     let journal = fit_all(&prepared, &todo, mine.len(), journal)?;
     let outcome = match arguments.shard {
         Some(shard) => {

@@ -20,7 +20,7 @@ const MOST_NOTES: usize = 10;
 
 /// Jobs and inputs of a batch, which threads share. They depend only on the arguments and the files.
 pub struct PreparedBatch {
-    data: Dataset,
+    pub data: Dataset,
     unreadable: Vec<String>,
     pub run: BatchRun,
     pub provenance: Provenance,

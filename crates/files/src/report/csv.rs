@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::export::{Export, Provenance};
-use tongue_infer::posterior::{Draw, Posterior};
+use tongue_infer::posterior::{Draw, Parameter, Posterior};
 
 /// Records as CSV: a column for each field, then those of the [`Provenance`].
 #[derive(Debug, Clone, Copy)]
@@ -127,6 +127,10 @@ impl Export for Draws<'_> {
             columns.extend(muscles.iter().map(|m| format!("{name}_{m}_n_per_m")));
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
+        let moves_in_baseline = density.parameters.contains(&Parameter::Hyoid(density.postures(), 0));
+        if moves_in_baseline {
+            columns.extend(["baseline_hyoid_x_mm", "baseline_hyoid_y_mm"].map(str::to_owned));
+        }
         columns.extend(muscles.iter().map(|m| format!("stretch_{m}")));
         let measured = measurements.of_posture(posture);
         columns
@@ -140,6 +144,8 @@ impl Export for Draws<'_> {
             let numbers = own.tensions.iter().chain(draw.values.tones()).copied();
             let numbers = numbers.chain(all.clone().map(|m| draw.change(posture, m)));
             let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d)).chain([draw.values.tilt]);
+            let baseline = draw.values.postures.last().filter(|_| moves_in_baseline);
+            let numbers = numbers.chain(baseline.into_iter().flat_map(|b| b.hyoid.iter().map(|d| 1e3 * d)));
             let numbers = numbers.chain(all.map(|m| draw.stretch(posture * muscles.len() + m)));
             let numbers = numbers.chain(self.log_likelihoods(&measured, draw));
             let of_others = others.iter().flat_map(|&p| draw.values.postures[p].tensions.iter().copied());

@@ -13,7 +13,7 @@ use tongue_infer::posterior::{AuxiliaryData, PosteriorModel, Sampling};
 use tongue_input::measured::lengths::rest_distance;
 use tongue_input::measured::{Dataset, Target, TargetKind, reference_muscle};
 
-use super::fit::{FitRun, PosteriorRun, VerdictSource};
+use super::fit::{FitRun, PosteriorRun, VerdictSource, sampled_together};
 use crate::report::batch::record::AssessedRecord;
 use crate::report::batch::{
     BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, fit_outputs, passive_groups,
@@ -74,7 +74,7 @@ impl BatchRun {
         let Self { body, muscles, model, settings, .. } = self;
         let job = &self.plan.jobs[number];
         let own = self.posteriors_with(number).filter(|how| !how.joint);
-        let own = own.and_then(|how| self.posteriors(how, &[number], tell).pop());
+        let own = own.and_then(|how| self.posteriors(how, &[&job.target], &[number], tell).pop());
         let posterior = own.as_ref().map(|(_, posterior)| posterior).or(self.sampled.get(&number));
         let verdict = posterior.map_or(VerdictSource::None, |posterior| {
             VerdictSource::Posterior(posterior.as_ref().map(|p| &p.report).map_err(String::as_str))
@@ -88,14 +88,21 @@ impl BatchRun {
         fit_outputs(on_page.then_some(number), &record, (&body.mesh, muscles), posterior, provenance).map(Ok)
     }
 
-    /// If subjects are sampled jointly, samples those in `jobs`; [`Self::fit`] takes their posteriors from there.
-    pub fn sample(&mut self, jobs: &[usize], tell: &(dyn Fn(&str) + Sync)) {
+    /// If subjects are sampled jointly, samples those in `jobs` with all their vowels in the table; [`Self::fit`] takes their posteriors from
+    /// there.
+    pub fn sample(&mut self, data: &Dataset, jobs: &[usize], tell: &(dyn Fn(&str) + Sync)) {
         let Some(how) = self.posteriors.as_ref().filter(|how| how.joint) else { return };
         let all = &self.plan.jobs;
         let sampled = (0..all.len()).filter(|&n| self.posteriors_with(n).is_some());
         let mut speakers = grouped(sampled, |&n| (&all[n].target.subject, &all[n].target.baseline));
         speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
-        let results = parallel::map(&speakers, |rows| self.posteriors(how, rows, tell));
+        let results = parallel::map(&speakers, |rows| {
+            let first = &all[rows[0]].target;
+            match sampled_together(data, first, &mut |note| tell(&format!("{}: {note}", first.subject))) {
+                Ok(together) => self.posteriors(how, &together.iter().collect::<Vec<_>>(), rows, tell),
+                Err(e) => rows.iter().map(|&n| (n, Err(e.to_string()))).collect(),
+            }
+        });
         self.sampled = results.into_iter().flatten().collect();
     }
 
@@ -104,27 +111,27 @@ impl BatchRun {
         self.posteriors.as_ref().filter(|how| how.with == self.plan.jobs[number].target.kind)
     }
 
-    /// The posteriors of rows that are sampled together, with the indices of their jobs.
+    /// The posteriors of jobs, by their indices, whose vowels are among the `targets` that are sampled together.
     fn posteriors(
         &self,
         how: &RowPosteriors,
+        targets: &[&Target],
         rows: &[usize],
         tell: &dyn Fn(&str),
     ) -> Vec<(usize, SampledRow)> {
-        let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
         let RowPosteriors { model, sampling, .. } = how;
-        let posterior_run = PosteriorRun {
-            model,
-            targets: &targets,
-            auxiliary: AuxiliaryData::default(),
-            sampling: *sampling,
-        };
+        let posterior_run =
+            PosteriorRun { model, targets, auxiliary: AuxiliaryData::default(), sampling: *sampling };
         let sampled = match posterior_run.run(tell) {
             Ok(sampled) => sampled,
             // The caller names the row.
             Err(e) => return rows.iter().map(|&n| (n, Err(e.to_string()))).collect(),
         };
-        Vec::from_iter(rows.iter().enumerate().map(|(posture, &number)| {
+        let postures = rows.iter().filter_map(|&number| {
+            let vowel = &self.plan.jobs[number].target.vowel;
+            Some((number, targets.iter().position(|target| target.vowel == *vowel)?))
+        });
+        Vec::from_iter(postures.map(|(number, posture)| {
             let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges(posture)).flatten();
             let report = sampled.reports[posture].clone();
             let vowel = &report.postures[posture];

@@ -15,7 +15,7 @@ use tongue_infer::posterior::{
 };
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
-use tongue_input::measured::{Target, TargetKind};
+use tongue_input::measured::{Dataset, ReadError, Target, TargetKind, TargetOptions};
 
 use super::equilibrium::Solved;
 use crate::report::{self, Draws, Files, FitRecord, Provenance, Svg};
@@ -81,6 +81,8 @@ impl<'a> FitRun<'a> {
                 record.posterior = posterior.ok().cloned();
                 let summary = posterior.ok().and_then(|report| report.summary.as_ref());
                 record.alarms.extend(summary.and_then(Summary::contradiction));
+                let refused = posterior.ok().and_then(|report| report.contradiction.clone());
+                record.alarms.extend(refused.map(|reason| Alarm::NoVerdict { reason }));
                 let verdict = posterior.map_err(str::to_owned).and_then(of_posterior);
                 // A posterior whose chains have not mixed has no summary.
                 if let Err(why) = &verdict
@@ -97,6 +99,27 @@ impl<'a> FitRun<'a> {
         }
         Ok(record)
     }
+}
+
+/// The targets of all vowels of a speaker against the baseline of one of them, which is among them; `tell` gets why others are left out.
+pub fn sampled_together(
+    data: &Dataset,
+    target: &Target,
+    tell: &mut dyn FnMut(String),
+) -> Result<Vec<Target>, ReadError> {
+    let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
+    let mut all = Vec::new();
+    for vowel in data.vowels(&target.subject)? {
+        if vowel == target.vowel {
+            all.push(target.clone());
+        } else if vowel != target.baseline {
+            match Target::new(data, &target.subject, &vowel, TargetKind::Stretch, &options) {
+                Ok(other) => all.push(other),
+                Err(e) => tell(format!("--joint leaves out /{vowel}/: {e}")),
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// The palate and the teeth as a wall for the surface of a body, as a scene has it with `effects.contact`.

@@ -23,7 +23,7 @@ mod track;
 pub use batch::{BatchRun, RowPosteriors};
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
 pub use equilibrium::{Equilibrium, STEP_ERROR_MM, SampledMotion, Solved};
-pub use fit::{FitRun, PosteriorRun, Published, SampledPosterior, VerdictSource};
+pub use fit::{FitRun, PosteriorRun, Published, SampledPosterior, VerdictSource, sampled_together};
 pub use muscles::{EffectRow, MuscleEffect};
 pub use recordings::{ScreenedRecording, bones_apart_m, check_scale};
 pub use sound::TongueSound;

@@ -14,7 +14,6 @@ use super::PosteriorError;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
-use super::priors::Priors;
 
 #[derive(Debug, Clone)]
 pub struct Density<'a> {
@@ -42,7 +41,7 @@ const SOLVE: SolveSettings = SolveSettings {
     beyond: false,
 };
 
-/// The sampled parameters, and the values of the others. The hyoid's place in /ɯ/ is that of the body, so it moves in another baseline only.
+/// The sampled parameters, and the values of the others. In /ɯ/ the hyoid is in its place in the body.
 fn parameters(
     posterior_model: &PosteriorModel,
     measurements: &Measurements,
@@ -58,12 +57,14 @@ fn parameters(
     };
     let place = if priors.hyoid.off { Some([0.0; 2]) } else { priors.hyoid.fixed_mm };
     let moves_in_baseline = measurements.is_baseline_active && !priors.baseline.off && place.is_none();
-    let of_baseline = if moves_in_baseline { None } else { Some([0.0; 2]) };
     let shapes = Vec::from_iter((0..=postures).map(|index| {
-        let (place, fixed): (_, fn(&Priors, &str) -> Option<f64>) =
-            if index < postures { (place, Priors::fixed_tension) } else { (of_baseline, Priors::fixed_tone) };
-        let tensions = muscles.iter().enumerate();
-        let tensions = tensions.map(|(m, name)| known(fixed(priors, name), Parameter::Tension(index, m)));
+        let is_baseline = index == postures;
+        let moves = if is_baseline { moves_in_baseline } else { measurements.neutral != Some(index) };
+        let place = if moves { place } else { Some([0.0; 2]) };
+        let tensions = muscles.iter().enumerate().map(|(m, name)| {
+            let fixed = if is_baseline { priors.fixed_tone(name) } else { priors.fixed_tension(name) };
+            known(fixed, Parameter::Tension(index, m))
+        });
         let tensions = tensions.collect();
         let hyoid = [0, 1].map(|axis| known(place.map(|mm| mm[axis] * 1e-3), Parameter::Hyoid(index, axis)));
         Posture { tensions, hyoid: SVector::from(hyoid) }
@@ -137,20 +138,35 @@ impl<'a> Density<'a> {
             + self.placed(self.measurements.stretches.len(), &self.measurements.auxiliary.errors)
     }
 
-    /// Covariance due to the model's error of stretches, including that of an active baseline for a vowel alone.
+    /// Covariance due to the model's error of stretches, and to that of a baseline in which muscles pull, which all postures share.
     pub fn discrepancies(&self) -> DMatrix<f64> {
         let prior = &self.posterior_model.priors.discrepancy;
-        let is_alone = self.measurements.is_baseline_active && self.postures() == 1;
-        let of_baseline = if is_alone { prior.sd_of_baseline } else { 0.0 };
-        let variance = if prior.off { 0.0 } else { prior.sd * prior.sd + of_baseline * of_baseline };
-        let n = self.measurements.stretches.len();
-        self.placed(0, &(DMatrix::identity(n, n) * variance))
+        let variance = if prior.off { 0.0 } else { prior.sd * prior.sd };
+        // Of a posture and of the baseline; where muscles pull in both, they have equal parts, so that they can be exchanged.
+        let (own, shared) = if self.has_active_baseline() && !prior.off {
+            let half = 0.5 * (variance + prior.sd_of_baseline * prior.sd_of_baseline);
+            (half, half)
+        } else {
+            (variance, 0.0)
+        };
+        let stretches = &self.measurements.stretches;
+        let covariance = |i: usize, j: usize| {
+            let of_baseline = if stretches[i].muscle == stretches[j].muscle { shared } else { 0.0 };
+            of_baseline + if i == j { own } else { 0.0 }
+        };
+        self.placed(0, &DMatrix::from_fn(stretches.len(), stretches.len(), covariance))
     }
 
     /// Covariance due to rounding of the lengths; zero if the priors leave rounding out.
     pub fn rounding(&self) -> DMatrix<f64> {
         let part = if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 };
         self.placed(0, &(&self.measurements.rounding * part))
+    }
+
+    /// Whether muscles pull in the baseline and in the postures as in any vowel, so that the baseline has the model's error too.
+    pub fn has_active_baseline(&self) -> bool {
+        let Measurements { is_baseline_active, neutral, .. } = self.measurements;
+        is_baseline_active && neutral.is_none() && !self.posterior_model.priors.baseline.off
     }
 
     /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.

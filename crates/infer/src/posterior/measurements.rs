@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use crate::inverse::TargetOnBody;
 
 use super::auxiliary::AuxiliaryData;
+use tongue_input::measured::Vowel;
 
 /// The stretch of a muscle in a posture.
 #[derive(Debug, Clone)]
@@ -24,6 +25,8 @@ pub struct Measurements {
     pub labels: Vec<String>,
     /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
     pub is_baseline_active: bool,
+    /// Number of the posture that is /ɯ/, in which the hyoid has its place, against another baseline.
+    pub neutral: Option<usize>,
     pub auxiliary: AuxiliaryData,
 }
 
@@ -41,6 +44,7 @@ impl Measurements {
         for (posture, matched) in vowels.iter().enumerate() {
             let target = &matched.target;
             all.is_baseline_active = target.has_active_baseline();
+            all.neutral = all.neutral.or(target.vowel.is_like(&Vowel::unrounded_u()).then_some(posture));
             all.labels.push(target.vowel.to_string());
             for (m, name) in target.muscles.iter().enumerate() {
                 let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::read::DEFAULT_HALF_WIDTH_MM;
 use super::{Dataset, Lengths, Row};
+use crate::measured::muscles::Muscles;
 use crate::measured::thesis::Thesis;
 use tongue_core::statistics::{mean_and_variance, median};
 
@@ -35,7 +36,22 @@ pub fn doubts(data: &Dataset) -> Vec<String> {
     });
     let proportions =
         columns(medians).and_then(|columns| alike(&columns).or_else(|| doubt_of_proportions(&columns)));
-    proportions.into_iter().chain(repeated_rows(data)).chain(rows_of_another_size(data)).collect()
+    let proportions = proportions.into_iter().chain(without_unit(data));
+    proportions.chain(repeated_rows(data)).chain(rows_of_another_size(data)).collect()
+}
+
+/// Doubts about columns that are left out although they have the names of published muscles.
+fn without_unit(data: &Dataset) -> impl Iterator<Item = String> {
+    let known = Muscles::built_in();
+    let columns = data.reading.set_aside.iter();
+    let named = columns.filter_map(move |column| {
+        let muscle = known.all().iter().find(|m| m.name.eq_ignore_ascii_case(&column.name))?;
+        Some((column, muscle.name.clone()))
+    });
+    let missing = named.filter(|(_, muscle)| !data.muscles.contains(muscle));
+    missing.map(|(column, muscle)| {
+        format!("the column {:?} is left out: {}; write {muscle}_mm", column.name, column.why)
+    })
 }
 
 fn columns<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<Vec<MuscleColumn<'a>>> {
