@@ -99,7 +99,7 @@ impl AnyBody {
 }
 
 /// The group of a muscle and its side: of `GGP_L`, `GGP` and the left one.
-fn group_and_side(name: &str) -> (&str, Side) {
+pub(crate) fn group_and_side(name: &str) -> (&str, Side) {
     match name.rsplit_once('_') {
         Some((group, "L")) => (group, Side::Left),
         Some((group, "R")) => (group, Side::Right),

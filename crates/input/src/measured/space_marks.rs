@@ -10,8 +10,10 @@ use csv::StringRecord;
 use nalgebra::{Vector2, Vector3};
 
 use super::ReadError;
+use tongue_core::body::space::Side;
 use tongue_core::limits::COORDINATE_MM;
 
+use crate::bodies::group_and_side;
 use crate::files;
 
 /// A measurement in the frame of the body: x to the back, y to the right, z upwards.
@@ -56,13 +58,29 @@ pub struct SpaceFrame {
     pub marks: Vec<SpaceMark>,
 }
 
-/// Adds the name of a mark to those of its frame; a node or a muscle may have one mark in a frame.
+/// Adds the name of a mark to those of its frame. A node, a muscle, a coil or a place of a point may have one mark in a frame, and both
+/// sides of a muscle have none beside one side.
 fn add_name(names: &mut BTreeSet<(usize, String)>, frame: usize, mark: &SpaceMark) -> Result<(), String> {
+    // In millimetres without the error of the conversion to metres; adding 0 turns -0 into 0.
+    let mm = |m: &f64| (1e9 * m).round() / 1e6 + 0.0;
+    let at = |place: &[f64]| format!("{:?} mm", Vec::from_iter(place.iter().map(mm)));
     let name = match &mark.what {
         Marked::Node { node, .. } => format!("node {}", node + 1),
         Marked::Muscle { muscle, .. } => format!("muscle {muscle}"),
-        _ => return Ok(()),
+        Marked::Coil { behind_tip_m, .. } => format!("the coil with surface_mm {}", mm(behind_tip_m)),
+        Marked::Contour(place) => format!("the point of the contour at {}", at(place.as_slice())),
+        Marked::Surface(place) => format!("the point of the surface at {}", at(place.as_slice())),
     };
+    let overlapping = match &mark.what {
+        Marked::Muscle { muscle, .. } => match group_and_side(muscle) {
+            (name, Side::Middle) => ["L", "R"].map(|side| format!("muscle {name}_{side}")).to_vec(),
+            (group, _) => vec![format!("muscle {group}")],
+        },
+        _ => Vec::new(),
+    };
+    if let Some(other) = overlapping.into_iter().find(|other| names.contains(&(frame, other.clone()))) {
+        return Err(format!("{other} and {name} are in one frame, so one length counts twice; give one of them"));
+    }
     let twice = format!("{name} comes twice in a frame; give it once");
     if names.insert((frame, name)) { Ok(()) } else { Err(twice) }
 }
