@@ -68,7 +68,7 @@ impl Moved {
             let measure = match i % 3 {
                 0 => LengthMeasure::Length(now),
                 1 => LengthMeasure::Stretch(now / rest),
-                _ => LengthMeasure::Ratio(now / self.length("GGA", &self.positions), Some("gga".into())),
+                _ => LengthMeasure::Ratio(now / self.length("GGA", &self.positions), Some("GGA".into())),
             };
             mark(Marked::Muscle { muscle, measure })
         };
@@ -237,6 +237,7 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
         (Marked::Contour(Vector2::new(f64::NAN, 0.0)), "a point of the contour"),
         (Marked::Surface(Vector3::repeat(f64::INFINITY)), "a point of the surface"),
         (length("GGX", LengthMeasure::Length(0.03)), "no muscle \"GGX\""),
+        (length("gga", LengthMeasure::Length(0.04)), "write GGa (line of the plane) or GGA (fibre in space)"),
         (length("GGP", ratio), "no muscle \"XY\""),
     ] {
         says(SpaceSearch::default().fit(&moved.body, &moved.system, &[mark(what)], None), why);

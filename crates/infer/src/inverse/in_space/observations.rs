@@ -119,6 +119,16 @@ impl<'a> Observed<'a> {
         if let Some(line) = self.line(name) {
             return Ok(vec![with_rest(line.clone())]);
         }
+        // GGa and GGA differ only by case, so another spelling may mean either.
+        let is_like = |known: &&str| known.eq_ignore_ascii_case(name);
+        let groups = self.body.groups();
+        let muscle = groups.iter().map(String::as_str).find(is_like).filter(|known| *known != name);
+        let line = self.body.lines.iter().map(|(known, _)| known.as_str()).find(is_like);
+        if let (Some(line), Some(muscle)) = (line, muscle) {
+            return refused(format!(
+                "\"{name}\" may be {line} or {muscle}; write {line} (line of the plane) or {muscle} (fibre in space)"
+            ));
+        }
         let numbers = self.body.both_sides(name).or_else(|error| refused(error.to_string()))?;
         let fibres =
             numbers.into_iter().map(|m| with_rest(Line { ends: muscles[m].ends().map(LineEnd::node) }));
