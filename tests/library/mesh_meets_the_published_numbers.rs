@@ -175,6 +175,7 @@ fn check_knows_a_tetrahedron_from_its_mirror_image() {
 fn a_bad_anatomy_is_refused_with_line_and_column() {
     let cases = [
         ("GGa = [[0.000, 0.000]", "\" \" = [[0.000, 0.000]", "the muscle name"),
+        ("GGm = ", "gga = ", "the muscles GGa and gga differ only by upper and lower case"),
         ("[46.73, 24.45]", "[46.73, nan]", "not finite"),
         ("[46.73, 24.45]", "[46.73, \"x\"]", "string"),
         ("[46.73, 24.45]", "[46.20, 32.50]", "repeats"),

@@ -97,6 +97,10 @@ impl Anatomy {
         }
         let mut muscles = Vec::with_capacity(given.len());
         for (name, line) in given {
+            if let Some(other) = muscles.iter().find(|m: &&MuscleLine| m.name.eq_ignore_ascii_case(name)) {
+                let message = "differ only by upper and lower case; rename or remove one";
+                return Err((line.span(), format!("the muscles {} and {name} {message}", other.name)));
+            }
             muscles.push(muscle_line(name, line, &outline, &bones).map_err(|p| (line.span(), p))?);
         }
         for (name, given) in &file.bones {
