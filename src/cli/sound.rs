@@ -101,7 +101,10 @@ impl Arguments {
 
     /// Jaw, hyoid and lips; what is not given is taken from the tract's file for the vowel.
     fn posture(&self, tract: &Tract, vowel: Option<&Vowel>) -> Articulation {
-        let drawn = vowel.and_then(|v| tract.posture.get(v.label())).copied().unwrap_or_default();
+        let is_of = |key: &str, v: &Vowel| Vowel::as_written(key).is_ok_and(|key| key.is_like(v));
+        let like = |v| tract.posture.iter().find(|(key, _)| is_of(key, v)).map(|(_, posture)| posture);
+        let drawn = vowel.and_then(|v| tract.posture.get(v.label()).or_else(|| like(v)));
+        let drawn = drawn.copied().unwrap_or_default();
         Articulation {
             jaw_deg: self.jaw.unwrap_or(drawn.jaw_deg),
             hyoid_mm: self.hyoid.as_deref().and_then(|h| h.try_into().ok()).unwrap_or(drawn.hyoid_mm),
