@@ -20,6 +20,9 @@ use tongue_core::body::space::{Directions, Segment, Side, mean_axis};
 use tongue_core::body::{Body, Mesh, Muscle, MuscleChain};
 use tongue_core::geometry::hexahedron;
 
+/// A body beyond this has another unit than it was said to have.
+const EXTENT_MM: std::ops::RangeInclusive<f64> = 5.0..=1000.0;
+
 #[derive(Clone, Copy)]
 enum Strength {
     Newtons(f64),
@@ -84,6 +87,12 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
     parts.check_held(edges.chain(outside), &mesh.fixed, &numbers)?;
     mesh.muscles = chains;
     mesh.connect();
+    let extent_mm = 1e3 * mesh.extent();
+    if !EXTENT_MM.contains(&extent_mm) {
+        let is = format!("the body is {extent_mm:.3} mm across, which no tongue is");
+        let unit = "give the unit of its coordinates (--body-unit m or mm; in a scene: unit)";
+        return Err(wrong!(None, "{is}; {unit}, or scale it"));
+    }
     let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, muscles, ..Body::default() };
     body.check().map_err(|fault| wrong!(None, "{fault}"))?;
     Ok(body)
@@ -108,17 +117,31 @@ impl<'a> SpaceAssembly<'a> {
             let view = self.raw.views.iter().find(|v| muscle_of_view(v) == Some(name.as_str()));
             out.push(MuscleGroup { name, strength, region, lines: Vec::new(), view, at: group.at });
         }
-        for MuscleGroup { name, at, .. } in &out {
+        let mean_y = |muscle: &MuscleGroup<'a>| {
+            let tags = muscle.region.iter().flatten();
+            let y = Vec::from_iter(tags.filter_map(|tag| self.raw.nodes.get(tag)).map(|x| x[1]));
+            self.unit.metres() * y.iter().sum::<f64>() / y.len() as f64
+        };
+        for muscle in &out {
+            let MuscleGroup { name, at, .. } = muscle;
             let other = match group_and_side(name) {
                 (group, Side::Left) => format!("{group}_R"),
                 (group, Side::Right) => format!("{group}_L"),
                 (_, Side::Middle) => continue,
             };
-            if !out.iter().any(|g| g.name == other) {
+            let Some(other) = out.iter().find(|g| g.name == other) else {
                 return Err(wrong!(
                     *at,
                     "muscle {name} has no other side: no group is called \"muscle:{other} ..\"; add it, or give the muscle a name without a \
                      side"
+                ));
+            };
+            let is_left = group_and_side(name).1 == Side::Left;
+            if is_left && mean_y(muscle) - mean_y(other) > 1e-6 * self.mesh.extent() {
+                return Err(wrong!(
+                    *at,
+                    "muscle {name} lies at larger y than {}, but y points to the right; exchange their names, or mirror the body",
+                    other.name
                 ));
             }
         }
