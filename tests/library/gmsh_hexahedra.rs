@@ -153,8 +153,11 @@ fn what_is_wrong_is_told_with_its_line() {
         assert!(message.contains(expected), "{to}: {message}");
     }
     let exchanged = text.replace("A_L", "A_X").replace("A_R", "A_L").replace("A_X", "A_R");
-    fixtures::says(read_space(exchanged.as_bytes(), "b.msh", Unit::M), "muscle A_L lies at larger y than A_R");
-    fixtures::says(read_space(text.as_bytes(), "b.msh", Unit::Mm), "0.060 mm across, which no tongue is");
+    fixtures::says(
+        read_space(exchanged.as_bytes(), "b.msh", Unit::M),
+        "muscle A_L lies at larger y than A_R",
+    );
+    fixtures::says(read_space(text.as_bytes(), "b.msh", Unit::Mm), "is 0.06 mm across, which no tongue is");
     let second = says("\n3 1 5 ", "\n3 1 12 ");
     assert!(second.contains("Mesh.ElementOrder = 1") && !second.contains("Recombine"), "{second}");
     fixtures::says(read_space(&bytes("cylinder_41.msh"), "c.msh", Unit::M), "is a tetrahedron; Transfinite");

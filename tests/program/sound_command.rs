@@ -112,7 +112,8 @@ fn tensions_jaw_lips_and_another_tract_change_the_sound() {
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
     // The postures of a tract are found by their vowels in any spelling.
     std::fs::write(at.join("upper.toml"), drawn.replace("\n\"a\" = {", "\n\"/A/\" = {")).unwrap();
-    let [own, upper] = ["", " --tract upper.toml"].map(|tract| sound_record(at, &format!("--vowel a{tract}")));
+    let [own, upper] =
+        ["", " --tract upper.toml"].map(|tract| sound_record(at, &format!("--vowel a{tract}")));
     assert_eq!(formants(&own), formants(&upper));
     std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
     let finer = formants(&sound_record(at, &format!("{pulled} --tract mine.toml")));

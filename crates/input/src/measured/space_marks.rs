@@ -79,7 +79,9 @@ fn add_name(names: &mut BTreeSet<(usize, String)>, frame: usize, mark: &SpaceMar
         _ => Vec::new(),
     };
     if let Some(other) = overlapping.into_iter().find(|other| names.contains(&(frame, other.clone()))) {
-        return Err(format!("{other} and {name} are in one frame, so one length counts twice; give one of them"));
+        return Err(format!(
+            "{other} and {name} are in one frame, so one length counts twice; give one of them"
+        ));
     }
     let twice = format!("{name} comes twice in a frame; give it once");
     if names.insert((frame, name)) { Ok(()) } else { Err(twice) }
@@ -122,9 +124,12 @@ pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
     let bytes = files::read(path)?;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_HEADER)]);
     let mut reader = reader(&text);
-    Ok(reader
-        .headers()
-        .is_ok_and(|h| !has(h, "point") && (has(h, "node") || has(h, "muscle") || has(h, "z_mm"))))
+    // Recordings with the columns x_mm and y_mm have a column point.
+    Ok(reader.headers().is_ok_and(|h| {
+        let is_recording = h.iter().any(|name| name.eq_ignore_ascii_case("point"));
+        let any = ["node", "muscle", "x_mm", "z_mm"].into_iter().any(|name| has(h, name));
+        any && !is_recording
+    }))
 }
 
 fn has(header: &StringRecord, name: &str) -> bool {
@@ -132,7 +137,10 @@ fn has(header: &StringRecord, name: &str) -> bool {
 }
 
 fn reader(text: &str) -> csv::Reader<&[u8]> {
-    csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes())
+    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let separator = [b';', b'\t'].into_iter().find(|s| header.as_bytes().contains(s)).unwrap_or(b',');
+    let mut csv = csv::ReaderBuilder::new();
+    csv.comment(Some(b'#')).delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes())
 }
 
 /// Columns that a table must have.
@@ -180,7 +188,7 @@ impl MarkRow<'_> {
     fn number(&self, name: &str) -> Result<Option<f64>, String> {
         let Some(text) = self.text(name) else { return Ok(None) };
         let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
-        value.map(Some).ok_or_else(|| format!("{name} is \"{text}\"; give a finite number"))
+        value.map(Some).ok_or_else(|| format!("{name} is \"{text}\"; give a finite number, such as 1.5"))
     }
 
     /// The number in a column that the table is known to have.

@@ -89,7 +89,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
     mesh.connect();
     let extent_mm = 1e3 * mesh.extent();
     if !EXTENT_MM.contains(&extent_mm) {
-        let is = format!("the body is {extent_mm:.3} mm across, which no tongue is");
+        let is = format!("the body is {} mm across, which no tongue is", (1e3 * extent_mm).round() / 1e3);
         let unit = "give the unit of its coordinates (--body-unit m or mm; in a scene: unit)";
         return Err(wrong!(None, "{is}; {unit}, or scale it"));
     }
