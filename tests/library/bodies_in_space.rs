@@ -163,7 +163,7 @@ fn files_of_artisynth_make_a_body() {
 #[test]
 fn files_that_are_wrong_are_named_with_their_line() {
     type Part = fn(&mut ArtisynthFiles) -> &mut Text;
-    let cases: [(Part, &str, &str, &str); 15] = [
+    let cases: [(Part, &str, &str, &str); 17] = [
         (|f| &mut f.nodes, "0.02", "x", "a.node:2: \"x\" stands where a coordinate was expected"),
         (|f| &mut f.nodes, "0.02", "inf", "a.node:2: \"inf\" stands where a coordinate was expected"),
         (|f| &mut f.jaw, "0 2 4\n", "", "jawAttachments.txt: it contains nothing that could be read as"),
@@ -174,6 +174,13 @@ fn files_that_are_wrong_are_named_with_their_line() {
             "jawAttachments.txt: a bone needs three nodes or more, and this file has 2",
         ),
         (|f| &mut f.hyoid, "6 8 10", "", "hyoidAttachments.txt: it contains nothing that could be read as"),
+        (
+            |f| &mut f.hyoid,
+            "6",
+            "4",
+            "hyoidAttachments.txt: node 4 is attached to the jaw too, in folder/jaw",
+        ),
+        (|f| &mut f.jaw, "2", "3", "jawAttachments.txt: the nodes on the jaw lie 6.7 mm behind those on the"),
         (|f| &mut f.strengths, "4", "0", "MuscleMaxForce.txt:1: \"0\" stands where a force in newtons"),
         (|f| &mut f.elements, "12 11", "13 11", "a.elem:2: node 13 does not exist"),
         (|f| &mut f.muscles, ",,2,2", ",,3,3", "CreateMuscles.mac:6: element 3 does not exist"),

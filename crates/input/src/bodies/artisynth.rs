@@ -103,6 +103,25 @@ pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> 
         Bone { name: MANDIBLE.to_owned(), nodes: numbers(&files.jaw, in_tissue)? },
         Bone { name: HYOID.to_owned(), nodes: numbers(&files.hyoid, in_tissue)? },
     ];
+    let [jaw, hyoid] = [&bones[0].nodes, &bones[1].nodes];
+    if let Some(node) = hyoid.iter().find(|node| jaw.binary_search(node).is_ok()) {
+        let problem = format!(
+            "node {node} is attached to the jaw too, in {}; keep it in one of the two",
+            files.jaw.file
+        );
+        return Err(files.hyoid.wrong(None, problem));
+    }
+    // x grows to the back of the head.
+    let [jaw_x, hyoid_x] =
+        [jaw, hyoid].map(|nodes| nodes.iter().map(|&n| mesh.nodes[n].x).sum::<f64>() / nodes.len() as f64);
+    if jaw_x > hyoid_x {
+        let behind_mm = 1e3 * (jaw_x - hyoid_x);
+        let problem = format!(
+            "the nodes on the jaw lie {behind_mm:.1} mm behind those on the hyoid (x grows to the back): exchange this file and {}",
+            files.hyoid.file
+        );
+        return Err(files.jaw.wrong(None, problem));
+    }
     let regions = regions(&files.muscles, &element_ids)?;
     let mut styloid = Vec::new();
     for (id, place) in STYLOID.into_iter().filter(|(id, _)| files.fibres.text.contains(&format!("={id}"))) {
