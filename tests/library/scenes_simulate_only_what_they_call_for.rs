@@ -354,7 +354,10 @@ fn contradictions_are_named() {
         (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), "h_mm; 0.6; 12,000 nodes"),
         (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.01"), "h_mm; 0.01; sixtieth"),
         (cylinder("[effects]\ncontact = {}"), "effects.contact; [body.cylinder]; outline_mm"),
-        (cylinder("[effects]\njaw = { opening_deg = 5.0 }"), "effects.jaw; [body.cylinder]"),
+        (
+            cylinder("[effects]\njaw = { opening_deg = 5.0 }"),
+            "effects.jaw; [body.cylinder]; no bone \"mental_spine\"; its bones: ",
+        ),
         (
             effect("gravity = { posture = \"supine\", direction = [1.0, 0.0] }"),
             "gravity.posture; gravity.direction; exactly one",

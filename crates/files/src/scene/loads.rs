@@ -104,7 +104,12 @@ pub(super) fn displace_bones<const D: usize>(
     for (planned, (displacement, nodes)) in planned.iter_mut().zip(wanted) {
         let Some(displacement) = displacement else { continue };
         if nodes.is_empty() {
-            let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
+            let bone = if planned.effect == "jaw" { MANDIBLE } else { HYOID };
+            let known: Vec<String> = body.bones.iter().map(|b| format!("{:?}", b.name)).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let why = format!(
+                "this body has no bone {bone:?} (its bones: {known}); give its nodes that name in the mesh, or take the reference tongue"
+            );
             let key = format!("effects.{}", planned.effect);
             return Err(SimulationError::contradiction(key, scene.body_key(), why));
         }
