@@ -224,6 +224,8 @@ fn slicer_s_markups_and_tables_say_the_same() {
     let a = Landmarks::from_bytes(table.as_bytes(), "a.csv", &map).unwrap();
     let b = Landmarks::from_bytes(markups.as_bytes(), "b.mrk.json", &map).unwrap();
     assert_eq!(a.named, b.named);
+    let other = Landmarks::from_bytes(table.replace("hyoid", "Hyoid").as_bytes(), "c.csv", &map).unwrap();
+    assert_eq!(a.named, other.named);
     assert_eq!(b.contour, [Point::new(0.010, 0.040)]);
     let wrong = Landmarks::from_bytes(b"{\"markups\": 3}", "c.mrk.json", &map).unwrap_err().to_string();
     assert!(wrong.contains("c.mrk.json") && wrong.contains("Slicer"), "{wrong}");

@@ -7,7 +7,9 @@ use serde::Deserialize;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_input::measured::ReadError;
-use tongue_input::measured::recording::{AlignedRecording, Format, Map, Recording, disorder_of_contour};
+use tongue_input::measured::recording::{
+    AlignedRecording, Format, Map, Recording, STEEPEST_BONES_DEG, bone, disorder_of_contour, steep_deg,
+};
 
 /// Points of one posture, in the frame of a body: m, x to the back of the head, y up.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -45,6 +47,8 @@ struct ControlPoint {
     position_status: Option<String>,
 }
 
+/// Distances between the corners of the box around a contour that are possible, mm. Recordings have the same limits, for half of it.
+const POSSIBLE_MM: std::ops::RangeInclusive<f64> = 20.0..=400.0;
 /// Coordinates of a head are smaller, m.
 const FARTHEST_M: f64 = 10.0;
 
@@ -78,7 +82,7 @@ impl Landmarks {
             // Names are kept only where a known unit gives the points places in metres.
             if let (Some([x, y, _]), Some(metres)) = (place, recording.metres) {
                 let x = if out.mirrored { -x } else { *x };
-                out.named.entry(name.clone()).or_insert(Point::new(x * metres, y * metres));
+                out.named.entry(known_name(name)).or_insert(Point::new(x * metres, y * metres));
             }
         }
         // The face looks to the left if the mental spine lies before the hyoid.
@@ -111,7 +115,24 @@ impl Landmarks {
 
     /// A sentence about an impossible position of the landmarks and its remedy.
     pub fn doubt(&self) -> Option<String> {
-        let (spine, hyoid) = (self.named.get(MANDIBLE)?, self.named.get(HYOID)?);
+        let bones = self.named.get(MANDIBLE).zip(self.named.get(HYOID));
+        self.impossible_size()
+            .or_else(|| bones.and_then(|(spine, hyoid)| self.doubt_of_bones(spine, hyoid)))
+            .or_else(|| disorder_of_contour(&self.contour).map(str::to_owned))
+    }
+
+    fn impossible_size(&self) -> Option<String> {
+        let corners =
+            [Point::inf, Point::sup].map(|end| self.contour.iter().copied().reduce(|a, b| end(&a, &b)));
+        let [Some(low), Some(high)] = corners else { return None };
+        let extent_mm = 1e3 * (high - low).norm();
+        (self.contour.len() >= 3 && !POSSIBLE_MM.contains(&extent_mm)).then(|| {
+            let [least, most] = [POSSIBLE_MM.start(), POSSIBLE_MM.end()];
+            format!("the contour spans {extent_mm:.2} mm, where {least} to {most} are possible; give it in millimetres")
+        })
+    }
+
+    fn doubt_of_bones(&self, spine: &Point, hyoid: &Point) -> Option<String> {
         let count = self.contour.len() as f64;
         let height = self.contour.iter().map(|p| p.y).sum::<f64>() / count;
         if count > 0.0 && height < spine.y.min(hyoid.y) {
@@ -127,7 +148,17 @@ impl Landmarks {
                     .to_owned(),
             );
         }
-        disorder_of_contour(&self.contour).map(str::to_owned)
+        let ends = self.contour.first().zip(self.contour.last());
+        // The root lies behind the hyoid, even if only the rear part of the contour, which is as steep, was drawn.
+        let is_exchanged = |(a, b): (&Point, &Point)| {
+            let (low, high) = if a.y < b.y { (a, b) } else { (b, a) };
+            steep_deg(high - low) > STEEPEST_BONES_DEG && high.x < low.x && low.x < hyoid.x
+        };
+        ends.is_some_and(is_exchanged).then(|| {
+            "the lower end of the contour lies before the hyoid, and the other one above it: x and y of the contour seem to be exchanged; give \
+             x to the back and y upwards"
+                .to_owned()
+        })
     }
 
     /// Whether the lower end of the contour is much nearer to `bone` than the bones are to each other, and the higher end lies behind the
@@ -180,12 +211,17 @@ impl Landmarks {
                 }
                 match markup.kind.as_str() {
                     "Curve" | "ClosedCurve" | "Line" => out.contour.push(at),
-                    _ => drop(out.named.insert(point.label.clone(), at)),
+                    _ => drop(out.named.insert(known_name(&point.label), at)),
                 }
             }
         }
         Ok(out)
     }
+}
+
+/// The name that a bone has in bodies, or else the name as it is.
+fn known_name(name: &str) -> String {
+    bone(name).unwrap_or(name).to_owned()
 }
 
 /// The number at the end of a name, so that p10 follows p9.

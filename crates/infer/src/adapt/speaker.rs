@@ -34,6 +34,8 @@ pub enum RestShapeMethod {
     Contour,
 }
 
+/// Largest turn of a body that is placed by a contour without both bones, degrees. One that is mirrored or upside down needs a larger one.
+const LARGEST_TURN_DEG: f64 = 45.0;
 /// Contour points nearer to the body's own outline than this lie on it, m.
 const ON_OUTLINE_M: f64 = 1e-6;
 
@@ -210,6 +212,13 @@ impl AdaptationInput<'_> {
                     .similarity
             }
         };
+        let turn_deg = similarity.angle().to_degrees();
+        if by_landmarks.is_none() && turn_deg.abs() > LARGEST_TURN_DEG {
+            return Err(RestError::NotOneFrame(format!(
+                "the contour fits the body only if this is turned by {turn_deg:.0}°, where {LARGEST_TURN_DEG} are the most: it seems to be mirrored \
+                 or upside down; give x to the back and y upwards, or both mental_spine and hyoid"
+            )));
+        }
         let mut rest = Rest::new(self.body, similarity)?;
         let far = landmarks.named.iter().filter(|(name, _)| !self.body.bone(name).is_empty());
         let far = far.filter(|(name, _)| ![MANDIBLE, HYOID].contains(&name.as_str()));

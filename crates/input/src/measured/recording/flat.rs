@@ -209,8 +209,8 @@ fn remove_head_motion(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
 }
 
 /// Largest angle of the line from the mental spine to the hyoid to the horizontal, degrees.
-pub(crate) const STEEPEST_BONES_DEG: f64 = 60.0;
+pub const STEEPEST_BONES_DEG: f64 = 60.0;
 
-pub(crate) fn steep_deg(apart: Point) -> f64 {
+pub fn steep_deg(apart: Point) -> f64 {
     apart.y.abs().atan2(apart.x.abs()).to_degrees()
 }

@@ -41,12 +41,12 @@ use super::table::HEADER_WITHIN;
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
 pub use flat::median_point;
-pub(crate) use flat::{STEEPEST_BONES_DEG, steep_deg};
+pub use flat::{STEEPEST_BONES_DEG, steep_deg};
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, SENSOR_SD_M, Stated, WITHOUT_BONES};
-pub use names::{Role, is_coil};
+pub use names::{Role, bone, is_coil};
 pub use orientation::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use outliers::{Fault, FaultKind, RecordingFaults, remove_outliers};
 pub use plausibility::{Doubt, Severity, check_plausibility, disorder_of_contour, other_size};

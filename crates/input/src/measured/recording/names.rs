@@ -74,7 +74,8 @@ pub(super) fn role(channel: &str) -> Role {
     }
 }
 
-pub(super) fn bone(channel: &str) -> Option<&'static str> {
+/// The bone that a name means, whatever its case and punctuation.
+pub fn bone(channel: &str) -> Option<&'static str> {
     match normalised(channel).as_str() {
         "hyoid" => Some(HYOID),
         "mentalspine" | "shorttendon" => Some(MANDIBLE),
