@@ -67,11 +67,13 @@ pub fn simulation(record: &SimulationRecord) -> String {
             (Some(&ratios.0), format!("{ended}; largest residual force {force:.1e} N/m; {areas}"))
         }
         OfBody::Hexahedra(of) => {
-            let [back, right, up] = of.foremost_moved_mm;
+            let moved = of.foremost_moved_mm.map(|[back, right, up]| {
+                displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])])
+            });
             let summary = format!(
                 "the tip{}: {}; all nodes: {:.2} mm (RMS)\n{ended} and {} factorisations of {} unknowns{}; {}{}",
                 of.tip_node.map_or_else(String::new, |node| format!(" (node {node})")),
-                displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]),
+                moved.unwrap_or_else(|| "removed".to_owned()),
                 of.rms_displacement_mm,
                 solution.factorisations,
                 of.unknowns,
@@ -253,17 +255,24 @@ pub fn most_agree(all: &[OverSpeakers]) -> String {
 }
 
 pub fn operation(o: &OperationRecord) -> String {
-    let [before, after] = [o.tip_before_mm, o.tip_after_mm].map(|[x, y, z]| format!("{x:.2} {y:.2} {z:.2}"));
+    let text = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
+    let after = match (o.tip_after_mm, o.reach_lost_mm, o.deviation_mm) {
+        (Some(after), Some(lost), Some(right)) => format!(
+            "{} after: it reaches {:.2} mm {} far forward and deviates {:.2} mm to the {}",
+            text(after),
+            lost.abs(),
+            if lost < 0.0 { "more" } else { "less" },
+            right.abs(),
+            if right < 0.0 { "left" } else { "right" }
+        ),
+        _ => "is removed".to_owned(),
+    };
     let mut text = format!(
-        "surgery: {} elements, {:.2} cm³, {}; the tip moved {before} mm (back, right, up) before and {after} after: it reaches {:.2} mm {} far forward \
-         and deviates {:.2} mm to the {}\n",
+        "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {after}\n",
         o.elements,
         o.volume_cm3,
         name_of(&o.filling),
-        o.reach_lost_mm.abs(),
-        if o.reach_lost_mm < 0.0 { "more" } else { "less" },
-        o.deviation_mm.abs(),
-        if o.deviation_mm < 0.0 { "left" } else { "right" }
+        text(o.tip_before_mm),
     );
     if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
         let active = by.0.iter().filter(|(_, a)| *a >= 0.005);

@@ -127,6 +127,25 @@ fn surgery_of_one_side_deviates() {
 }
 
 #[test]
+fn a_tip_that_is_removed_has_no_displacement() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = run(
+        folder.path(),
+        "simulate --body space --activation GGP=0.1 --operate ball:-11,0,30,15 --filling removed --make-up --out cut",
+    );
+    assert!(
+        done.out.contains("): removed; all nodes") && done.out.contains("before and is removed"),
+        "{}",
+        done.out
+    );
+    assert!(done.err.contains("the tip itself is removed"), "{}", done.err);
+    let text = std::fs::read_to_string(folder.path().join("cut/simulation.json")).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert!(found["foremost_moved_mm"].is_null() && found["operation"]["reach_lost_mm"].is_null(), "{found}");
+    assert!(found["operation"]["made_up_by"].is_null());
+}
+
+#[test]
 fn the_tongue_in_space_sounds_as_told() {
     let folder = tempfile::tempdir().unwrap();
     let heard = |options: &str| {

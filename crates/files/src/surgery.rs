@@ -121,11 +121,12 @@ pub struct OperationRecord {
     pub volume_cm3: f64,
     /// Displacement of the tip from rest before surgery: back, right, up.
     pub tip_before_mm: [f64; 3],
-    pub tip_after_mm: [f64; 3],
+    /// This and the next two are `None` if the tip is removed.
+    pub tip_after_mm: Option<[f64; 3]>,
     /// How much less far to the front the tip reaches than before.
-    pub reach_lost_mm: f64,
+    pub reach_lost_mm: Option<f64>,
     /// How far the tip deviates to the right; negative to the left.
-    pub deviation_mm: f64,
+    pub deviation_mm: Option<f64>,
     /// Activations that bring the tip back to where it was before; `None` if they were not searched for.
     pub made_up_by: Option<ByMuscle<f64>>,
     /// The range of each activation in 95 % of the draws that bring the tip there; a tip alone determines few activations.
@@ -190,7 +191,8 @@ impl Operation {
     /// What changed between the positions of all nodes before surgery and those after it, m.
     pub fn record(&self, [before, after]: [&[Vector3<f64>]; 2]) -> OperationRecord {
         let Self { surgery, whole, operated } = self;
-        let [tip_before_mm, tip_after_mm] = [before, after].map(|x| foremost_moved_mm(whole, x));
+        let tip_before_mm = foremost_moved_mm(whole, before).unwrap_or_default();
+        let tip_after_mm = foremost_moved_mm(&operated.body, after);
         OperationRecord {
             regions: surgery.operate.clone(),
             filling: surgery.filling,
@@ -198,8 +200,8 @@ impl Operation {
             volume_cm3: 1e6 * operated.volume_m3,
             tip_before_mm,
             tip_after_mm,
-            reach_lost_mm: tip_after_mm[0] - tip_before_mm[0],
-            deviation_mm: tip_after_mm[1],
+            reach_lost_mm: tip_after_mm.map(|after| after[0] - tip_before_mm[0]),
+            deviation_mm: tip_after_mm.map(|after| after[1]),
             made_up_by: None,
             made_up_interval_95: None,
             made_up_to_mm: None,
@@ -221,6 +223,9 @@ impl Operation {
         before: &[Vector3<f64>],
     ) -> Result<(), SimulationError> {
         let Some(tip) = self.whole.tip().filter(|_| self.surgery.make_up) else { return Ok(()) };
+        if is_removed(operated, tip) {
+            return Ok(());
+        }
         let rest = &operated.mesh.nodes;
         let near = (0..rest.len())
             .filter(|n| operated.mesh.fixed.binary_search(n).is_err())
@@ -243,6 +248,17 @@ impl Operation {
     }
 }
 
-pub(crate) fn foremost_moved_mm<const D: usize>(body: &Body<D>, positions: &[SVector<f64, D>]) -> [f64; 3] {
-    body.tip().map_or([0.0; 3], |n| hexahedron::in_space(&((positions[n] - body.mesh.nodes[n]) * 1e3)).into())
+/// Whether surgery has removed all elements at a node.
+fn is_removed<const D: usize>(body: &Body<D>, node: usize) -> bool {
+    !body.mesh.hexahedra.iter().any(|corners| corners.contains(&node))
+}
+
+/// Displacement of the tip; `None` if it is removed.
+pub(crate) fn foremost_moved_mm<const D: usize>(
+    body: &Body<D>,
+    positions: &[SVector<f64, D>],
+) -> Option<[f64; 3]> {
+    let Some(tip) = body.tip() else { return Some([0.0; 3]) };
+    let moved_mm = (positions[tip] - body.mesh.nodes[tip]) * 1e3;
+    (!is_removed(body, tip)).then(|| hexahedron::in_space(&moved_mm).into())
 }

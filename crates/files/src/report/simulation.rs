@@ -73,8 +73,8 @@ pub struct HexahedraRecord {
     pub half: bool,
     /// The node at the tip, counted from 1.
     pub tip_node: Option<usize>,
-    /// Displacement of the tip: back, right, up.
-    pub foremost_moved_mm: [f64; 3],
+    /// Displacement of the tip: back, right, up; `None` if it is removed.
+    pub foremost_moved_mm: Option<[f64; 3]>,
     pub rms_displacement_mm: f64,
     pub min_volume_ratio: f64,
     pub max_volume_ratio: f64,

@@ -96,7 +96,10 @@ pub fn views(
             ("tip brought back", &before.made_up, "#ddcc77"),
         ];
         let tip = before.body.tip();
-        let tips = places.into_iter().filter_map(|(name, x, fill)| Some((name, *x.get(tip?)?, fill)));
+        // A tip that is removed has no place after surgery.
+        let shown = if operation.is_some_and(|o| o.tip_after_mm.is_none()) { 1 } else { places.len() };
+        let places = places.into_iter().take(shown);
+        let tips = places.filter_map(|(name, x, fill)| Some((name, *x.get(tip?)?, fill)));
         drawing.tips = tips.collect();
     }
     Ok(drawing.draw(title))
