@@ -12,7 +12,7 @@ use serde::Serialize;
 use tongue_fit::body::Body;
 use tongue_fit::inner::inverse::alarms::Alarm;
 use tongue_fit::inner::report::{
-    self, EscapeControl, Export, Json, OutputDir, Provenance, ReportError, Svg, Vtu,
+    self, EscapeControl, Export, Json, OfBody, OutputDir, Provenance, ReportError, Svg, Vtu,
 };
 use tongue_fit::inner::run::Solved;
 use tongue_fit::inner::surgery::OperationRecord;
@@ -248,6 +248,11 @@ pub fn answer_equilibrium<const D: usize>(
     let status = record.equilibrium.solution.status;
     let failed = status != SolveStatus::Converged;
     let failed = failed.then(|| format!("no equilibrium was found ({})", report::status_in_words(&status)));
+    let made_up = match &record.of_body {
+        OfBody::Hexahedra(of) => of.operation.as_ref(),
+        OfBody::Pulled { .. } => None,
+    };
+    let failed = failed.into_iter().chain(made_up.into_iter().flat_map(OperationRecord::doubts));
     Ok(Outcome::of_alarms(failed, &record.equilibrium.alarms))
 }
 
@@ -269,7 +274,7 @@ impl Outcome {
     }
 
     /// The outcome of a result with its alarms; `failed` says why the result failed, if it did.
-    pub fn of_alarms(failed: Option<String>, alarms: &[Alarm]) -> Self {
+    pub fn of_alarms(failed: impl IntoIterator<Item = String>, alarms: &[Alarm]) -> Self {
         Self::of_reasons(failed.into_iter().chain(alarms.iter().map(Alarm::to_string)))
     }
 }

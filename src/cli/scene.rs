@@ -8,6 +8,7 @@ use tongue_fit::inner::report::{
     self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu,
 };
 use tongue_fit::inner::scene::run::in_axes_of_body;
+use tongue_fit::inner::surgery::OperationRecord;
 use tongue_fit::scene::{self, Prepared, Scene, SceneBody, SceneOutcome as Answer, Want, build, prepare};
 
 use super::{Global, Outcome, inputs, output, scene_table};
@@ -100,7 +101,8 @@ fn run_one(name: &Path, global: &Global) -> anyhow::Result<Outcome> {
     let is_penetrated = result.contact.as_ref().is_some_and(|contact| contact.edge_through_wall);
     let failed = if is_penetrated { "the surface passes through the wall" } else { "it did not converge" };
     let failed = (!result.converged).then(|| failed.to_owned());
-    Ok(Outcome::of_alarms(failed, &result.alarms))
+    let made_up = result.operation.iter().flat_map(OperationRecord::doubts);
+    Ok(Outcome::of_alarms(failed.into_iter().chain(made_up), &result.alarms))
 }
 
 /// The picture of a body in the plane at these positions of its nodes, m.

@@ -286,6 +286,12 @@ pub fn operation(o: &OperationRecord) -> String {
             "the tip comes back to {to:.2} mm (RMS) with {}; other activations bring it there too, 95 % of them in these ranges",
             joined(active, ", ")
         );
+        if let Some([here, starts]) = o.made_up_starts.filter(|[here, starts]| here < starts) {
+            let _ = writeln!(
+                text,
+                "only {here} of the {starts} starts of this search ended at these activations, so another search may end at others"
+            );
+        }
     }
     text
 }

@@ -6,6 +6,7 @@ use tongue_fit::body::Body;
 use tongue_fit::scene::{self, Scene, SceneOutcome};
 use tongue_fit::statics::Connection;
 use tongue_fit::system::{Model, SpaceModel, System};
+use tongue_infer::inverse::alarms::Alarm;
 
 use crate::fixtures::solved;
 
@@ -52,6 +53,11 @@ fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
     );
     let missed = Vector3::from(loaded.tip_after_mm.unwrap()) - Vector3::from(loaded.tip_before_mm);
     assert!(loaded.made_up_to_mm.unwrap() < missed.norm());
+    assert!(loaded.made_up_status.is_some() && loaded.made_up_starts.unwrap()[1] > 1, "{loaded:?}");
+    // What is wrong with these activations is a reason not to trust the whole answer.
+    let mut strained = loaded.clone();
+    strained.made_up_alarms = vec![Alarm::FarFromData { rms_mm: 20.0 }];
+    assert_eq!(strained.doubts().count(), loaded.doubts().count() + 1 - loaded.made_up_alarms.len());
     assert!(loaded.made_up_by.unwrap().0.iter().any(|(name, a)| name.ends_with("_L") && *a > 0.0));
 }
 

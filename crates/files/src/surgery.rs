@@ -6,14 +6,16 @@ use nalgebra::{SVector, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::report::status_in_words;
 use crate::run::Solved;
 use crate::simulation::SimulationError;
 use tongue_core::body::Body;
 use tongue_core::body::space::{Filling, Operated, Region, Side};
 use tongue_core::geometry::hexahedron;
 use tongue_core::system::{SpaceModel, System};
-use tongue_infer::inverse::FitSettings;
+use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::in_space::SpaceSearch;
+use tongue_infer::inverse::{FitSettings, FitStatus};
 use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Nodes nearer to the foremost one than this belong to the tip, m.
@@ -133,8 +135,24 @@ pub struct OperationRecord {
     pub made_up_interval_95: Option<ByMuscle<[f64; 2]>>,
     /// RMS distance of the tip's nodes from where they were before.
     pub made_up_to_mm: Option<f64>,
+    /// How the search for these activations ended, and doubts about the shape that they give.
+    pub made_up_status: Option<FitStatus>,
+    pub made_up_alarms: Vec<Alarm>,
+    /// Number of starts of the search that ended at these activations, and of all starts.
+    pub made_up_starts: Option<[usize; 2]>,
     #[serde(skip)]
     pub before: BeforeSurgery,
+}
+
+impl OperationRecord {
+    /// Reasons not to trust the activations that bring the tip back.
+    pub fn doubts(&self) -> impl Iterator<Item = String> {
+        use FitStatus::{IterationLimit, NoEquilibrium, ReplayDiffers};
+        let is_failed = |s: &FitStatus| matches!(s, IterationLimit | NoEquilibrium | ReplayDiffers);
+        let failed = self.made_up_status.filter(is_failed).map(|s| status_in_words(&s));
+        let all = failed.into_iter().chain(self.made_up_alarms.iter().map(Alarm::to_string));
+        all.map(|why| format!("the activations that bring the tip back are not to be trusted: {why}"))
+    }
 }
 
 /// What a picture after surgery shows of the body before it. Positions are those of all nodes in the axes of the body, m.
@@ -205,6 +223,9 @@ impl Operation {
             made_up_by: None,
             made_up_interval_95: None,
             made_up_to_mm: None,
+            made_up_status: None,
+            made_up_alarms: Vec::new(),
+            made_up_starts: None,
             before: BeforeSurgery {
                 body: whole.clone(),
                 positions: before.to_vec(),
@@ -236,10 +257,13 @@ impl Operation {
             return Ok(());
         }
         let usual = SpaceSearch::default();
-        // Further starts ended at the same answer in all operations that were tried.
+        // Of a large scar the starts may end at different answers, as `made_up_starts` tells.
         let settings = FitSettings { starts: 2, ..usual.settings };
         let search = SpaceSearch { sides_apart: true, settings, ..usual };
         let fit = search.fit(operated, system, &targets, None)?;
+        record.made_up_status = Some(fit.answer.status);
+        record.made_up_starts = Some([fit.ended_here(), fit.starts.len()]);
+        record.made_up_alarms = fit.alarms;
         record.made_up_by = Some(fit.activations);
         record.made_up_interval_95 = Some(fit.interval_95);
         record.made_up_to_mm = Some(1e3 * fit.rms_m);
