@@ -49,6 +49,8 @@ struct ControlPoint {
 
 /// Distances between the corners of the box around a contour that are possible, mm. Recordings have the same limits, for half of it.
 const POSSIBLE_MM: std::ops::RangeInclusive<f64> = 20.0..=400.0;
+/// Farthest that a contour ends below both bones, m.
+const MOST_BELOW_M: f64 = 5e-3;
 /// Coordinates of a head are smaller, m.
 const FARTHEST_M: f64 = 10.0;
 
@@ -149,14 +151,15 @@ impl Landmarks {
             );
         }
         let ends = self.contour.first().zip(self.contour.last());
-        // The root lies behind the hyoid, even if only the rear part of the contour, which is as steep, was drawn.
+        // The root lies behind the hyoid and not below it, even if only the rear part of the contour, which is as steep, was drawn.
+        let lowest = spine.y.min(hyoid.y) - MOST_BELOW_M;
         let is_exchanged = |(a, b): (&Point, &Point)| {
             let (low, high) = if a.y < b.y { (a, b) } else { (b, a) };
-            steep_deg(high - low) > STEEPEST_BONES_DEG && high.x < low.x && low.x < hyoid.x
+            steep_deg(high - low) > STEEPEST_BONES_DEG && high.x < low.x && low.x < hyoid.x && low.y < lowest
         };
         ends.is_some_and(is_exchanged).then(|| {
-            "the lower end of the contour lies before the hyoid, and the other one above it: x and y of the contour seem to be exchanged; give \
-             x to the back and y upwards"
+            "the lower end of the contour lies before the hyoid and below it, and the other one above: x and y of the contour seem to be \
+             exchanged; give x to the back and y upwards"
                 .to_owned()
         })
     }
