@@ -64,8 +64,8 @@ pub fn run(action: &SceneAction, global: &Global) -> anyhow::Result<Outcome> {
 }
 
 fn list(global: &Global) -> anyhow::Result<Outcome> {
-    let title = |name| Ok((name, scene::shipped(name)?.title));
-    let listed: Vec<(&str, String)> = scene::names().map(title).collect::<anyhow::Result<_>>()?;
+    let listed = scene::names().map(|name| Ok((name, scene::shipped(name)?.title)));
+    let listed: Vec<(&str, String)> = listed.collect::<anyhow::Result<_>>()?;
     let scenes = listed.iter().map(|(name, title)| json!({ "name": name, "title": title }));
     let record = json!({ "scenes": scenes.collect::<Vec<_>>() });
     output::tell(global, &record, || {

@@ -101,9 +101,11 @@ impl Arguments {
 
     /// Jaw, hyoid and lips; what is not given is taken from the tract's file for the vowel.
     fn posture(&self, tract: &Tract, vowel: Option<&Vowel>) -> Articulation {
-        let is_of = |key: &str, v: &Vowel| Vowel::as_written(key).is_ok_and(|key| key.is_like(v));
-        let like = |v| tract.posture.iter().find(|(key, _)| is_of(key, v)).map(|(_, posture)| posture);
-        let drawn = vowel.and_then(|v| tract.posture.get(v.label()).or_else(|| like(v)));
+        let drawn = vowel.and_then(|vowel| {
+            let mut all = tract.posture.iter();
+            let like = all.find(|(key, _)| Vowel::as_written(key).is_ok_and(|key| key.is_like(vowel)));
+            tract.posture.get(vowel.label()).or(like.map(|(_, posture)| posture))
+        });
         let drawn = drawn.copied().unwrap_or_default();
         Articulation {
             jaw_deg: self.jaw.unwrap_or(drawn.jaw_deg),

@@ -103,8 +103,8 @@ impl Arguments {
         }
         notes.iter().for_each(|note| output::note(note));
         let mut track = SpaceTrack::find(body, &model, recorded, &search, MOST_SHAPES, &output::tell_step)?;
-        let is_missed = |frame: &SpaceTrackFrame| frame.fit.answer.status == FitStatus::TargetNotMet;
-        if track.is_alike && track.frames.iter().any(is_missed) {
+        let mut statuses = track.frames.iter().map(|frame| frame.fit.answer.status);
+        if track.is_alike && statuses.any(|status| status == FitStatus::TargetNotMet) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";
             output::note(note);
             notes.push(note.to_owned());

@@ -254,12 +254,15 @@ pub fn most_agree(all: &[OverSpeakers]) -> String {
     format!("{title} ({count}; {intervals})\n{}\n", join_first(sentences, MOST, "\n"))
 }
 
+fn millimetres([x, y, z]: [f64; 3]) -> String {
+    format!("{x:.2} {y:.2} {z:.2}")
+}
+
 pub fn operation(o: &OperationRecord) -> String {
-    let text = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
     let after = match (o.tip_after_mm, o.reach_lost_mm, o.deviation_mm) {
         (Some(after), Some(lost), Some(right)) => format!(
             "{} after: it reaches {:.2} mm {} far forward and deviates {:.2} mm to the {}",
-            text(after),
+            millimetres(after),
             lost.abs(),
             if lost < 0.0 { "more" } else { "less" },
             right.abs(),
@@ -272,7 +275,7 @@ pub fn operation(o: &OperationRecord) -> String {
         o.elements,
         o.volume_cm3,
         name_of(&o.filling),
-        text(o.tip_before_mm),
+        millimetres(o.tip_before_mm),
     );
     if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
         let active = by.0.iter().filter(|(_, a)| *a >= 0.005);

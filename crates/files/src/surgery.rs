@@ -148,8 +148,9 @@ impl OperationRecord {
     /// Reasons not to trust the activations that bring the tip back.
     pub fn doubts(&self) -> impl Iterator<Item = String> {
         use FitStatus::{IterationLimit, NoEquilibrium, ReplayDiffers};
-        let is_failed = |s: &FitStatus| matches!(s, IterationLimit | NoEquilibrium | ReplayDiffers);
-        let failed = self.made_up_status.filter(is_failed).map(|s| status_in_words(&s));
+        let status = self.made_up_status;
+        let failed = status.filter(|s| matches!(s, IterationLimit | NoEquilibrium | ReplayDiffers));
+        let failed = failed.map(|status| status_in_words(&status));
         let all = failed.into_iter().chain(self.made_up_alarms.iter().map(Alarm::to_string));
         all.map(|why| format!("the activations that bring the tip back are not to be trusted: {why}"))
     }

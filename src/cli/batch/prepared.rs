@@ -223,8 +223,7 @@ fn fits(batch: &Batch<'_>) -> anyhow::Result<String> {
     let header =
         ["fit", "tensions, N/m", "posterior,\nmedian (95 %)", "misfit", "passive\nstretches", "alarms"];
     let has_posterior = lines.iter().any(|line| !line[2].is_empty());
-    let shown = |column: &usize| *column != 2 || has_posterior;
-    let columns: Vec<usize> = (0..header.len()).filter(shown).collect();
+    let columns: Vec<usize> = (0..header.len()).filter(|column| *column != 2 || has_posterior).collect();
     let mut t = rows(&columns.iter().map(|&c| header[c]).collect::<Vec<_>>(), &lines, |line| {
         columns.iter().map(|&c| line[c].as_str())
     });

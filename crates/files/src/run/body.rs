@@ -80,10 +80,11 @@ impl PlaneBody {
             BodySource::Tongue => Body::tongue(spacing_m),
             BodySource::Anatomy { toml, origin } => {
                 let anatomy = Anatomy::from_toml(toml, origin)?;
-                let named = |error| BodyError(format!("{origin}: {error}"));
-                let body = Body::from_anatomy(&anatomy, spacing_m).map_err(named)?;
-                gmsh::review_of_head(&body).into_iter().for_each(tell);
-                if continuum { body.into_continuum_of(&anatomy, &settings).map_err(named) } else { Ok(body) }
+                let body = Body::from_anatomy(&anatomy, spacing_m).and_then(|body| {
+                    gmsh::review_of_head(&body).into_iter().for_each(tell);
+                    if continuum { body.into_continuum_of(&anatomy, &settings) } else { Ok(body) }
+                });
+                body.map_err(|error| BodyError(format!("{origin}: {error}")))
             }
             BodySource::Mesh { content, origin } => {
                 let body = content.body(origin, tell)?.flat()?;
