@@ -157,6 +157,7 @@ impl<'a> SpaceAndPlane<'a> {
     }
 }
 
+/// Area of faces in the midsagittal plane.
 fn area(faces: &[[usize; 4]], x: &[Vector3<f64>]) -> f64 {
     faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
 }

@@ -161,6 +161,7 @@ pub(super) fn sorted<const N: usize>(mut nodes: [usize; N]) -> [usize; N] {
 }
 
 impl Mesh<2> {
+    /// The outlines of the tissue; see [`topology::outlines`].
     pub fn outlines(&self) -> Vec<Vec<usize>> {
         topology::outlines(self.cells.iter())
     }

@@ -44,11 +44,13 @@ pub struct Bone {
 pub struct Body<const D: usize> {
     /// A description, such as `the reference tongue at 5.5 mm`.
     pub what: String,
+    /// Nodes, cells, connections, muscles and fixed nodes.
     pub mesh: Mesh<D>,
     /// The fixed nodes by bone, each name once; fixed nodes without a named bone are missing.
     pub bones: Vec<Bone>,
     /// The palate of the body, if there is one, as a line of points, m.
     pub palate: Option<Vec<Point>>,
+    /// The linear mesh from which a continuum was made.
     pub origin: Option<Arc<Origin<D>>>,
     /// The muscles of a body of hexahedra, with regions and strengths, in the order of those of the mesh; otherwise empty.
     pub muscles: Vec<Muscle>,

@@ -53,7 +53,9 @@ pub enum Control {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct State<const D: usize> {
+    /// Time, s.
     pub time: f64,
+    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
     /// Velocities of all nodes, m/s; zero at nodes that are no unknowns.
     pub velocities: Vec<SVector<f64, D>>,

@@ -9,6 +9,7 @@ pub struct Tensions {
 }
 
 impl Tensions {
+    /// Tensions that are constant from time zero.
     pub fn constant(to: Vec<f64>) -> Self {
         Self { times: vec![0.0], values: vec![to] }
     }

@@ -23,6 +23,7 @@ pub struct VelocityVerlet<const D: usize> {
 }
 
 impl<const D: usize> VelocityVerlet<D> {
+    /// `dt`: the step, s.
     pub fn new(motion: &Motion<'_, D>, dt: f64) -> Self {
         Self { dt, now: motion.rates(), next: motion.rates(), known: false }
     }

@@ -49,6 +49,7 @@ pub use quadratic_element::QuadraticElements;
 /// The state at which an effect is evaluated.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration<'a, const D: usize> {
+    /// Positions of all nodes, m.
     pub positions: &'a [SVector<f64, D>],
     /// Contractile tension of every muscle of the mesh, N (2D: per metre of thickness).
     pub tensions: &'a [f64],

@@ -60,6 +60,7 @@ pub trait Observable<const D: usize>: Debug + Send + Sync {
 #[derive(Debug, Clone)]
 pub struct Observation<const D: usize> {
     pub observable: Arc<dyn Observable<D>>,
+    /// The measured value, unit of the observable.
     pub measured: f64,
     /// Factor of the residual in a fit, in one over the unit of the observable: 1 if all quantities are of one kind, otherwise one over
     /// the standard deviation.

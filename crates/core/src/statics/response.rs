@@ -35,6 +35,7 @@ impl<'a, const D: usize> Response<'a, D> {
         Self { system, w, motion }
     }
 
+    /// Positions of all nodes at the equilibrium, m.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         &self.w.positions
     }

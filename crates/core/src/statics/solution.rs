@@ -104,6 +104,7 @@ pub struct Solution {
     /// Potential energy, J.
     pub energy: f64,
     pub stability: Stability,
+    /// How the solution is connected to rest.
     pub connection: Connection,
     /// Part of the tensions at which the positions in the workspace are an equilibrium: 1 if converged, less if load steps stopped, 0 if
     /// no equilibrium was found.

@@ -77,6 +77,7 @@ impl Default for FromRest {
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
     pub solution: Solution,
+    /// How the load leads from rest to the solution.
     pub from_rest: FromRest,
     /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one in which
     /// the body stays after twice the load, or in [`super::solve_and_trace`] that of the direct solve. Without [`SolveSettings::beyond`]

@@ -81,6 +81,7 @@ impl<const D: usize> Workspace<D> {
         Configuration { positions: &self.positions, tensions: &self.tensions }
     }
 
+    /// Positions of all nodes, m.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         &self.positions
     }

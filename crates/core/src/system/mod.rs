@@ -93,6 +93,7 @@ impl<const D: usize> System<D> {
         &self.rest
     }
 
+    /// Displaced nodes of bones and their positions, m.
     pub fn displaced(&self) -> &[(usize, SVector<f64, D>)] {
         &self.displaced
     }
@@ -171,6 +172,7 @@ impl<const D: usize> System<D> {
         (positions[b] - positions[a]).norm()
     }
 
+    /// Lengths of all muscles, m.
     pub fn lengths(&self, positions: &[SVector<f64, D>]) -> Vec<f64> {
         (0..self.muscle_count()).map(|muscle| self.length(positions, muscle)).collect()
     }

@@ -46,6 +46,7 @@ impl StraightPath {
         1.0 / self.compliance_up_to[self.nodes.len() - 1]
     }
 
+    /// Length of the whole path at rest, m.
     pub fn rest_length(&self) -> f64 {
         self.rest_up_to[self.nodes.len() - 1]
     }

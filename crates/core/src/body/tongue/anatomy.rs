@@ -30,6 +30,7 @@ pub struct Anatomy {
 #[derive(Debug, Clone, PartialEq)]
 pub struct MuscleLine {
     pub name: String,
+    /// First and second end, m.
     pub ends: [Point; 2],
     /// The part outside the tissue, if there is one.
     pub outside: Option<OutsidePart>,
@@ -166,6 +167,7 @@ fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> ParsedText<Vec<AnatomyBon
     bones.collect()
 }
 
+/// A muscle line with its part outside the tissue.
 fn muscle_line(
     name: &str,
     given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,

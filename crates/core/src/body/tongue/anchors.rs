@@ -13,6 +13,7 @@ const LEAST_DISTANCE: f64 = 0.5;
 /// Points that must be nodes.
 #[derive(Default)]
 pub(crate) struct Anchors {
+    /// Positions, m.
     pub points: Vec<Point>,
     /// Anchors on the outline, by distance along it (m), ascending.
     pub on_outline: Vec<(f64, usize)>,

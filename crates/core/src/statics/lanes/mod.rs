@@ -105,6 +105,7 @@ impl<'a, const D: usize> Load<'a, D> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneEquilibrium<const D: usize> {
     pub solution: Solution,
+    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
     /// Whether the load was solved by [`solve`](crate::statics::solve).
     pub alone: bool,
