@@ -18,7 +18,7 @@ use super::{inputs, output};
 const MOST_POINTS: usize = 40;
 /// A contour whose points are farther from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
-/// A point farther in front of the tongue at rest or behind it than this is not of that tongue.
+/// Farthest that a point may lie in front of the tongue at rest or behind it, m.
 const BEYOND_M: f64 = 10e-3;
 /// If the largest activity is smaller, the unit of the table seems to be wrong.
 const LEAST_LARGEST_ACTIVITY: f64 = 0.05;

@@ -78,6 +78,7 @@ fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -
         stretches: all.collect(),
         rounding,
         labels: (0..postures).map(|p| format!("v{p}")).collect(),
+        neutral: Some(postures),
         ..Measurements::default()
     }
 }

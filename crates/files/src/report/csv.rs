@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::export::{Export, Provenance};
-use tongue_infer::posterior::{Draw, Parameter, Posterior};
+use tongue_infer::posterior::{Draw, Posterior};
 
 /// Records as CSV: a column for each field, then those of the [`Provenance`].
 #[derive(Debug, Clone, Copy)]
@@ -127,7 +127,7 @@ impl Export for Draws<'_> {
             columns.extend(muscles.iter().map(|m| format!("{name}_{m}_n_per_m")));
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
-        let moves_in_baseline = density.parameters.contains(&Parameter::Hyoid(density.postures(), 0));
+        let moves_in_baseline = density.moves_hyoid_in_baseline();
         if moves_in_baseline {
             columns.extend(["baseline_hyoid_x_mm", "baseline_hyoid_y_mm"].map(str::to_owned));
         }

@@ -81,8 +81,8 @@ impl<'a> FitRun<'a> {
                 record.posterior = posterior.ok().cloned();
                 let summary = posterior.ok().and_then(|report| report.summary.as_ref());
                 record.alarms.extend(summary.and_then(Summary::contradiction));
-                let refused = posterior.ok().and_then(|report| report.contradiction.clone());
-                record.alarms.extend(refused.map(|reason| Alarm::NoVerdict { reason }));
+                let improbable = posterior.ok().and_then(|report| report.improbable.clone());
+                record.alarms.extend(improbable.map(|reason| Alarm::NoVerdict { reason }));
                 let verdict = posterior.map_err(str::to_owned).and_then(of_posterior);
                 // A posterior whose chains have not mixed has no summary.
                 if let Err(why) = &verdict

@@ -61,7 +61,7 @@ impl SimulationError {
     }
 }
 
-/// An error that says what `value` must be, unless it is `good`.
+/// Checks a number; where it is not `good`, the error says what it must be.
 pub(super) fn check_number(name: &str, value: f64, good: bool, must: &str) -> Result<(), SimulationError> {
     if good { Ok(()) } else { Err(SimulationError::value(name, value, must)) }
 }

@@ -47,7 +47,7 @@ struct ControlPoint {
     position_status: Option<String>,
 }
 
-/// Distances between the corners of the box around a contour that are possible, mm. Recordings have the same limits, for half of it.
+/// Possible diagonals of the box around a contour, mm. In recordings half of a contour has half of these limits.
 const POSSIBLE_MM: std::ops::RangeInclusive<f64> = 20.0..=400.0;
 /// Farthest that a contour ends below both bones, m.
 const MOST_BELOW_M: f64 = 5e-3;

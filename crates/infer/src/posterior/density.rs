@@ -56,11 +56,11 @@ fn parameters(
         })
     };
     let place = if priors.hyoid.off { Some([0.0; 2]) } else { priors.hyoid.fixed_mm };
-    let moves_in_baseline = measurements.is_baseline_active && !priors.baseline.off && place.is_none();
     let shapes = Vec::from_iter((0..=postures).map(|index| {
         let is_baseline = index == postures;
-        let moves = if is_baseline { moves_in_baseline } else { measurements.neutral != Some(index) };
-        let place = if moves { place } else { Some([0.0; 2]) };
+        // A baseline that is at rest, or with a known displacement of the vowel's hyoid, has its hyoid in place.
+        let stays = is_baseline && (priors.baseline.off || place.is_some());
+        let place = if stays || measurements.neutral == Some(index) { Some([0.0; 2]) } else { place };
         let tensions = muscles.iter().enumerate().map(|(m, name)| {
             let fixed = if is_baseline { priors.fixed_tone(name) } else { priors.fixed_tension(name) };
             known(fixed, Parameter::Tension(index, m))
@@ -163,10 +163,14 @@ impl<'a> Density<'a> {
         self.placed(0, &(&self.measurements.rounding * part))
     }
 
-    /// Whether muscles pull in the baseline and in the postures as in any vowel, so that the baseline has the model's error too.
+    /// Whether no posture and not the baseline is /ɯ/ or at rest, so that the model errs in the baseline as in any vowel.
     pub fn has_active_baseline(&self) -> bool {
-        let Measurements { is_baseline_active, neutral, .. } = self.measurements;
-        is_baseline_active && neutral.is_none() && !self.posterior_model.priors.baseline.off
+        self.measurements.neutral.is_none() && !self.posterior_model.priors.baseline.off
+    }
+
+    /// Whether the displacement of the hyoid in the baseline is sampled.
+    pub fn moves_hyoid_in_baseline(&self) -> bool {
+        self.parameters.contains(&Parameter::Hyoid(self.postures(), 0))
     }
 
     /// A matrix over all measured numbers with the covariance `part` of those from number `from` on.

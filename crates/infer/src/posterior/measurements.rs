@@ -23,9 +23,7 @@ pub struct Measurements {
     /// Covariance due to rounding of lengths; postures share that of the baseline.
     pub rounding: DMatrix<f64>,
     pub labels: Vec<String>,
-    /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
-    pub is_baseline_active: bool,
-    /// Number of the posture that is /ɯ/, in which the hyoid has its place, against another baseline.
+    /// Number of the posture that is /ɯ/, in which the hyoid has its place, or the number after the last posture if the baseline is /ɯ/.
     pub neutral: Option<usize>,
     pub auxiliary: AuxiliaryData,
 }
@@ -43,8 +41,9 @@ impl Measurements {
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {
             let target = &matched.target;
-            all.is_baseline_active = target.has_active_baseline();
-            all.neutral = all.neutral.or(target.vowel.is_like(&Vowel::unrounded_u()).then_some(posture));
+            let is_neutral = target.vowel == Vowel::unrounded_u();
+            let of_baseline = (!target.has_active_baseline()).then_some(vowels.len());
+            all.neutral = all.neutral.or(of_baseline).or(is_neutral.then_some(posture));
             all.labels.push(target.vowel.to_string());
             for (m, name) in target.muscles.iter().enumerate() {
                 let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);

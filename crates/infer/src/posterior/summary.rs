@@ -79,10 +79,10 @@ pub struct Report {
     pub summary: Option<Summary>,
     pub poisson_ratio: f64,
     pub priors: Priors,
-    /// Why the lengths contradict the model, as a short run says it ([`MapEstimate::check_data`](super::MapEstimate::check_data)); of one
-    /// posture without auxiliary data.
+    /// Why a short run refuses the lengths ([`MapEstimate::check_data`](super::MapEstimate::check_data)); only of one posture without
+    /// auxiliary data.
     #[serde(skip)]
-    pub contradiction: Option<String>,
+    pub improbable: Option<String>,
 }
 
 impl Report {
@@ -99,10 +99,10 @@ impl Report {
         let scaled = Scaled::new(density, draws);
         let all = All { posterior, most_probable, left_out, fitted, scaled, seed };
         let is_row = density.postures() == 1 && density.measurements.auxiliary.is_empty();
-        let contradiction = if is_row { map_estimate.check_data(density).err() } else { None };
-        let contradiction = contradiction.map(|why| why.to_string());
+        let improbable = if is_row { map_estimate.check_data(density).err() } else { None };
+        let improbable = improbable.map(|why| why.to_string());
         Vec::from_iter((0..density.postures()).map(|posture| Self {
-            contradiction: contradiction.clone(),
+            improbable: improbable.clone(),
             diagnostics: posterior.diagnostics.clone(),
             postures: density.measurements.labels.clone(),
             summary: mixed.then(|| Summary::new(&all, posture)),

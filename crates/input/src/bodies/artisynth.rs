@@ -94,16 +94,12 @@ fn only_file(folder: &Path, ending: &str) -> Result<String, BodyError> {
     Err(BodyError(format!("{origin}: {problem}")))
 }
 
-pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> {
-    let (places, mut ids) = nodes(&files.nodes)?;
-    let in_tissue = places.len();
-    let (hexahedra, element_ids) = elements(&files.elements, &ids)?;
-    let mut mesh = Mesh { nodes: places, hexahedra, ..Mesh::default() };
-    let mut bones = vec![
-        Bone { name: MANDIBLE.to_owned(), nodes: numbers(&files.jaw, in_tissue)? },
-        Bone { name: HYOID.to_owned(), nodes: numbers(&files.hyoid, in_tissue)? },
-    ];
-    let [jaw, hyoid] = [&bones[0].nodes, &bones[1].nodes];
+/// Refuses nodes that are attached to both bones, and files that are exchanged. The nodes are ascending.
+fn check_attachments(
+    files: &ArtisynthFiles,
+    mesh: &Mesh<3>,
+    [jaw, hyoid]: [&[usize]; 2],
+) -> Result<(), BodyError> {
     if let Some(node) = hyoid.iter().find(|node| jaw.binary_search(node).is_ok()) {
         let problem = format!(
             "node {node} is attached to the jaw too, in {}; keep it in one of the two",
@@ -122,6 +118,19 @@ pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> 
         );
         return Err(files.jaw.wrong(None, problem));
     }
+    Ok(())
+}
+
+pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> {
+    let (places, mut ids) = nodes(&files.nodes)?;
+    let in_tissue = places.len();
+    let (hexahedra, element_ids) = elements(&files.elements, &ids)?;
+    let mut mesh = Mesh { nodes: places, hexahedra, ..Mesh::default() };
+    let mut bones = vec![
+        Bone { name: MANDIBLE.to_owned(), nodes: numbers(&files.jaw, in_tissue)? },
+        Bone { name: HYOID.to_owned(), nodes: numbers(&files.hyoid, in_tissue)? },
+    ];
+    check_attachments(files, &mesh, [&bones[0].nodes, &bones[1].nodes])?;
     let regions = regions(&files.muscles, &element_ids)?;
     let mut styloid = Vec::new();
     for (id, place) in STYLOID.into_iter().filter(|(id, _)| files.fibres.text.contains(&format!("={id}"))) {

@@ -119,7 +119,7 @@ impl<'a> Observed<'a> {
         if let Some(line) = self.line(name) {
             return Ok(vec![with_rest(line.clone())]);
         }
-        // GGa and GGA differ only by case, so another spelling may mean either.
+        // A line and a fibre may have names that differ only by case, as GGa and GGA; any other spelling may mean either.
         let is_like = |known: &&str| known.eq_ignore_ascii_case(name);
         let groups = self.body.groups();
         let muscle = groups.iter().map(String::as_str).find(is_like).filter(|known| *known != name);
