@@ -195,6 +195,9 @@ fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
     for posture in 0..density.postures() {
         out.extend(muscles.clone().map(|m| of(&|d| d.tension(posture, m))));
         out.extend(muscles.clone().map(|m| of(&|d| d.change(posture, m))));
+    }
+    let moved = density.postures() + usize::from(density.moves_hyoid_in_baseline());
+    for posture in 0..moved {
         out.extend((0..2).map(|axis| of(&|d| d.values.postures[posture].hyoid[axis])));
     }
     out.extend([of(&|d| d.values.tilt), of(&|d| d.log)]);
