@@ -27,7 +27,7 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
     assert_eq!(found, run("2"));
     let names: Vec<&str> =
         found["opponents"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["no_change", "constant", "thesis", "most_probable"]);
+    assert_eq!(names, ["no_change", "constant", "thesis", "most_probable", "most_probable_passive"]);
     for opponent in found["opponents"].as_array().unwrap() {
         let of = |key: &str| opponent[key].as_f64().unwrap();
         assert!(of("low") <= of("rms") && of("rms") <= of("high") && of("rms") < 0.5, "{opponent}");
@@ -60,16 +60,22 @@ fn predictions_on_the_pages_are_those_of_the_results() {
     let joined = |page: &str| page.split_whitespace().collect::<Vec<_>>().join(" ");
     let pages = [include_str!("../../README.md"), include_str!("../../docs/model.md")].map(joined);
     let guide = joined(include_str!("../../docs/guide.md"));
+    let opponents = study["opponents"].as_array().unwrap();
+    let rms = |name: &str| {
+        let opponent = opponents.iter().find(|o| o["name"] == name).unwrap();
+        format!("{:.3}", opponent["rms"].as_f64().unwrap())
+    };
     for (name, words) in [
         ("no_change", "no change"),
         ("constant", "one constant"),
         ("thesis", "the thesis's model"),
         ("most_probable", "the most probable point of the posterior's model"),
     ] {
-        let opponent = study["opponents"].as_array().unwrap().iter().find(|o| o["name"] == name).unwrap();
-        let said = format!("{words} {:.3}", opponent["rms"].as_f64().unwrap());
+        let said = format!("{words} {}", rms(name));
         assert!(pages.iter().all(|page| page.contains(&said)), "{said}");
     }
+    let passive = format!("and {} if longer muscles do not pull", rms("most_probable_passive"));
+    assert!(pages.iter().all(|page| page.contains(&passive)), "{passive}");
     let thesis = study["opponents"][2]["better_than_constant"].as_f64().unwrap();
     assert!(pages[0].contains("a constant is better than the model in seven of ten bootstraps"));
     assert!((thesis - 0.3).abs() < 0.05, "{thesis}");

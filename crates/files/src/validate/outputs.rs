@@ -158,6 +158,7 @@ fn picture(study: &ValidationStudy) -> Svg {
             "constant" => "one constant".to_owned(),
             "thesis" => "the thesis’s model".to_owned(),
             "most_probable" => "most probable point".to_owned(),
+            "most_probable_passive" => "longer muscles do not pull".to_owned(),
             other => other.replace('_', " "),
         },
         line: format!(
@@ -198,7 +199,7 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
     p += &markdown(&columns.collect::<Vec<_>>(), &study.opponents);
     p += "\nTuned: numbers learned from the other subjects. Bootstraps draw fits with repetition, so they say nothing of subjects that were \
           not measured.\n\n![Predicted against measured](predicted.svg)\n\n\
-          The thesis's fit and the most probable point learn nothing from the other subjects. But that the baseline has tensions and the hyoid \
+          The thesis's fit and the most probable points learn nothing from the other subjects. But that the baseline has tensions and the hyoid \
           moves, and the priors of both, were found on all three subjects of Takano and Honda (2007), S1 to S3, so figures of that table \
           are somewhat optimistic. They are three speakers of one study.\n\n";
     if let Some(posterior) = &study.posterior {
