@@ -186,7 +186,7 @@ fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
     let lanes = Lanes::new(&system);
     let mut group = lanes.group();
     group.solve(&loads, &SHARP);
-    assert!(group.answers()[2].solution.guarded > 0 && !group.answers()[0].alone);
+    assert!(group.equilibria()[2].solution.guarded > 0 && !group.equilibria()[0].alone);
     let rates = group.length_rates();
     for (load, rates) in loads.iter().zip(&rates) {
         let rates = rates.as_ref().expect("stable");

@@ -59,14 +59,14 @@ pub(super) fn run<const D: usize>(forward: &mut Forward<'_, D>, number: usize) -
     // A start without an equilibrium is replaced by the values nearest to zero within the bounds.
     let rest = forward.problem.unknowns.iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
     let mut start = Start::new(first, FAILED);
-    let found = descend(forward, DVector::from_column_slice(&start.x), &mut start.iterations)
-        .or_else(|| descend(forward, DVector::from_vec(rest), &mut start.iterations));
+    let found = search(forward, DVector::from_column_slice(&start.x), &mut start.iterations)
+        .or_else(|| search(forward, DVector::from_vec(rest), &mut start.iterations));
     if let Some(mut found) = found {
         (start.solved, start.cost) = forward.solved_by_newton(found.here.x.as_slice());
         // As in Nelder-Mead, the search begins again with all candidates from rest if Newton's method from rest gives another cost.
         if !same_cost_by_newton(found.here.cost, start.cost) {
             forward.forget_neighbours();
-            match descend(forward, found.here.x.clone(), &mut start.iterations) {
+            match search(forward, found.here.x.clone(), &mut start.iterations) {
                 Some(again) => found = again,
                 None => found.converged = false,
             }
@@ -85,14 +85,14 @@ pub(super) fn refit<const D: usize>(
     forward: &mut Forward<'_, D>,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>, bool)> {
-    let found = descend(forward, DVector::from_column_slice(from), &mut 0)?;
+    let found = search(forward, DVector::from_column_slice(from), &mut 0)?;
     let x: Vec<f64> = found.here.x.iter().copied().collect();
     let residuals = forward.residuals(&x)?;
     Some((x, residuals, found.converged))
 }
 
 /// Minimises from `x`, and adds the steps to `iterations`; `None` if there is no equilibrium at `x`.
-fn descend<const D: usize>(
+fn search<const D: usize>(
     forward: &mut Forward<'_, D>,
     x: DVector<f64>,
     iterations: &mut u64,

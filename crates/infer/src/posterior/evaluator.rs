@@ -36,7 +36,7 @@ impl<'a> Evaluator<'a> {
             group.solve(&loads, density.settings());
         }
         let each = points.iter().enumerate().map(|(point, (values, _))| {
-            let found = self.shapes.iter().map(|group| &group.answers()[point]);
+            let found = self.shapes.iter().map(|group| &group.equilibria()[point]);
             let shapes = found.map(|shape| is_found(shape).then(|| shape.positions.clone()));
             density.solved(values, shapes.collect::<Option<_>>()?)
         });
@@ -80,7 +80,7 @@ impl<'a> Evaluator<'a> {
             let geometry = if is_of_springs {
                 rest_shape::of_springs(&point)?
             } else {
-                finite_differences::answers(&point)?
+                finite_differences::of_perturbed_bodies(&point)?
             };
             Some(LinearisationPoint { jacobian: point.jacobian(), geometry, solved: point.solved })
         });

@@ -62,7 +62,7 @@ pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> 
 }
 
 /// The sensitivities at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
-pub(super) fn answers(point: &DifferentiatedPoint<'_>) -> Option<GeometrySensitivities> {
+pub(super) fn of_perturbed_bodies(point: &DifferentiatedPoint<'_>) -> Option<GeometrySensitivities> {
     let sides = point.density.posterior_model.sides.as_ref()?;
     let of_pair = |(bodies, step): &PerturbedPair| -> Option<DVector<f64>> {
         let slopes = (0..point.adjoints.len()).map(|index| slopes_of(point, bodies, *step, index));

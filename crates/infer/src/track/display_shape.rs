@@ -10,7 +10,7 @@ use tongue_core::system::System;
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
-use super::gauss_newton::{self, ROUNDS, ShapeStep, StateStep, apply_steps, minimise, solve_step};
+use super::gauss_newton::{self, ROUNDS, ShapeStep, StateStep, apply_steps, iterate, solve_step};
 use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
 use super::settings::{TrackSettings, TrackingContext};
@@ -96,7 +96,7 @@ impl<'a> Display<'a> {
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
         move_with_rest(&mut recordings, self.context.system, at.context.system);
         recordings.iter_mut().zip(samples).for_each(|(recording, sample)| begin_beside(recording, sample));
-        minimise(&mut at, &mut recordings, ROUNDS, &|_| ());
+        iterate(&mut at, &mut recordings, ROUNDS, &|_| ());
         (recordings, at.shared)
     }
 
@@ -117,7 +117,7 @@ impl<'a> Display<'a> {
         let plain: Vec<SmoothedRecording> =
             recordings.iter().map(|recording| Self::without_slow_errors(&at, recording)).collect();
         let mut sample = at.thinned(&plain, SHAPE_FRAMES);
-        minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ());
+        iterate(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ());
         let cost = gauss_newton::cost(&at, &sample) * TRUST;
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
@@ -144,7 +144,7 @@ impl<'a> Display<'a> {
             move_with_rest(&mut sample, self.context.on_body(from.body.as_ref()).system, context.system);
             apply_steps(&smoother, &mut sample, &levels, steps);
             smoother.shared = levels;
-            minimise(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ());
+            iterate(&mut smoother, &mut sample, SHAPE_ROUNDS, &|_| ());
             let cost = gauss_newton::cost(&smoother, &sample) * TRUST + shape.relative_cost(&there);
             let levels = smoother.shared.clone();
             let body = Some(body.expanded(&there));

@@ -180,7 +180,7 @@ impl Sampler<'_> {
             let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
             let frames = window.clone().enumerate().zip(noise).map(|((i, t), noise)| {
                 let step = &self.linear.steps[t];
-                let mut by = noise - &linear.answers[i] * &theta;
+                let mut by = noise - &linear.responses[i] * &theta;
                 by.column_iter_mut().for_each(|mut c| c -= step.column(0));
                 // Changes of all unknowns of the equilibrium: tensions before the transform, and displacements.
                 let mut changes = by.rows(0, m + bones).into_owned();

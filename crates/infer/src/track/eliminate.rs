@@ -95,7 +95,7 @@ impl LinearProblem<'_> {
 /// Rows of a window of frames, and the responses of their states to the shared unknowns.
 pub(super) struct Window {
     pub rows: Vec<WhitenedRows>,
-    pub answers: Vec<DMatrix<f64>>,
+    pub responses: Vec<DMatrix<f64>>,
 }
 
 /// A recording whose states are eliminated.
@@ -152,12 +152,12 @@ impl<'a> Eliminated<'a> {
         out.set_window_ends(&windows);
         for window in windows {
             let (rows, across) = out.rows_and_coupling(&window, kept.take());
-            let answers = out.answers(&window, across.clone());
-            for ((across, answer), t) in across.iter().zip(&answers).zip(window.clone()) {
+            let responses = out.responses(&window, across.clone());
+            for ((across, answer), t) in across.iter().zip(&responses).zip(window.clone()) {
                 out.curvature -= across.tr_mul(answer);
                 out.gradient -= across.tr_mul(&out.steps[t].column(0));
             }
-            out.kept = Some(Arc::new(Window { rows, answers })).filter(|_| window.len() == z.len());
+            out.kept = Some(Arc::new(Window { rows, responses })).filter(|_| window.len() == z.len());
         }
         Some(out)
     }
@@ -167,7 +167,7 @@ impl<'a> Eliminated<'a> {
             return Arc::clone(kept);
         }
         let (rows, across) = self.rows_and_coupling(window, None);
-        Arc::new(Window { rows, answers: self.answers(window, across) })
+        Arc::new(Window { rows, responses: self.responses(window, across) })
     }
 
     /// Computes the blocks at the ends of the windows of a long recording.
@@ -204,7 +204,7 @@ impl<'a> Eliminated<'a> {
     }
 
     /// Responses of the states of a window to the shared unknowns, with which they are coupled by `across`.
-    fn answers(&self, window: &Range<usize>, mut across: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
+    fn responses(&self, window: &Range<usize>, mut across: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
         let number = window.start / WINDOW;
         let before = number.checked_sub(1).and_then(|n| self.before.get(n));
         self.factors.forward(&mut across, window.start, before);

@@ -48,7 +48,7 @@ pub(super) struct StateStep {
 }
 
 /// Minimises [`cost`] in at most this number of rounds and returns how many they were; `progress` gets the number of every round.
-pub(super) fn minimise(
+pub(super) fn iterate(
     smoother: &mut Smoother<'_>,
     recordings: &mut [SmoothedRecording],
     rounds: usize,
@@ -151,8 +151,8 @@ pub(super) fn solve_step(
         let (mut states, mut expected) = (Vec::new(), Vec::new());
         for window in windows(e.steps.len()) {
             let here = e.window(&window);
-            for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
-                let state = -(answer * &step) - e.steps[t].column(0);
+            for ((rows, response), t) in here.rows.iter().zip(&here.responses).zip(window) {
+                let state = -(response * &step) - e.steps[t].column(0);
                 let after = smoother.residuals_after_step(rows, &state, &step);
                 expected.push(if after.is_empty() { f64::INFINITY } else { after.norm_squared() });
                 states.push(state);

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::frame::{Frame, FrameObservation};
-use super::gauss_newton::{ROUNDS, minimise};
+use super::gauss_newton::{ROUNDS, iterate};
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
 use crate::error_model::bell;
@@ -132,7 +132,7 @@ pub(super) fn best_process(
             smoother.take_errors(recording);
         }
         let mut again = smoother.clone();
-        minimise(&mut again, &mut sample, ROUNDS, &|_| ());
+        iterate(&mut again, &mut sample, ROUNDS, &|_| ());
         for recording in &sample {
             splits.extend((0..recording.frames.len()).filter_map(|t| {
                 let hidden = recording.frames[t].hidden.iter().map(|point| point.name.clone());

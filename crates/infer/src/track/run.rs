@@ -14,7 +14,7 @@ use super::display_shape::{Display, DisplayShape, SHAPE_FRAMES, begin_beside};
 use super::draws::Sampler;
 use super::eliminate::{Eliminated, LinearProblem};
 use super::frame::Frame;
-use super::gauss_newton::{ROUNDS, minimise};
+use super::gauss_newton::{ROUNDS, iterate};
 use super::prediction::{best_process, predict_hidden};
 use super::reachability::reachabilities;
 use super::rest_shape::RestShape;
@@ -183,10 +183,10 @@ fn fit_placed(
     if !smoother.holds {
         let errors = recordings.iter_mut().flat_map(|recording| recording.errors.iter_mut().flatten());
         errors.for_each(|errors| Arc::make_mut(errors).sds *= WIDER);
-        done = minimise(smoother, recordings, WIDER_ROUNDS, progress);
+        done = iterate(smoother, recordings, WIDER_ROUNDS, progress);
         recordings.iter_mut().for_each(|recording| smoother.take_errors(recording));
     }
-    done += minimise(smoother, recordings, ROUNDS, &|round| progress((done + round).min(ROUNDS)));
+    done += iterate(smoother, recordings, ROUNDS, &|round| progress((done + round).min(ROUNDS)));
     let usual = usual.unwrap_or_else(|| {
         let far = recordings
             .iter()
@@ -195,7 +195,7 @@ fn fit_placed(
     });
     let found: Vec<Outliers> = recordings.iter_mut().map(|c| without_outliers(smoother, c, usual)).collect();
     if found.iter().flatten().any(|(faults, _)| !faults.is_empty()) {
-        minimise(smoother, recordings, ROUNDS, &|round| progress((done + round).min(ROUNDS)));
+        iterate(smoother, recordings, ROUNDS, &|round| progress((done + round).min(ROUNDS)));
     }
     (usual, found)
 }

@@ -36,8 +36,8 @@ impl<const D: usize> LaneGroup<'_, D> {
             }
             pulls = work.adjoint(elements, &mut wide);
         }
-        let answers = self.answers.iter().zip(tensions).enumerate();
-        let adjoints = answers.map(|(lane, (shape, tensions))| {
+        let equilibria = self.equilibria.iter().zip(tensions).enumerate();
+        let adjoints = equilibria.map(|(lane, (shape, tensions))| {
             if !stable[lane] {
                 return adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane]);
             }
@@ -56,9 +56,9 @@ impl<const D: usize> LaneGroup<'_, D> {
     /// metres.
     pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
         let muscles = self.system.muscle_count();
-        let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
+        let mut rates = vec![Some(Vec::with_capacity(muscles)); self.equilibria.len()];
         for muscle in 0..muscles {
-            let gradients = Vec::from_iter(self.answers.iter().map(|shape| {
+            let gradients = Vec::from_iter(self.equilibria.iter().map(|shape| {
                 let [a, b] = self.system.muscle_ends(muscle);
                 let way = shape.positions[b] - shape.positions[a];
                 let direction = way * (1.0 / way.norm());
@@ -83,15 +83,15 @@ impl<const D: usize> LaneGroup<'_, D> {
     pub fn motions(&mut self, change: UnitChange<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
         let stable = self.factorise();
         let Some((elements, work)) = self.work.as_mut().filter(|_| stable.contains(&true)) else {
-            return vec![None; self.answers.len()];
+            return vec![None; self.equilibria.len()];
         };
         let wide: Vec<SimdPair<LANES>> = match change {
             UnitChange::Tension(muscle) => work.motion_by_tension(elements, muscle),
             UnitChange::Bone(nodes, axis) => work.motion_by_bone(elements, nodes, axis),
             UnitChange::Rest(rest) if rest.is_of(elements) => work.motion_by_rest(elements, rest),
-            UnitChange::Rest(_) => return vec![None; self.answers.len()],
+            UnitChange::Rest(_) => return vec![None; self.equilibria.len()],
         };
-        Vec::from_iter(self.answers.iter().enumerate().map(|(lane, shape)| {
+        Vec::from_iter(self.equilibria.iter().enumerate().map(|(lane, shape)| {
             let mut motion = vec![SVector::zeros(); shape.positions.len()];
             for (u, &node) in wide.iter().zip(&elements.node) {
                 (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
@@ -115,11 +115,11 @@ impl<const D: usize> LaneGroup<'_, D> {
         }
         let mut stable = [false; LANES];
         if let Some((elements, work)) = &mut self.work {
-            for (lane, shape) in self.answers.iter().enumerate().filter(|(_, shape)| shape.alone) {
+            for (lane, shape) in self.equilibria.iter().enumerate().filter(|(_, shape)| shape.alone) {
                 work.set_positions(elements, lane, &shape.positions);
             }
             stable = work.factorise_exactly(elements);
-            for (lane, shape) in self.answers.iter().enumerate() {
+            for (lane, shape) in self.equilibria.iter().enumerate() {
                 // Lanes have no barrier and no stiffness of other bodies.
                 stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);
             }

@@ -62,8 +62,8 @@ impl<const D: usize> LaneGroup<'_, D> {
                 ..load(i, part)
             }));
             let tolerance = if step < steps { ON_THE_WAY_N } else { settings.tolerance };
-            let answers = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
-            for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(answers) {
+            let equilibria = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
+            for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(equilibria) {
                 let Solution { status, connection, guarded, .. } = answer.solution;
                 // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that
                 // the loads grow again in more steps.

@@ -153,7 +153,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
             system: self.system,
             work: self.elements.map(|elements| (elements, SimdNewton::new(elements))),
             fallbacks: Vec::new(),
-            answers: Vec::new(),
+            equilibria: Vec::new(),
             tensions: Vec::new(),
             holds_system: [false; LANES],
             factorised: None,
@@ -194,7 +194,7 @@ pub struct LaneGroup<'a, const D: usize> {
     work: Option<(&'a Elements, SimdNewton<LANES>)>,
     /// A workspace for each load, for a body that lanes cannot solve.
     fallbacks: Vec<ScalarFallback<D>>,
-    answers: Vec<LaneEquilibrium<D>>,
+    equilibria: Vec<LaneEquilibrium<D>>,
     /// Tensions of every answer, N; `None` for one in a body of its own.
     tensions: Vec<Option<Vec<f64>>>,
     /// Whether each lane holds the numbers of `system`.
@@ -211,8 +211,8 @@ impl<const D: usize> LaneGroup<'_, D> {
         self.factorised = None;
         self.solve_in_lanes(loads, settings);
         let (system, fallbacks) = (self.system, &mut self.fallbacks);
-        self.answers = if let Some((elements, work)) = &self.work {
-            let answers = loads.iter().enumerate().map(|(lane, load)| {
+        self.equilibria = if let Some((elements, work)) = &self.work {
+            let equilibria = loads.iter().enumerate().map(|(lane, load)| {
                 let body = load.system.unwrap_or(system);
                 let Ok(solution) = work.solution(lane) else { return solve_scalar(body, load, settings) };
                 let mut positions = body.rest().to_vec();
@@ -223,7 +223,7 @@ impl<const D: usize> LaneGroup<'_, D> {
                 }
                 LaneEquilibrium { solution, positions, alone: false }
             });
-            answers.collect()
+            equilibria.collect()
         } else {
             fallbacks.resize_with(fallbacks.len().max(loads.len()), || ScalarFallback::new(system));
             parallel::map_mut(&mut fallbacks[..loads.len()], |lane, fallback| match loads[lane].system {
@@ -233,11 +233,11 @@ impl<const D: usize> LaneGroup<'_, D> {
         };
         let tensions = loads.iter().map(|l| l.system.is_none().then(|| l.tensions.clone()));
         self.tensions = tensions.collect();
-        &self.answers
+        &self.equilibria
     }
 
-    pub fn answers(&self) -> &[LaneEquilibrium<D>] {
-        &self.answers
+    pub fn equilibria(&self) -> &[LaneEquilibrium<D>] {
+        &self.equilibria
     }
 
     fn solve_in_lanes(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) {
