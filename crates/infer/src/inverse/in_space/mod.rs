@@ -13,6 +13,7 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 use tongue_core::body::Body;
 use tongue_core::body::space::Half;
+use tongue_core::geometry::extent;
 use tongue_core::statistics::grouped;
 use tongue_core::system::System;
 
@@ -171,11 +172,8 @@ fn size_of_nodes(marks: &[SpaceMark], body: &Body<3>) -> Option<f64> {
         _ => None,
     });
     let (places, rest): (Vec<_>, Vec<_>) = nodes.unzip();
-    let [now, before] = [places, rest].map(|points: Vec<SVector<f64, 3>>| {
-        let centre = points.iter().sum::<SVector<f64, 3>>() / points.len() as f64;
-        root_mean_square(&points.iter().map(|p| (p - centre).norm()).collect::<Vec<_>>())
-    });
-    (before > LEAST_EXTENT_M).then(|| now / before)
+    let before = extent(&rest);
+    (before > LEAST_EXTENT_M).then(|| extent(&places) / before)
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {
