@@ -30,8 +30,8 @@ pub fn track(record: &TrackRecord) -> String {
     let t = table::from_columns(&courses_columns(record), &record.courses);
     let ([low, high], link) = (prior_interval_n(&record.settings), &record.settings.link);
     text += &format!(
-        "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
-         An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
+        "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a tension is {:.1} ({low:.1} to {high:.1}) N/m.\n\
+         An interval from 0 cannot exclude a slack muscle. A course is a tension less its mean over the recording; it is\n\
          known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}\n",
         link.prior_quantile(0.0),
         NARROW * link.scale_n(),

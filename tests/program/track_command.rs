@@ -212,6 +212,13 @@ fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
         let [middle, low, high] = [0, 1, 2].map(|i| placement[what][i].as_f64().unwrap());
         assert!(low < middle && middle < high && (least..most).contains(&(high - low)), "{placement}");
     }
+    // Coils hardly say where the hyoid is, but its displacement is not less certain than its prior of 5 mm.
+    for frame in found(at, "track coils.csv --free-bone hyoid")["frames"].as_array().unwrap() {
+        for axis in frame["bones"]["hyoid"]["interval_mm"].as_array().unwrap() {
+            let [low, high] = [0, 1].map(|end| axis[end].as_f64().unwrap());
+            assert!(high - low < 21.0, "{axis}");
+        }
+    }
     // The body that `adapt` writes has the same coils in the same places.
     run(at, "adapt coils.csv --out body");
     let again = found(at, "track coils.csv --mesh body/body.json");

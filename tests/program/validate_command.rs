@@ -100,7 +100,7 @@ fn predictions_on_the_pages_are_those_of_the_results() {
         [format!("{:.0} %", 100.0 * of(own, name, "coverage_95")), format!("{low:.0} to {high:.0} %")]
     });
     let held = format!(
-        "they contain {own} from the same row with /ɯ/ as baseline and {other} with another vowel (of a hyoid that does not tilt), \
+        "they contain {own} from the same row with /ɯ/ as baseline and {other} with another vowel (with a hyoid that does not tilt), \
          and {joint} and {joint_other} with `--joint`"
     );
     assert!(guide.contains(&held), "{held}");

@@ -166,18 +166,18 @@ pub fn picture(study: &PlaneStudy) -> Result<Svg, ReportError> {
     let muscles: Vec<String> = study.alone.iter().map(|row| row.muscle.clone()).collect();
     let values = study.alone.iter().map(|row| row.error).collect();
     let error = Series { name: "after the best scaling".to_owned(), values };
-    let title = "What a plane misses of the way of the midsagittal contour when one muscle pulls";
-    parts(&muscles, &[error], "error, as a part of the way", title)
+    let title = "What a plane misses of the displacement of the midsagittal contour when one muscle pulls";
+    parts(&muscles, &[error], "error, as a part of the displacement", title)
 }
 
 pub fn page(study: &PlaneStudy, made: &str) -> Result<String, Error> {
     let middle = median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(
-        "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the way of the \
+        "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the displacement of the \
          midsagittal contour (the median of {} muscles), after the best scaling.**\n\n\
          ![Error of the plane for each muscle](alone.svg)\n\n## Each muscle alone, at an activation of {ALONE}\n\n{}\n\
          ## Contours made in space and inverted in the plane\n\nFree nodes of the midsagittal contour, known to {} mm. Muscles that act, and those \
-         that the plane takes for acting (above 0.01).\n\n{}",
+         that act in the plane but not in space (above 0.01).\n\n{}",
         study.body,
         100.0 * middle,
         study.alone.len(),

@@ -212,7 +212,7 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
 fn distributions(p: &mut String, study: &PosteriorStudy) {
     let _ = writeln!(
         p,
-        "## Distributions of a muscle left out\n\nThe posterior (`--posterior`; ν = {}) tells every muscle of every fit from the others, with all that is not \
+        "## Distributions of a muscle left out\n\nThe posterior (`--posterior`; ν = {}) predicts every muscle of every fit from the others, with all that is not \
          known: tensions in the vowel and in the baseline, the hyoid, ends of muscles, outline, compressibility, a discrepancy of {} ({} more \
          for a row against a baseline other than /ɯ/) and rounding. `posterior` sees the seven other muscles of the same row, `posterior_joint` all other stretches of the speaker, \
          both with a hyoid that does not tilt (that of a fit may tilt); `posterior_joint_tilt` is `posterior_joint` with a hyoid that may tilt \
@@ -227,7 +227,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
     let [gain, error] = study.log_score_gain;
     let _ = writeln!(
         p,
-        "\nThe best posterior's log score is {gain:+.2} ± {error:.2} (standard error over fits) of the normal distribution's."
+        "\nThe best posterior's log score exceeds that of the normal distribution by {gain:.2} ± {error:.2} (standard error over fits)."
     );
     if !study.permuted_rms.is_empty() {
         let least = study.permuted_rms.iter().copied().fold(f64::INFINITY, f64::min);

@@ -106,15 +106,15 @@ pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     let Some(first) = all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)) else { return String::new() };
     let control = scores.iter().find(is_control).map_or_else(String::new, |c| {
         let row = scores.iter().find(|s| s.name == ROW);
-        let is_behind = row.is_some_and(|row| c.log_score < row.log_score && c.rms > row.rms);
-        let word = if is_behind { "behind" } else { "not behind" };
+        let is_worse = row.is_some_and(|row| c.log_score < row.log_score && c.rms > row.rms);
+        let word = if is_worse { "worse" } else { "not worse" };
         format!(
-            "; the control with other speakers' vowels ({:.3}, {:.2}) is {word} single rows",
+            "; the control with other speakers' vowels ({:.3}, {:.2}) is {word} than single rows",
             c.rms, c.log_score
         )
     });
     format!(
-        "Of all muscles left out, `{}` predicts best: RMS {:.3}, log score {:.2}, {:.0} % in its 95 % intervals; the best posterior is {gain:+.2} ± {error:.2} before the normal distribution of the other speakers in log score{control}.",
+        "Of all muscles left out, `{}` predicts best: RMS {:.3}, log score {:.2}, {:.0} % in its 95 % intervals; the best posterior exceeds the normal distribution of the other speakers by {gain:.2} ± {error:.2} in log score{control}.",
         first.name,
         first.rms,
         first.log_score,

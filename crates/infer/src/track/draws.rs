@@ -33,7 +33,7 @@ pub(super) struct FrameDraws {
     pub tensions: Vec<Vec<f32>>,
     /// Intervals of the tensions, none of which is wider than the prior.
     pub intervals: Vec<Interval>,
-    /// Displacements of the bones, in standard deviations.
+    /// Displacements of the bones, in standard deviations; none varies more than its prior.
     pub bones: Vec<Vec<f32>>,
     /// Difference of every formant from the most probable one, Hz; empty without derivatives.
     pub formants: Vec<Vec<f32>>,
@@ -64,8 +64,9 @@ impl FrameDraws {
             (all, interval)
         });
         let (tensions, intervals) = each.unzip();
-        let [bones, formants] = [rows(|b| &b.bones), rows(|b| &b.formants)]
-            .map(|all| all.into_iter().map(in_single_precision).collect());
+        let bones = rows(|b| &b.bones).into_iter().map(|b| no_wider_than(1.0, &b).unwrap_or(b));
+        let [bones, formants] = [bones.collect(), rows(|b| &b.formants)]
+            .map(|all: Vec<_>| all.into_iter().map(in_single_precision).collect());
         Self { tensions, intervals, bones, formants }
     }
 }
@@ -75,7 +76,7 @@ fn in_single_precision(values: impl IntoIterator<Item = f64>) -> Vec<f32> {
 }
 
 /// The values, brought nearer to their mean, so that they have this standard deviation; `None` where theirs is not larger. Data cannot make
-/// a tension less certain than its prior, but the linear response to a shape that is hardly known is too large.
+/// a tension or a displacement less certain than its prior, but the linear response to a shape that is hardly known is too large.
 fn no_wider_than(sd: f64, values: &[f64]) -> Option<Vec<f64>> {
     let (mean, variance) = mean_and_variance(values.iter().copied());
     let part = sd / variance.sqrt();

@@ -151,7 +151,7 @@ pub fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
         format!(
             "**Finer meshes do not settle at a useful rate**: {common}. Muscles are lines and bones are points, and in a plane \
              the displacement under a point load grows with the logarithm of 1/h, so the spacing of 5.5 mm is a part of the \
-             model, not an accuracy setting; 1 % of a ratio cannot be bought by refining."
+             model, not an accuracy setting; no refinement gives 1 % of a ratio."
         )
     })
 }
@@ -180,7 +180,7 @@ pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
     let p = format!(
         "# What accuracy costs in time\n\n\
          {made} Every figure on this page is filled in from the measurements of that run; the tables behind it \
-         are the CSV files beside it. Times are medians of repeats and hold for that machine as busy as it was; \
+         are the CSV files beside it. Times are medians of repeats and hold for that machine under its load at the time; \
          steps, evaluations of the force and factorisations hold for every machine.\n\n\
          The scene, unless said otherwise: the mesh of 5.5 mm, the tensions published for /a/ (GGa 12.0, SGm 11.5, HGa 4.5 N per \
          metre of thickness), consistent constants. A ratio is a muscle's length over that of GGa.\n\n"
@@ -231,7 +231,7 @@ fn conclusions(study: &AccuracyStudy) -> Vec<String> {
     said.extend(study.early.iter().find(|s| s.t_end_s == 3.0).map(|s| {
         format!(
             "Stopping at t = 3 s, as the thesis does, leaves {} mm ({:.1} % of the largest displacement) and {} of a ratio; \
-             no integrator, however accurate, can mend that.",
+             a more accurate integrator does not change that.",
             number(s.left_mm),
             100.0 * s.left_part,
             number(s.ratio_error)

@@ -115,10 +115,10 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
     ]
 }
 
-/// The page's and the terminal's table of muscles; levels are medians over the frames.
+/// The page's and the terminal's table of muscles; tensions are medians over the frames.
 pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     type RowColumn<'a> = Column<'a, CourseSummary>;
-    fn level(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
+    fn tension(record: &TrackRecord, c: &CourseSummary, end: fn(&Interval) -> f64) -> f64 {
         let number = record.results.muscles.iter().position(|m| *m == c.muscle);
         let ends = record.results.frames().filter_map(|(_, f)| Some(end(&f.tensions[number?])));
         median(ends).unwrap_or(f64::NAN)
@@ -128,9 +128,9 @@ pub fn courses_columns(record: &TrackRecord) -> Vec<Column<'_, CourseSummary>> {
     }
     let mut columns: Vec<RowColumn<'_>> = vec![
         RowColumn::of_page("muscle", |c| c.muscle.as_str().into()),
-        RowColumn::of_page("level, N/m", |c| level(record, c, |l| l.median).into()).decimals(1),
+        RowColumn::of_page("tension, N/m", |c| tension(record, c, |l| l.median).into()).decimals(1),
         RowColumn::of_page("95 %", |c| {
-            let [low, high] = [level(record, c, |l| l.low), level(record, c, |l| l.high)];
+            let [low, high] = [tension(record, c, |l| l.low), tension(record, c, |l| l.high)];
             format!("{low:.1} to {high:.1}").into()
         }),
         RowColumn::of_page("course width, N/m", |c| c.course_width_n.into()).decimals(1),

@@ -72,7 +72,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
                 @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
             }
             p {
-                "Tensions are newtons per metre of thickness, at a Young's modulus of 6.9 kPa, with 95 % intervals. A level is a tension; its interval begins at 0 if it cannot exclude a slack muscle. "
+                "Tensions are newtons per metre of thickness, at a Young's modulus of 6.9 kPa, with 95 % intervals. The interval of a tension begins at 0 if it cannot exclude a slack muscle. "
                 "A course is a tension less its mean over the recording, which cancels the effect of the unknown shape of the tongue at rest on all frames. "
                 "Without data a tension is " (format!("{median:.1} ({low:.1} to {high:.1})"))
                 " N/m, with a correlation time of " (record.settings.memory_s) " s. "
@@ -131,12 +131,12 @@ fn muscle_summaries(record: &TrackRecord) -> Markup {
         format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part).into()
     };
     let mut columns = courses_columns(record);
-    columns.push(Column::of_page("level width, N/m", width));
+    columns.push(Column::of_page("tension width, N/m", width));
     html! {
         section {
             h2 { "What is known of each muscle" }
             (tongue_page::table_of_columns(&columns, &record.courses))
-            p { "Levels are medians over the frames with their 95 % intervals; widths are means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
+            p { "Tensions are medians over the frames with their 95 % intervals; widths are means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
         }
     }
 }
