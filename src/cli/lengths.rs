@@ -29,7 +29,7 @@ pub enum LengthsAction {
     tongue-fit lengths check my.csv --baseline e --json > understood.json\n\n\
     A row for each subject and vowel; the header names the columns: subject, vowel, and GGa_mm or \"GGa (mm)\" for the lengths of a \
     muscle GGa (cm and m too). Whatever a spreadsheet exports will do.\n\
-    Exit status: 0 all understood and every row can be fitted, 1 some cells, some rows or the whole table cannot be used.")]
+    Exit status: 0 all understood and every row can be fitted in a body with these muscles, 1 some cells, some rows or the whole table cannot be used.")]
 pub struct Check {
     /// The table, or - for stdin
     #[arg(value_name = "FILE")]

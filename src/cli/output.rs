@@ -34,8 +34,33 @@ pub fn print(text: &str) -> anyhow::Result<()> {
     stream(|out| out.write_all(short_numbers(text).as_bytes()))
 }
 
-/// Like [`print`], but not with `-q` if files contain the same.
+/// Files that only some runs of a command write, so that they can stay in a folder from an earlier run.
+const OF_SOME_RUNS: [&str; 13] = [
+    "posterior.csv",
+    "contrasts.csv",
+    "over_speakers.csv",
+    "ridges.svg",
+    "valley.csv",
+    "valley.svg",
+    "repeats.csv",
+    "segments.csv",
+    "formants.csv",
+    "draws.csv",
+    "trajectory.csv",
+    "trajectory.json",
+    "posterior_predictions.csv",
+];
+
+/// Like [`print`], but not with `-q` if files contain the same. Files of an earlier run beside them are told.
 pub fn summary(text: &str, files: &[PathBuf]) -> anyhow::Result<()> {
+    if let Some(folder) = files.first().and_then(|file| file.parent()) {
+        let earlier = OF_SOME_RUNS.map(|name| folder.join(name)).into_iter();
+        let earlier = earlier.filter(|file| !files.contains(file) && file.is_file());
+        let names = report::joined(earlier.map(|file| file.display().to_string()), ", ");
+        if !names.is_empty() {
+            note(&format!("not of this run, but of an earlier one: {names}"));
+        }
+    }
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 

@@ -58,6 +58,9 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     }
     roxmltree::Document::parse(&std::fs::read_to_string(out.join("ridges.svg")).unwrap()).unwrap();
     assert!(!out.join("pairs.svg").exists() && !out.join("outlines.svg").exists());
+    // What another run leaves in the folder is told.
+    let other = run(folder.path(), "--vowel i --h 10 --out out");
+    assert!(other.err.contains("of an earlier one: out/posterior.csv, out/ridges.svg"), "{}", other.err);
 }
 
 #[test]
