@@ -63,17 +63,16 @@ impl Arguments {
         Ok(Target::new(data, &self.subject, &vowel, kind, &options)?)
     }
 
-    /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths.
-    fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<()> {
-        for row in data.broken.iter().filter(|row| row.subject.as_ref() == Some(&target.subject)) {
-            output::complain(&format!("{} (this row is left out)", row.fault));
-        }
+    /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths. Whether there are none.
+    fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<bool> {
+        let rows = data.broken.iter().filter(|row| row.subject.as_ref() == Some(&target.subject));
+        let mut left_out = Vec::from_iter(rows.map(|row| format!("{} (this row is left out)", row.fault)));
         for vowel in [&target.vowel, &target.baseline] {
-            let row = data.row(&self.subject, vowel)?;
-            data.bad_cells_of(row)
-                .for_each(|fault| output::complain(&format!("{fault} (this cell is left out)")));
+            let cells = data.bad_cells_of(data.row(&self.subject, vowel)?);
+            left_out.extend(cells.map(|fault| format!("{fault} (this cell is left out)")));
         }
-        Ok(())
+        left_out.iter().for_each(|what| output::complain(what));
+        Ok(left_out.is_empty())
     }
 
     /// The targets that the posterior samples (with `--joint` all vowels of the subject in the table), and the index of the fitted one.
@@ -94,10 +93,21 @@ impl Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let clock = Instant::now();
-    let kind: TargetKind = arguments.target.parse()?;
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
-    let target = arguments.target(&data, kind)?;
-    arguments.tell_left_out(&data, &target)?;
+    let target = arguments.target(&data, arguments.target.parse()?)?;
+    let is_whole = arguments.tell_left_out(&data, &target)?;
+    let outcome = fit(arguments, &data, target, clock, global)?;
+    Ok(if is_whole || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
+}
+
+fn fit(
+    arguments: &Arguments,
+    data: &Dataset,
+    target: Target,
+    clock: Instant,
+    global: &Global,
+) -> anyhow::Result<Outcome> {
+    let kind = target.kind;
     if let Some(source) = arguments.body.space() {
         return space_track::fit(source, &target, global);
     }
@@ -107,7 +117,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
-    let (seen, posture) = arguments.posterior_targets(&data, &target)?;
+    let (seen, posture) = arguments.posterior_targets(data, &target)?;
     let auxiliary = match &posterior_model {
         Some(posterior_model) => arguments.auxiliary.read(posterior_model, &seen, posture)?,
         None => AuxiliaryData::default(),
@@ -151,7 +161,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     // With -v the table has a row for a second fit, of the stretches.
     let from_stretches = match kind {
         TargetKind::Ratio if output::is_verbose() => {
-            let target = arguments.target(&data, TargetKind::Stretch).ok();
+            let target = arguments.target(data, TargetKind::Stretch).ok();
             target.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok())
         }
         _ => None,

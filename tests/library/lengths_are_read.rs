@@ -144,7 +144,7 @@ fn column_names_determine_their_meaning() {
     for (is, name) in [
         ("subject", "SUBJECT; Speaker ID; 被験者"),
         ("vowel", "Phoneme"),
-        ("GGa in Mm", "GGa_mm; GGa (mm); GGa..mm."),
+        ("GGa in Mm", "GGa_mm; GGa (mm); GGa..mm.; GGA_MM"),
         ("GGa in Cm", "GGa [CM]; GGa（cm）"),
         ("GGa in M", "GGa_m"),
         ("GG_a in Mm", "GG_a_mm"),

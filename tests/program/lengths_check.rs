@@ -79,7 +79,9 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     assert_eq!((&summary["fits"], &summary["not_fitted"]), (&json!(1), &json!(6)));
     // A fit of a row with a bad cell names the cell and leaves out its muscle.
     let line = "--vowel ɔ --subject M --lengths mine.csv --target stretch --json";
-    let told = run(folder.path(), line).err;
+    let done = run(folder.path(), line);
+    assert_eq!(done.status, Some(1), "as of a batch: {}", done.err);
+    let told = done.err;
     assert!(told.contains("mine.csv:5:5: HG_cm is \"x\"") && told.contains("is left out)"), "{told}");
     assert_eq!(told.matches("HG_cm").count(), 1, "{told}");
     // A fit of a row that is given twice names it too.

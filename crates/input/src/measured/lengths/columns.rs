@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::dataset::SetAside;
 use super::number::TableUnit;
 use super::text::clip;
+use crate::measured::muscles::Muscles;
 use crate::measured::error::Malformed;
 use crate::measured::table::{TableLine, TableLines};
 use tongue_core::choice;
@@ -148,8 +149,13 @@ fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
         return Some((id, TableUnit::Mm));
     }
     let (quantity, unit) = quantity(name)?;
-    let muscle = half_width(quantity).map(|muscle| ColumnMeaning::HalfWidth(muscle.to_owned()));
-    Some((muscle.unwrap_or_else(|| ColumnMeaning::Length(quantity.to_owned())), unit))
+    let muscle = half_width(quantity).map(|muscle| ColumnMeaning::HalfWidth(spelled(muscle)));
+    Some((muscle.unwrap_or_else(|| ColumnMeaning::Length(spelled(quantity))), unit))
+}
+
+/// The name of a muscle in its published spelling, if it is a published one, whatever the case.
+fn spelled(muscle: &str) -> String {
+    Muscles::built_in().published(muscle).map_or(muscle, |(_, spelling)| spelling).to_owned()
 }
 
 /// The name in lower case with `_` between words; it has the same number of bytes.
