@@ -121,6 +121,7 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         ("baseline.fixed_n_per_m = { Nobody = 3.0 }", "fix Nobody, a muscle that this body does not have"),
         ("discrepancy.off = true\nrounding.off = true", "one of them is needed"),
         ("tension.fixed_n_per_m = { GGa = 30000.0 }", "GGa is 30000; it must be from 0 to 10000"),
+        ("tension.fixed_n_per_m = { GGa = 5.0, gga = 6.0 }", "tension.fixed_n_per_m gives gga twice"),
         (
             "hyoid.off = true\nbaseline.off = true\n[tension.fixed_n_per_m]\n\"*\" = 8.0",
             "leave at least one of them free",
