@@ -9,7 +9,9 @@ use std::path::Path;
 use csv::StringRecord;
 use nalgebra::{Vector2, Vector3};
 
-use super::ReadError;
+use super::error::{Malformed, ReadError};
+use super::lengths::number::with_point;
+use super::table::{TableLine, TableLines};
 use tongue_core::body::space::Side;
 use tongue_core::limits::COORDINATE_MM;
 
@@ -120,12 +122,9 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
 
 /// Whether a file is such a table and not a recording in the plane, by its columns.
 pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
-    const LONGEST_HEADER: usize = 4096;
-    let bytes = files::read(path)?;
-    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_HEADER)]);
-    let mut reader = reader(&text);
     // Recordings with the columns x_mm and y_mm have a column point.
-    Ok(reader.headers().is_ok_and(|h| {
+    Ok(lines(&files::read(path)?, "").is_ok_and(|table| {
+        let h = &table.header.cells;
         let is_recording = h.iter().any(|name| name.eq_ignore_ascii_case("point"));
         let any = ["node", "muscle", "x_mm", "z_mm"].into_iter().any(|name| has(h, name));
         any && !is_recording
@@ -136,11 +135,12 @@ fn has(header: &StringRecord, name: &str) -> bool {
     header.iter().any(|h| h == name)
 }
 
-fn reader(text: &str) -> csv::Reader<&[u8]> {
-    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
-    let separator = [b';', b'\t'].into_iter().find(|s| header.as_bytes().contains(s)).unwrap_or(b',');
-    let mut csv = csv::ReaderBuilder::new();
-    csv.comment(Some(b'#')).delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes())
+fn lines<'a>(bytes: &[u8], origin: &'a str) -> Result<TableLines<'a>, Malformed> {
+    let known = [NODE, COIL, &["time_s", "sd_mm", "over", "point"]].into_iter().chain(MUSCLE);
+    let mut table =
+        TableLines::read(bytes, origin, &NODE.join(","), |name| known.clone().any(|k| k.contains(&name)))?;
+    table.find_decimal_mark(0..table.header.cells.len());
+    Ok(table)
 }
 
 /// Columns that a table must have.
@@ -176,18 +176,19 @@ fn kind(header: &StringRecord) -> Result<&'static MarkColumns, String> {
 }
 
 struct MarkRow<'a> {
-    header: &'a StringRecord,
-    record: &'a StringRecord,
+    table: &'a TableLines<'a>,
+    line: &'a TableLine<'a>,
 }
 
 impl MarkRow<'_> {
     fn text(&self, name: &str) -> Option<&str> {
-        self.record.get(self.header.iter().position(|h| h == name)?)
+        Some(self.line.cell(self.table.header.cells.iter().position(|h| h == name)?))
     }
 
     fn number(&self, name: &str) -> Result<Option<f64>, String> {
         let Some(text) = self.text(name) else { return Ok(None) };
-        let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
+        let value = with_point(text, self.table.mark).and_then(|text| text.parse().ok());
+        let value = value.filter(|v: &f64| v.is_finite());
         value.map(Some).ok_or_else(|| format!("{name} is \"{text}\"; give a finite number, such as 1.5"))
     }
 
@@ -242,18 +243,14 @@ impl MarkRow<'_> {
 
 /// Reads one table; `origin` is its name in messages.
 pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
-    let text = String::from_utf8_lossy(bytes);
     let wrong = |line: u64, problem: String| ReadError::Refused(format!("{origin}, line {line}: {problem}"));
-    let mut reader = reader(&text);
-    let broken =
-        |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
-    let header = reader.headers().map_err(broken)?.clone();
-    let kind = kind(&header).map_err(|problem| wrong(1, problem))?;
+    let table = lines(bytes, origin)?;
+    let kind = kind(&table.header.cells).map_err(|problem| wrong(table.header.at.line, problem))?;
     let (mut frames, mut names) = (Vec::<SpaceFrame>::new(), BTreeSet::new());
-    for record in reader.records() {
-        let record = record.map_err(broken)?;
-        let wrong = |problem: String| wrong(record.position().map_or(1, csv::Position::line), problem);
-        let row = MarkRow { header: &header, record: &record };
+    for line in &table.rows {
+        table.check_shape(line)?;
+        let wrong = |problem: String| wrong(line.at.line, problem);
+        let row = MarkRow { table: &table, line };
         let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
         let time_s = row.number("time_s").map_err(wrong)?;
         if frames.last().is_some_and(|last| last.time_s > time_s) {
