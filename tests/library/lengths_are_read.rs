@@ -261,7 +261,8 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     assert_eq!(set_aside(&nobody), ["SG_half_width_mm", "speaker"]);
     // A half width that cannot be read is replaced by that of the digits.
     let negative = dataset("subject,vowel,GGa_mm,HG_mm,error_mm\nX,a,40,41,-1\nX,i,40,41,1\n");
-    let message = "my.csv:2:5: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5";
+    let message = "my.csv:2:5: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5; \
+                   until then 0.5 mm is taken";
     assert_eq!(faults(&negative), [vec![], vec![message]]);
     assert_eq!(widths(&negative), [[0.5; 2], [1.0; 2]]);
 }

@@ -49,7 +49,7 @@ impl Dataset {
     /// Messages about all rows and cells that are left out, in the order of the table.
     pub fn left_out(&self) -> Vec<String> {
         let rows = self.broken.iter().map(|row| (&row.fault, "row"));
-        let mut all: Vec<_> = rows.chain(self.bad_cells.iter().map(|fault| (fault, "length"))).collect();
+        let mut all: Vec<_> = rows.chain(self.bad_cells.iter().map(|fault| (fault, "cell"))).collect();
         all.sort_by_key(|(fault, _)| (fault.line, fault.column));
         all.into_iter().map(|(fault, what)| format!("{fault} (this {what} is left out)")).collect()
     }

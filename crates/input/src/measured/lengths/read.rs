@@ -238,11 +238,15 @@ impl Reader<'_> {
             let help = "write the measured lengths, not percent of those in the baseline";
             return Err(at(lengths[0].field).error("every length is 100", help));
         }
-        let mut half = |field: &Option<LengthField>| field.and_then(|field| number(cell(field).half_width()));
-        let common = half(half_width);
+        let mut half = |field: LengthField, else_mm: f64| {
+            number(cell(field).half_width().map_err(|fault| {
+                let help = format!("{}; until then {else_mm} mm is taken", fault.help);
+                Malformed { help, ..fault }
+            }))
+        };
+        let common = half_width.and_then(|field| half(field, self.else_mm[0]));
         let half_width_mm = Vec::from_iter(lengths.iter().zip(&self.else_mm).map(|(l, else_mm)| {
-            let given = if l.half_width.is_some() { half(&l.half_width) } else { common };
-            given.unwrap_or(*else_mm)
+            l.half_width.map_or(common, |field| half(field, *else_mm)).unwrap_or(*else_mm)
         }));
         Ok(Lengths { subject: name, vowel, muscles: muscles.clone(), length_mm, half_width_mm })
     }
