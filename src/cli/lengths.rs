@@ -163,14 +163,10 @@ fn text(
         let what = format!("{} has no /{usual}/: batch compares with /{own}/", s.subject);
         Some(format!("{what}, a fit of one vowel needs --baseline {own}"))
     });
-    let refused = not_fitted.iter().map(|r| {
-        let kind = r.kind.map_or_else(String::new, |kind| format!(", {kind}"));
-        format!("line {}, {} /{}/{kind}: {}", r.line, r.subject, r.vowel, r.message)
-    });
     let parts: [(&str, &str, Vec<String>); 3] = [
         ("row", "left out", data.broken.iter().map(|row| row.fault.to_string()).collect()),
-        ("length", "left out", data.bad_cells.iter().map(ToString::to_string).collect()),
-        ("fit", "refused", refused.collect()),
+        ("cell", "left out", data.bad_cells.iter().map(ToString::to_string).collect()),
+        ("fit", "refused", not_fitted.iter().map(ToString::to_string).collect()),
     ];
     let parts = parts.into_iter().filter(|(.., messages)| !messages.is_empty()).map(|(what, verb, all)| {
         format!("{} {verb}:\n{}", table::count_of(all.len(), what), join_first(all, MOST_LISTED, "\n"))

@@ -53,7 +53,7 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
         "column 6 \"Bemerkung\" (no unit of length in its name)\n",
         "| HG     | HG_cm    |   4 of 5 |         34.0 |        40.0 | 1 mm, as given |\n",
         "| M       | ɯ a ɔ o | ɯ        | /a/ GGm      |\n",
-        "1 length left out:\n",
+        "1 cell left out:\n",
         "mine.csv:5:5: HG_cm is \"x\", not a number; write centimetres like 5,78 with a decimal comma",
     ] {
         assert!(printed.contains(said), "{said} is not in\n{printed}");
@@ -75,6 +75,7 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     // A batch fits the rest, which is row M /ɔ/ by stretches.
     let done = run(folder.path(), "batch --lengths mine.csv --error-mm 1 --out rest");
     assert!(done.status == Some(1) && done.err.contains("mine.csv:5:5: HG_cm"), "{}", done.err);
+    assert!(done.out.contains("M /o/, stretch: no muscle of M is shorter in /o/"), "{}", done.out);
     let summary = &super::run::record(folder.path(), "rest/batch.json")["summary"];
     assert_eq!((&summary["fits"], &summary["not_fitted"]), (&json!(1), &json!(6)));
     // A fit of a row with a bad cell names the cell and leaves out its muscle.

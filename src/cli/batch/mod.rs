@@ -106,7 +106,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     });
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let PreparedBatch { run, data, .. } = &mut prepared;
-    run.sample(data, &todo, &output::tell_step);
+    run.sample(data, &todo, [&output::note, &output::tell_step]);
     let journal = fit_all(&prepared, &todo, mine.len(), journal)?;
     let outcome = match arguments.shard {
         Some(shard) => {

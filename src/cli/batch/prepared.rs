@@ -36,14 +36,7 @@ impl PreparedBatch {
         let unreadable: Vec<String> = data.left_out();
         let plan = batch::plan(&data, &selection)?;
         if let (true, Some(first)) = (plan.jobs.is_empty(), plan.refusals.first()) {
-            bail!(
-                "none of the {} rows can be fitted; line {}, {} /{}/: {}",
-                plan.refusals.len(),
-                first.line,
-                first.subject,
-                first.vowel,
-                first.message
-            );
+            bail!("none of the {} rows can be fitted; {first}", plan.refusals.len());
         }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
         let (settings, how) = (batch::settings(arguments.method), &arguments.posterior);
@@ -121,7 +114,7 @@ impl PreparedBatch {
             output::complain(message);
         }
         for r in self.run.plan.refusals.iter().take(MOST_NOTES) {
-            output::complain(&format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message));
+            output::complain(&r.to_string());
         }
         let more = self.unreadable.len().saturating_sub(MOST_NOTES)
             + self.run.plan.refusals.len().saturating_sub(MOST_NOTES);
@@ -160,6 +153,10 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> anyhow::Result<String> {
         s.not_fitted,
         s.unreadable_rows
     );
+    if !batch.refusals.is_empty() {
+        let refused = batch.refusals.iter().map(|r| format!("not fitted: {r}"));
+        let _ = writeln!(text, "{}", table::join_first(refused, MOST_NOTES, "\n"));
+    }
     if !batch.contrasts.is_empty() {
         text += &decided_contrasts(batch.contrasts);
         text += &most_agree(&outputs::over_subjects(batch.contrasts));

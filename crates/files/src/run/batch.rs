@@ -89,8 +89,8 @@ impl BatchRun {
     }
 
     /// If subjects are sampled jointly, samples those in `jobs` with all their vowels in the table; [`Self::fit`] takes their posteriors from
-    /// there.
-    pub fn sample(&mut self, data: &Dataset, jobs: &[usize], tell: &(dyn Fn(&str) + Sync)) {
+    /// there. `note` gets which vowels are left out and why, `tell` what is sampled.
+    pub fn sample(&mut self, data: &Dataset, jobs: &[usize], [note, tell]: [&(dyn Fn(&str) + Sync); 2]) {
         let Some(how) = self.posteriors.as_ref().filter(|how| how.joint) else { return };
         let all = &self.plan.jobs;
         let sampled = (0..all.len()).filter(|&n| self.posteriors_with(n).is_some());
@@ -98,7 +98,7 @@ impl BatchRun {
         speakers.retain(|rows| rows.iter().any(|n| jobs.contains(n)));
         let results = parallel::map(&speakers, |rows| {
             let first = &all[rows[0]].target;
-            match sampled_together(data, first, &mut |note| tell(&format!("{}: {note}", first.subject))) {
+            match sampled_together(data, first, &mut |why| note(&format!("{}: {why}", first.subject))) {
                 Ok(together) => self.posteriors(how, &together.iter().collect::<Vec<_>>(), rows, tell),
                 Err(e) => rows.iter().map(|&n| (n, Err(e.to_string()))).collect(),
             }

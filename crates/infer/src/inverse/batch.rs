@@ -1,6 +1,7 @@
 //! Batches: the fits of a table, and the published facts with which their answers are compared.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use serde::Serialize;
 
@@ -54,6 +55,14 @@ pub struct Refusal {
     #[serde(rename = "target_kind")]
     pub kind: Option<TargetKind>,
     pub message: String,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { line, subject, vowel, kind, message } = self;
+        let kind = kind.map_or_else(String::new, |kind| format!(", {kind}"));
+        write!(f, "line {line}, {subject} /{vowel}/{kind}: {message}")
+    }
 }
 
 /// Fits in the order of the rows and of the kinds; baselines and refusals in the order of the rows.

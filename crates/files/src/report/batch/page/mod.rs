@@ -140,7 +140,7 @@ fn others(batch: &Batch<'_>) -> Markup {
                     li { (b.subject) " /" (b.vowel) "/: the baseline itself" @if b.substitute { " (in place of a missing /ɯ/)" } }
                 }
                 @for r in batch.refusals.iter().take(MOST_FITS) {
-                    li { "line " (r.line) ", " (r.subject) " /" (r.vowel) "/: " (r.message) }
+                    li { (r.to_string()) }
                 }
                 @for u in batch.unreadable.iter().take(MOST_FITS) { li { (u) } }
             }
