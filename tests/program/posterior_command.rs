@@ -314,6 +314,7 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
         ("silent.csv", "GGa left out: no activity in any vowel"),
         ("small.csv", "the largest activity is 0.009, where that of each muscle is about 1"),
     ] {
+    std::fs::write(folder.path().join("plain.con"), "1\t2\n3\t4\n").unwrap();
         // A contour that is refused ends the run before the posterior.
         let message =
             refused(folder.path(), &format!("--vowel a --posterior 600 --emg {emg} --contour two.csv"));
@@ -327,7 +328,11 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
         ("--contour rest.csv --contour a=rest.csv", "there is another file of the same posture"),
         ("--points two.csv", "a contour is read with --contour"),
         ("--contour coils.csv", "TD is the name of a coil; coils are read with --points"),
-        ("--contour metres.csv", "mm, where 10 to 200 are possible"),
+        (
+            "--contour metres.csv",
+            "mm, where 10 to 200 are possible; correct the file, which has to be in the body's own",
+        ),
+        ("--contour plain.con", "its format does not have a unit; correct the file"),
         ("--contour mixed.csv", "not in their order along the tongue"),
         ("--contour far.csv", "mm from the surface of the body at rest"),
         ("--points missing=1.csv", "there is no file of this name, and /missing/ is not sampled"),
