@@ -191,6 +191,8 @@ pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::batch::summary::CONTRASTS;
+    use crate::report::track::tables::OVER_SPEAKERS;
 
     fn explained() -> String {
         let by = Provenance::new("");
@@ -200,11 +202,15 @@ mod tests {
              ## fits.csv: a row for each fit, baseline and row that could not be fitted\n\n{}\n\
              ## muscles.csv: a row for each muscle of each fit\n\n{}\n\
              ## posterior.csv: a row for each muscle of each posterior (`--posterior N`)\n\n{}\n\
+             ## contrasts.csv: a row for each muscle and two vowels of a subject (`--joint`)\n\n{}\n\
+             ## over_speakers.csv: a row for each muscle and two vowels of at least two subjects (also of `track`: labels of speakers)\n\n{}\n\
              ## fit.csv: a row for each muscle of one fit\n\n{}\n\
              `version`, `command`, `tissue`, `body` and, for a continuum, `chosen` follow, as in every CSV file of one run.\n",
             column::explanations(&fit_columns(&["MUSCLE".to_owned()], &by)),
             column::explanations(&muscle_columns(&by)),
             column::explanations(&posterior_columns(&by)),
+            column::explanations(&column::columns(CONTRASTS)),
+            column::explanations(&column::columns(OVER_SPEAKERS)),
             column::explanations(&muscle_columns::select_columns(muscle_columns::OF_ONE_FIT))
         )
     }

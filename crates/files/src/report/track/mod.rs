@@ -5,7 +5,7 @@ mod assumptions;
 mod figure;
 #[cfg(feature = "files")]
 mod page;
-mod tables;
+pub(super) mod tables;
 mod text_grid;
 
 pub use assumptions::{

@@ -7,7 +7,7 @@ use std::iter;
 use serde_json::json;
 
 use super::{ENDS, RecordingResult, TrackRecord, TrackResults, status_name};
-use crate::report::column::{columns, table};
+use crate::report::column::{NamedColumn, columns, table};
 use crate::report::{Export, Provenance, StoTable, Table, csv};
 use tongue_infer::posterior::{Contrast, OverSpeakers};
 use tongue_infer::track::Comparison;
@@ -52,23 +52,27 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
     table(&columns, &rows)
 }
 
+/// The columns of `over_speakers.csv`.
+pub(in crate::report) const OVER_SPEAKERS: [NamedColumn<OverSpeakers>; 12] = [
+    ("tier", "", "tier of the labels; of a batch, the baseline of the vowels", |c| json!(c.tier)),
+    ("muscle", "", "muscle", |c| json!(c.muscle)),
+    ("a", "", "vowel or label", |c| json!(c.a)),
+    ("b", "", "another one", |c| json!(c.b)),
+    ("speakers", "", "speakers with both", |c| c.speakers.into()),
+    ("surely_harder_in_a", "", "those in whom the muscle surely pulls harder in a", |c| {
+        c.surely_harder_in_a.into()
+    }),
+    ("harder_in_a", "", "those in whom it does so surely or probably", |c| c.harder_in_a.into()),
+    ("surely_harder_in_b", "", "those in whom it surely pulls harder in b", |c| c.surely_harder_in_b.into()),
+    ("harder_in_b", "", "those in whom it does so surely or probably", |c| c.harder_in_b.into()),
+    ("mean_difference_n_per_m", "N/m", "mean of the tension in a less that in b", |c| c.mean_n.into()),
+    ("low_n_per_m", "N/m", "lower end of its 95 % interval", |c| json!(c.interval_95.map(|ends| ends[0]))),
+    ("high_n_per_m", "N/m", "upper end", |c| json!(c.interval_95.map(|ends| ends[1]))),
+];
+
 /// Differences between labels over speakers: a row for each muscle and two labels of a tier.
 pub fn over_speakers(all: &[OverSpeakers]) -> Table {
-    let columns = columns::<OverSpeakers, _>([
-        ("tier", "", "", |c| json!(c.tier)),
-        ("muscle", "", "", |c| json!(c.muscle)),
-        ("a", "", "", |c| json!(c.a)),
-        ("b", "", "", |c| json!(c.b)),
-        ("speakers", "", "", |c| c.speakers.into()),
-        ("surely_harder_in_a", "", "", |c| c.surely_harder_in_a.into()),
-        ("harder_in_a", "", "", |c| c.harder_in_a.into()),
-        ("surely_harder_in_b", "", "", |c| c.surely_harder_in_b.into()),
-        ("harder_in_b", "", "", |c| c.harder_in_b.into()),
-        ("mean_difference_n_per_m", "N/m", "", |c| c.mean_n.into()),
-        ("low_n_per_m", "N/m", "", |c| json!(c.interval_95.map(|ends| ends[0]))),
-        ("high_n_per_m", "N/m", "", |c| json!(c.interval_95.map(|ends| ends[1]))),
-    ]);
-    table(&columns, all)
+    table(&columns(OVER_SPEAKERS), all)
 }
 
 pub fn segments_csv(results: &TrackResults) -> impl Export {
