@@ -166,11 +166,9 @@ fn changes(summary: &Summary) -> String {
             with_decimals(change.spread.median, 0),
             range(change.spread.interval_50, 0),
             format!("{}{}", interval(&change.spread), if change.depends_on_prior { "°" } else { "" }),
-            format!(
-                "{}{}",
-                probability(change.probability_rises),
-                if change.sign_depends_on_prior { "‡" } else { "" }
-            ),
+            change.probability_rises.map_or("fixed".to_owned(), |p| {
+                probability(p) + if change.sign_depends_on_prior { "‡" } else { "" }
+            }),
             format!("{}{}", interval(&tension.spread), if tension.depends_on_prior { "°" } else { "" }),
             interval(&summary.baseline_tensions_n.0[i].1),
         ]
@@ -187,7 +185,7 @@ fn changes(summary: &Summary) -> String {
 }
 
 fn interval(s: &Quantiles) -> String {
-    range(s.interval_95, 0)
+    if s.is_fixed() { with_decimals(s.median, 0) + " (fixed)" } else { range(s.interval_95, 0) }
 }
 
 fn details(summary: &Summary) -> String {

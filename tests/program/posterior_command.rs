@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use serde_json::Value;
 use tongue_infer::posterior::diagnostics::{Mixing, mixing};
 use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
@@ -120,8 +121,8 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         ("[tensoin]", "priors.toml:1: unknown field `tensoin`"),
         ("baseline.fixed_n_per_m = { Nobody = 3.0 }", "fix Nobody, a muscle that this body does not have"),
         ("discrepancy.off = true\nrounding.off = true", "one of them is needed"),
-        ("tension.fixed_n_per_m = { GGa = 30000.0 }", "GGa is 30000; it must be from 0 to 10000"),
         ("tension.fixed_n_per_m = { GGa = 5.0, gga = 6.0 }", "tension.fixed_n_per_m gives gga twice"),
+        ("tension.fixed_n_per_m = { GGa = 30000.0 }", "GGa is 30000; it must be from 0 to 10000"),
         (
             "hyoid.off = true\nbaseline.off = true\n[tension.fixed_n_per_m]\n\"*\" = 8.0",
             "leave at least one of them free",
@@ -150,6 +151,21 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         "{}",
         output.out
     );
+    // A change between two tensions that are fixed has no probability.
+    let fixed = "tension.fixed_n_per_m = { GGa = 5.0 }\nbaseline.fixed_n_per_m = { GGa = 5.0, SGp = 3.0 }";
+    std::fs::write(folder.path().join("priors.toml"), fixed).unwrap();
+    let line = "--vowels a --subjects S2 --h 10 --posterior 1000 --priors priors.toml --out fixed";
+    let output = run(folder.path(), &format!("batch --target stretch {line}"));
+    assert!(
+        output.out.contains("Fixed by the priors: GGa.") && output.out.contains("5 (fixed)"),
+        "{}",
+        output.out
+    );
+    let fit = &record(folder.path(), "fixed/batch.json")["fits"][0];
+    assert_eq!((&fit["verdict"][0]["p_rises"], &fit["verdict"][0]["word"]), (&Value::Null, &"fixed".into()));
+    assert!(fit["posterior"]["summary"]["changes_n"]["GGa"]["probability_rises"].is_null());
+    let page = std::fs::read_to_string(folder.path().join("fixed/batch.html")).unwrap();
+    assert_eq!((page.matches(">F fixed").count(), page.matches(">F0 fixed").count()), (1, 2));
 }
 
 #[test]
@@ -298,6 +314,7 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     );
     write("far.csv", "1,20,160\n2,30,162\n3,40,164\n");
     write("two.csv", "1,20,60\n2,30,62\n");
+    std::fs::write(folder.path().join("plain.con"), "1\t2\n3\t4\n").unwrap();
     let in_metres = (2..=7).map(|i| format!("{i},0.0{i},0.06\n"));
     write("metres.csv", &in_metres.collect::<String>());
     let mixed = [20, 50, 30, 60, 25, 55].iter().enumerate().map(|(i, x)| format!("{i},{x},60\n"));
@@ -314,7 +331,6 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
         ("silent.csv", "GGa left out: no activity in any vowel"),
         ("small.csv", "the largest activity is 0.009, where that of each muscle is about 1"),
     ] {
-    std::fs::write(folder.path().join("plain.con"), "1\t2\n3\t4\n").unwrap();
         // A contour that is refused ends the run before the posterior.
         let message =
             refused(folder.path(), &format!("--vowel a --posterior 600 --emg {emg} --contour two.csv"));

@@ -30,7 +30,7 @@ impl Counts {
             Certainty::ProbablyHarder => (1, true),
             Certainty::ProbablyNotHarder => (1, false),
             Certainty::SurelyNotHarder => (0, false),
-            Certainty::NotKnown => return,
+            Certainty::NotKnown | Certainty::Fixed => return,
         };
         self.signs[how][0] += 1.0;
         self.signs[how][1] += f64::from(harder == (true_n > 0.0));

@@ -110,7 +110,7 @@ impl Coverage {
                 Certainty::SurelyNotHarder => (0, false),
                 Certainty::ProbablyHarder => (1, true),
                 Certainty::ProbablyNotHarder => (1, false),
-                Certainty::NotKnown => continue,
+                Certainty::NotKnown | Certainty::Fixed => continue,
             };
             counts[how][0] += 1;
             counts[how][1] += usize::from(harder == *is_positive);

@@ -80,13 +80,15 @@ fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
         });
         let [usual, others @ ..] = summaries;
         for (muscle, change) in &usual.unwrap().changes_n.0 {
-            let rises = change.probability_rises > 0.5;
+            let own = change.probability_rises.unwrap();
+            let rises = own > 0.5;
             let sure = |p: f64| if rises { p } else { 1.0 - p };
-            if sure(change.probability_rises) < 0.9 || change.sign_depends_on_prior {
+            if sure(own) < 0.9 || change.sign_depends_on_prior {
                 continue;
             }
             for other in others.iter().flatten() {
                 let p = other.changes_n.0.iter().find(|(m, _)| m == muscle).unwrap().1.probability_rises;
+                let p = p.unwrap();
                 assert!(sure(p) >= 0.85, "{subject} {vowel} {muscle}: {p}");
                 compared += 1;
             }

@@ -49,7 +49,7 @@ impl Contrast {
         }
     }
 
-    /// Contrasts of every muscle between every two postures; none if the chains have not mixed.
+    /// Contrasts of every muscle whose tension is not fixed between every two postures; none if the chains have not mixed.
     pub fn all(posterior: &Posterior<'_>) -> Vec<Self> {
         if !posterior.is_mixed() {
             return Vec::new();
@@ -59,7 +59,9 @@ impl Contrast {
         let (labels, muscles) = (&density.measurements.labels, &density.posterior_model.muscles);
         let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
         let each = pairs.flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)));
-        Vec::from_iter(each.map(|(first, second, m)| {
+        let priors = &density.posterior_model.priors;
+        let free = each.filter(|(_, _, m)| priors.fixed_tension(&muscles[*m]).is_none());
+        Vec::from_iter(free.map(|(first, second, m)| {
             let values: Vec<f64> =
                 posterior.draws.iter().map(|d| d.tension(first, m) - d.tension(second, m)).collect();
             let change = Change::new(&values, &scaled);

@@ -58,6 +58,11 @@ impl Quantiles {
         Self { mean, median: at(0.5), interval_50: [at(0.25), at(0.75)], interval_95: [at(0.025), at(0.975)] }
     }
 
+    /// Whether the draws are all the same, because the priors fix the number.
+    pub fn is_fixed(&self) -> bool {
+        self.interval_95[0] == self.interval_95[1]
+    }
+
     pub fn holds(&self, value: f64) -> bool {
         (self.interval_95[0]..=self.interval_95[1]).contains(&value)
     }

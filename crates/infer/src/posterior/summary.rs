@@ -24,7 +24,8 @@ const MOST_MOVED: f64 = 0.15;
 pub struct Change {
     #[serde(flatten)]
     pub spread: Quantiles,
-    pub probability_rises: f64,
+    /// `None` (null) where the priors fix both tensions.
+    pub probability_rises: Option<f64>,
     pub sensitivity: Sensitivity,
     /// Whether the size of the change depends on the prior more than on the data.
     pub depends_on_prior: bool,
@@ -129,11 +130,12 @@ impl Change {
     /// From the difference of tensions in all draws, N per metre of thickness.
     pub(super) fn new(values: &[f64], scaled: &Scaled) -> Self {
         let sensitivity = scaled.evaluate(values);
-        let rises = part_above_zero(values);
-        let surer = rises.max(1.0 - rises);
+        let spread = Quantiles::of(values.iter().copied());
+        let rises = (!spread.is_fixed()).then(|| part_above_zero(values));
+        let surer = rises.map_or(0.0, |rises| rises.max(1.0 - rises));
         let [moved, uncertain] = sensitivity.probability_by_scale;
         Self {
-            spread: Quantiles::of(values.iter().copied()),
+            spread,
             probability_rises: rises,
             sensitivity,
             depends_on_prior: sensitivity.is_of_prior(),

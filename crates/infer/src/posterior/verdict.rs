@@ -44,6 +44,9 @@ pub enum Certainty {
     /// P is at most .05.
     #[serde(rename = "surely not harder")]
     SurelyNotHarder,
+    /// The priors fix both tensions.
+    #[serde(rename = "fixed")]
+    Fixed,
 }
 
 impl Certainty {
@@ -66,7 +69,7 @@ impl Certainty {
         match self {
             Self::SurelyHarder => Some((true, true)),
             Self::ProbablyHarder => Some((true, false)),
-            Self::NotKnown => None,
+            Self::NotKnown | Self::Fixed => None,
             Self::ProbablyNotHarder => Some((false, false)),
             Self::SurelyNotHarder => Some((false, true)),
         }
@@ -76,8 +79,8 @@ impl Certainty {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MuscleVerdict {
     pub muscle: String,
-    /// Probability of pulling harder than in the baseline.
-    pub p_rises: f64,
+    /// Probability of pulling harder than in the baseline; `None` (null) where the priors fix both tensions.
+    pub p_rises: Option<f64>,
     #[serde(rename = "word")]
     pub certainty: Certainty,
     pub tension_n_per_m: [f64; 2],
@@ -86,8 +89,8 @@ pub struct MuscleVerdict {
 }
 
 impl MuscleVerdict {
-    fn new(muscle: &str, p_rises: f64, tension_n_per_m: [f64; 2], mostly_prior: bool) -> Self {
-        let (muscle, certainty) = (muscle.to_owned(), Certainty::of(p_rises));
+    fn new(muscle: &str, p_rises: Option<f64>, tension_n_per_m: [f64; 2], mostly_prior: bool) -> Self {
+        let (muscle, certainty) = (muscle.to_owned(), p_rises.map_or(Certainty::Fixed, Certainty::of));
         Self { muscle, p_rises, certainty, tension_n_per_m, mostly_prior }
     }
 }
@@ -152,7 +155,7 @@ impl ShortRun {
             let interval = short_run_interval(draws, |d| d.tension(0, m));
             let moved = moved_by_prior(posterior_model, m, &tensions, interval[1]);
             let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
-            let p_rises = part_above_zero(&changes);
+            let p_rises = Some(part_above_zero(&changes));
             MuscleVerdict::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.evaluate(&tensions)))
         });
         let hyoid_mm = posterior_model.moves_hyoid().then(|| {
@@ -204,7 +207,9 @@ impl Verdict {
             none if none.is_empty() => "Every muscle is decided.".to_owned(),
             names => format!("Not known: {}.", names.join(", ")),
         };
-        [harder + &not, open, self.how_hard()]
+        let fixed = self.named(Certainty::Fixed).join(", ");
+        let fixed = if fixed.is_empty() { fixed } else { format!(" Fixed by the priors: {fixed}.") };
+        [harder + &not, open + &fixed, self.how_hard()]
     }
 
     fn how_hard(&self) -> String {
@@ -214,7 +219,10 @@ impl Verdict {
         let parts = Vec::from_iter(notes.into_iter().filter_map(|(of_prior, note)| {
             let own = harder.iter().filter(|m| m.mostly_prior == of_prior);
             let ranges: Vec<String> = own
-                .map(|m| format!("{} {:.0} to {:.0}", m.muscle, m.tension_n_per_m[0], m.tension_n_per_m[1]))
+                .map(|m| match m.tension_n_per_m {
+                    [low, high] if low == high => format!("{} {low:.0} (fixed)", m.muscle),
+                    [low, high] => format!("{} {low:.0} to {high:.0}", m.muscle),
+                })
                 .collect();
             (!ranges.is_empty()).then(|| format!("{} N/m{note}", ranges.join(", ")))
         }));

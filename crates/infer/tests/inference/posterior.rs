@@ -174,7 +174,7 @@ fn a_coil_behind_a_measured_one_is_as_uncertain_as_the_gap() {
 
 fn verdict(muscle: &str, p_rises: f64, mostly_prior: bool) -> MuscleVerdict {
     let (muscle, certainty) = (muscle.to_owned(), Certainty::of(p_rises));
-    MuscleVerdict { muscle, p_rises, certainty, tension_n_per_m: [14.2, 68.9], mostly_prior }
+    MuscleVerdict { muscle, p_rises: Some(p_rises), certainty, tension_n_per_m: [14.2, 68.9], mostly_prior }
 }
 
 #[test]

@@ -150,7 +150,8 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         let y = plot.place(low, base)[1] - 14.0;
         svg.text([left - 10.0, y], Anchor::End, FontFace::Bold, &names[m]);
         let rises = all[m].iter().filter(|c| **c > 0.0).count() as f64 / all[m].len().max(1) as f64;
-        svg.text([right + 0.5 * ODDS, y], Anchor::Middle, FontFace::Plain, &format!("{rises:.2}"));
+        let rises = if spreads[m].is_fixed() { "fixed".to_owned() } else { format!("{rises:.2}") };
+        svg.text([right + 0.5 * ODDS, y], Anchor::Middle, FontFace::Plain, &rises);
     }
     svg.finish(head + height + 50.0 + 2.5 * MARGIN)
 }

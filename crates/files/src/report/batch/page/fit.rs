@@ -6,7 +6,7 @@ use crate::report::column::Column;
 use crate::report::tongue_page::cells;
 use crate::report::{ByMuscle, ReportError, joined, names_or_none, probability, status_in_words};
 use tongue_core::body::Mesh;
-use tongue_infer::posterior::Certainty;
+use tongue_infer::posterior::{Certainty, Quantiles};
 
 /// Residual at which a cell of the table of residuals has its full colour.
 const FULL_COLOUR: f64 = 0.25;
@@ -126,11 +126,13 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
             (first_cells(id, r))
             td title=(r.verdict().unwrap_or_default()) { "/" (r.target().baseline) "/" }
             @for m in muscles {
-                @match posterior.summary.as_ref().and_then(|s| s.changes_n.get(m)) {
-                    Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
-                        (Certainty::of(change.probability_rises).text().replace(" harder", ""))
+                @match posterior.summary.as_ref().and_then(|s| Some((s, s.changes_n.get(m)?))) {
+                    Some((s, change)) => td data-v=(change.probability_rises.unwrap_or(0.5)) style=(shade(2.0 * change.probability_rises.unwrap_or(0.5) - 1.0)) {
+                        (change.probability_rises.map_or(Certainty::Fixed, Certainty::of).text().replace(" harder", ""))
                         br;
-                        span.interval { (probability(change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
+                        span.interval { (change.probability_rises.map(probability).unwrap_or_default()) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
+                        @if s.tensions_n.get(m).is_some_and(|t| t.spread.is_fixed()) { br; "F fixed" }
+                        @if s.baseline_tensions_n.get(m).is_some_and(Quantiles::is_fixed) { br; "F0 fixed" }
                     },
                     None => td title=(posterior.diagnostics.why) { "not mixed" },
                 }
