@@ -101,8 +101,8 @@ impl Target {
         };
         if active.is_empty() {
             return refused(format!(
-                "no muscle of {subject} is shorter in /{vowel}/ than in /{of}/, so none contracts; `--vowel {vowel} --muscles LIST` \
-                 names the muscles that may (a posterior of that fit lets every muscle pull)"
+                "no muscle of {subject} is shorter in /{vowel}/ than in /{of}/, so none contracts; name the muscles that may with \
+                 --muscles and --vowel {vowel} (a posterior of that fit lets every muscle pull)"
             ));
         }
         let of_ratios = &table[reference_muscle(table)];

@@ -144,10 +144,8 @@ fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
 /// published ones are the same by chance.
 fn repeated_rows(data: &Dataset) -> Option<String> {
     let mut firsts = BTreeMap::new();
-    let rows = data.rows.iter().filter(|Row { lengths, .. }| {
-        let is_fine = lengths.half_width_mm.iter().all(|half| *half <= DEFAULT_HALF_WIDTH_MM);
-        is_fine && lengths.measured().count() >= FEWEST
-    });
+    let rows =
+        data.rows.iter().filter(|row| is_fine(&row.lengths) && row.lengths.measured().count() >= FEWEST);
     let twins = rows.filter_map(|row| {
         let lengths: Vec<_> = row.lengths.length_mm.iter().map(|mm| mm.map(f64::to_bits)).collect();
         let first = *firsts.entry(lengths).or_insert(row);
@@ -165,10 +163,15 @@ fn repeated_rows(data: &Dataset) -> Option<String> {
     ))
 }
 
-/// A doubt if the mean logarithm of stretch in a row is more than 0.09. A tongue keeps its volume: in published rows it is -0.07 to 0.03
-/// over the thesis's eight muscles, and down to -0.13 without one of them, so rows with fewer are not checked.
+/// Whether no length is rounded more coarsely than to 1 mm.
+fn is_fine(lengths: &Lengths) -> bool {
+    lengths.half_width_mm.iter().all(|half| *half <= DEFAULT_HALF_WIDTH_MM)
+}
+
+/// A doubt if the mean logarithm of stretch in a row is more than 0.09, or 0.125 in rows rounded more coarsely than to 1 mm. A tongue keeps
+/// its volume: in published rows it is -0.07 to 0.03 over the thesis's eight muscles (rounded to whole centimetres -0.12 to 0.04), and down
+/// to -0.13 without one of them, so rows with fewer are not checked.
 fn rows_of_another_size(data: &Dataset) -> Option<String> {
-    const LARGEST: f64 = 0.09;
     const MUSCLES: usize = 8;
     let thesis = Thesis::reference().ok()?;
     let is_known = data.muscles.iter().map(|name| thesis.row(name).is_some()).collect::<Vec<_>>();
@@ -181,7 +184,8 @@ fn rows_of_another_size(data: &Dataset) -> Option<String> {
             let logs: Vec<f64> =
                 both.filter_map(|((mm, own), _)| Some((mm.as_ref()? / own.as_ref()?).ln())).collect();
             let (mean, _) = mean_and_variance(logs.iter().copied());
-            if logs.len() >= MUSCLES && mean.abs() > LARGEST {
+            let largest = if is_fine(row) { 0.09 } else { 0.125 };
+            if logs.len() >= MUSCLES && mean.abs() > largest {
                 changes.push((row, own, mean));
             }
         }
