@@ -22,8 +22,6 @@ const FARTHEST_M: f64 = 30e-3;
 const BEYOND_M: f64 = 10e-3;
 /// If the largest activity is smaller, the unit of the table seems to be wrong.
 const LEAST_LARGEST_ACTIVITY: f64 = 0.05;
-/// The frame of contours and coils, which no map changes.
-const FRAME: &str = "the body's own millimetres, x to the back of the head and y up";
 const BODY_AXES: &str = "back = \"x\"\nup = \"y\"\n";
 
 #[derive(Debug, Clone, clap::Args)]
@@ -139,9 +137,8 @@ impl SampledTargets<'_> {
             // All files are read as one recording, because a coil has one place on the tongue.
             let all = Recording::of_coils(&recordings).map_err(|e| anyhow!("--points: {e}"))?;
             let map = Map::from_toml(BODY_AXES, "the axes of the body")?;
-            let read = AlignedRecording::new(&all, &map)
-                .map_err(|e| anyhow!("--points: {}", without_map(&e.to_string())))?;
-            read.notes.iter().for_each(|note| output::note(&format!("--points: {}", without_map(note))));
+            let read = AlignedRecording::new(&all, &map).context("--points")?;
+            read.notes.iter().for_each(|note| output::note(&format!("--points: {note}")));
             for (posture, frame) in of_coils.iter().zip(read.frames) {
                 let own = postures.iter().position(|p| p == posture);
                 own.into_iter().for_each(|own| seen.frames[own].sensors.clone_from(&frame.sensors));
@@ -153,7 +150,7 @@ impl SampledTargets<'_> {
             // Postures are not frames of one motion.
             let alone = AlignedRecording { frames: vec![frame.clone()], ..seen.clone() };
             for doubt in recording::check_plausibility(&alone, None) {
-                let message = format!("--contour and --points, /{vowel}/: {}", without_map(&doubt.message));
+                let message = format!("--contour and --points, /{vowel}/: {}", doubt.message);
                 if doubt.severity == Severity::Note { output::note(&message) } else { bail!("{message}") }
             }
             for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {
@@ -164,13 +161,6 @@ impl SampledTargets<'_> {
             anyhow!("this body has no outline of a tongue; take the built-in one or an adapted one")
         })
     }
-}
-
-/// A message in which advice to give a map, for which these options have no place, is to correct the file.
-fn without_map(message: &str) -> String {
-    let Some(map) = message.find(" map") else { return message.to_owned() };
-    let problem = message[..map].rfind([';', '(']).map_or(message, |advice| message[..advice].trim_end());
-    format!("{problem}; correct the file, which has to be in {FRAME}")
 }
 
 fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
@@ -184,11 +174,13 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
         marks.iter().flatten().filter(|m| m.at.x < front - BEYOND_M || m.at.x > back + BEYOND_M).count();
     ensure!(
         3 * beyond <= marks.iter().flatten().count(),
-        "{beyond} of its points lie in front of the tongue or behind it; give them in {FRAME}"
+        "{beyond} of its points lie in front of the tongue or behind it; give them in the body's own millimetres, with x growing to the back \
+         of the head"
     );
     ensure!(
         away_m <= FARTHEST_M,
-        "its points lie {:.0} mm from the surface of the body at rest (median); give them in {FRAME}, as `tongue-fit adapt` writes a body",
+        "its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, x to the back of \
+             the head and y up, as `tongue-fit adapt` writes a body",
         1e3 * away_m
     );
     Ok(())
@@ -261,8 +253,7 @@ fn emg(
 
 fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
     let bytes = inputs::bytes("the contour", path)?;
-    let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default());
-    let read = read.map_err(|e| anyhow!(without_map(&e.to_string())))?;
+    let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default())?;
     if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
         bail!("{coil} is the name of a coil; coils are read with --points");
     }

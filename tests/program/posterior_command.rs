@@ -344,11 +344,7 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
         ("--contour rest.csv --contour a=rest.csv", "there is another file of the same posture"),
         ("--points two.csv", "a contour is read with --contour"),
         ("--contour coils.csv", "TD is the name of a coil; coils are read with --points"),
-        (
-            "--contour metres.csv",
-            "mm, where 10 to 200 are possible; correct the file, which has to be in the body's own",
-        ),
-        ("--contour plain.con", "its format does not have a unit; correct the file"),
+        ("--contour metres.csv", "mm, where 10 to 200 are possible"),
         ("--contour mixed.csv", "not in their order along the tongue"),
         ("--contour far.csv", "mm from the surface of the body at rest"),
         ("--points missing=1.csv", "there is no file of this name, and /missing/ is not sampled"),

@@ -211,7 +211,7 @@ impl Map {
         let roles: Vec<Role> = recording.channels.iter().map(|c| self.role(c)).collect();
         let coils = Role::channels(&roles, Role::is_sensor);
         let gap = recording.middle_gap(&coils).ok_or_else(|| {
-            let problem = "its format does not have a unit; write `unit_mm = ..`, the millimetres in a unit or in a pixel, into a map and give \
+            let problem = "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or in a pixel) into a map and give \
                            that with --map";
             recording.uninterpreted(problem.to_owned())
         })?;
