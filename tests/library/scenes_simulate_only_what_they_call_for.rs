@@ -325,9 +325,9 @@ fn contradictions_are_named() {
     let cylinder = |more: &str| format!("{CYLINDER}{more}\n");
     let fit = "[fit]\nsubject = \"S2\"\nvowel = \"a\"";
     let points = "[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]";
-    let mirrored =
-        "[points]\ncontour_mm = [[-9, 10], [9, 46], [43, 33]]\n[effects]\nincompressibility = true"
-            .to_owned();
+    let contour = |points: &str| {
+        tongue(&format!("[points]\ncontour_mm = {points}\n[effects]\nincompressibility = true"))
+    };
     let cases = [
         (motion("[material]\ndensity_kg_per_m3 = 0.0"), "want = \"trajectory\"; density_kg_per_m3 = 0; mass"),
         (motion("[effects]\ninertia = false"), "want = \"trajectory\"; effects.inertia = false"),
@@ -335,7 +335,8 @@ fn contradictions_are_named() {
         (tongue("[trajectory]\nduration_s = 1.0"), "[trajectory]; want"),
         (motion("") + "ramp_s = 2.0\n", "trajectory.ramp_s; trajectory.duration_s; below their values"),
         (motion("") + "tolerance_mm = 900.0\n", "trajectory.tolerance_mm; 900; to 1:"),
-        (tongue(&mirrored), "points.contour_mm; in front of and below; change the sign of x"),
+        (contour("[[-9, 10], [9, 46], [43, 33]]"), "points.contour_mm; in front of; change the sign of x"),
+        (contour("[[10, 43], [46, 9], [33, -9]]"), "points.contour_mm; in front of; exchange x and y"),
         (cylinder(fit), "[fit]; [body.cylinder]; GGa"),
         (cylinder("[tensions_n]\nGGa = 1.0"), "tensions_n.GGa; [body.cylinder]; axial"),
         (tongue("[tensions_n]\nGGa = 1.0\ngga = 2.0"), "tensions_n.gga; GGa is given twice"),
@@ -346,9 +347,22 @@ fn contradictions_are_named() {
         (wall("outline_mm = [[-20.0, 20.0], [60.0, 21.0]]"), "effects.contact; [body.tongue]; passes"),
         // The wall is smaller than a cell, so that it meets no connection.
         (wall("outline_mm = [[38.94, 3.13], [39.34, 3.13]]"), "at rest, near [38.9, 3.1]"),
+        (
+            wall("outline_mm = [[0, 62], [-20, 55], [25, 66], [45, 62]]"),
+            "outline_mm; from its row 1 to its row 3",
+        ),
+        (
+            wall("outline_mm = [[-20, 55], [25, 66], [0, 62], [45, 62]]"),
+            "outline_mm; from its row 1 to its row 3",
+        ),
+        (
+            wall("outline_mm = [[0, 60], [10, 70], [10, 60], [0, 70]]"),
+            "outline_mm; from its row 1 to its row 4",
+        ),
         (wall("outline_mm = [[0.0, 60.0], [1e-200, 60.0]]"), "distance in mm between two points of"),
         (wall("reach_mm = 1e-5"), "effects.contact.reach_mm; 0.00001; 0.001"),
         (tongue("[material]\ndensity_kg_per_m3 = -5e3"), "density; -5000"),
+        (tongue("[material]\ndensity_kg_per_m3 = 1.04"), "density; 1.04; g/cm^3"),
         (tongue("[material]\nyoung_modulus_pa = 1e300"), "Young's modulus; 1e12"),
         (tongue("[material]\npoisson_ratio = 0.5"), "Poisson; 0.5"),
         (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), "h_mm; 0.6; 12,000 nodes"),
@@ -365,7 +379,7 @@ fn contradictions_are_named() {
         (effect("gravity = { direction = [1.0, 0.0, 0.0] }"), "direction with 3 numbers; a body in 2"),
         (tongue(&format!("[tensions_n]\nGGa = 1.0\n{fit}")), "[fit]; tensions_n.GGa"),
         (tongue(&format!("[tensions_n]\nGGa = 1.0\n{points}")), "[points]; tensions_n.GGa"),
-        (tongue("[points]\ncontour_mm = [[1.0, 2.0]]\n[effects]\nincompressibility = true"), "at least 3"),
+        (contour("[[1.0, 2.0]]"), "at least 3"),
         (tongue(points), "[points]; incompressibility = true"),
         (cylinder(&format!("{points}\n[effects]\nincompressibility = true")), "[points]; [body.cylinder]"),
         (tongue("[tensions_n]\nGGa = -1.0"), "tensions_n; -1; does not push"),

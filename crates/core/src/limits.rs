@@ -48,7 +48,12 @@ pub static POISSON_RATIO: Limit = limit(
     "",
     "it lies between -1 and 0.5; the tongue's is 0.49",
 );
-pub static DENSITY: Limit = limit("the density", [1e-6, 1e12], " kg/m^3", "the tongue's is 1000 kg/m^3");
+pub static DENSITY: Limit = limit(
+    "the density",
+    [100.0, 1e4],
+    " kg/m^3",
+    "the tongue's is 1000 kg/m^3; multiply one in g/cm^3 by 1000",
+);
 pub static VISCOSITY: Limit = limit("the viscosity", [0.0, 1e12], " N s/m^2", "the tongue's is 3000 N s/m^2");
 pub static STIFFENING: Limit =
     limit("--stiffening", [0.0, 1000.0], "", "it is a multiple of the passive stiffness, 9 in ArtiSynth");

@@ -18,6 +18,8 @@ use super::{Configuration, Effect, Tangent};
 const LARGEST_APPROACH: f64 = 0.9;
 /// Relative extension of the segments in the search for crossings, so that rounding opens no gap at a corner.
 const OVERLAP: f64 = 1e-9;
+/// An outline that turns back over less than this, m, is only drawn roughly.
+const SHORTEST_FOLD_M: f64 = 1e-3;
 
 /// A rigid wall along a polyline in the first two coordinates (infinitely wide in space) that acts on some nodes.
 #[derive(Debug, Clone)]
@@ -62,6 +64,19 @@ impl Contact {
             let [a, b] = pair.map(|n| flat(&positions[n]));
             self.segments().any(|s| first_meeting(a, b - a, s).is_some_and(|t| t <= 1.0))
         })
+    }
+
+    /// The numbers (from 1) of the ends of a part of the outline that turns back along itself or crosses itself, as if points were exchanged.
+    pub fn folded(&self) -> Option<[usize; 2]> {
+        let turns = self.outline.windows(3).position(|w| {
+            let [a, b, across] = [[0, 1], [1, 2], [0, 2]].map(|[i, j]| (w[j] - w[i]).norm());
+            let (short, long) = (a.min(b), a.max(b));
+            short > f64::max(SHORTEST_FOLD_M, 0.2 * long) && short + across < 1.05 * long
+        });
+        let crosses = self.outline.windows(4).position(|w| {
+            first_meeting(w[0], w[1] - w[0], [w[2], w[3]]).is_some_and(|t| t > OVERLAP && t < 1.0 - OVERLAP)
+        });
+        turns.map(|n| [n + 1, n + 3]).or(crosses.map(|n| [n + 1, n + 4]))
     }
 
     fn segments(&self) -> impl Iterator<Item = [Vector2<f64>; 2]> + '_ {

@@ -16,7 +16,8 @@ static LIP_OPENING_MM: Limit = Limit {
     unit: "",
     reason: "closer lips make a consonant, and no mouth opens wider",
 };
-/// A contour whose first point lies so far in front of and below the last one is mirrored or does not begin at the root.
+/// A contour whose first point lies so far in front of and below the last one is mirrored or does not begin at the root. If it lies farther
+/// above the last one than in front of it, x and y are exchanged.
 const AHEAD_MM: f64 = 10.0;
 const BELOW_MM: f64 = 5.0;
 
@@ -124,9 +125,10 @@ impl Scene {
         }
         if let [first, .., last] = &points.contour_mm[..] {
             let (ahead_mm, below_mm) = (last[0] - first[0], last[1] - first[1]);
-            if ahead_mm > AHEAD_MM && below_mm > BELOW_MM {
-                let why = "its first point, at the root, lies in front of and below the last one: x grows to the back and y upwards, from root to \
-                           tip; change the sign of x if the face looks the other way, or reverse the points if they begin at the tip";
+            if ahead_mm > AHEAD_MM && (below_mm > BELOW_MM || -below_mm > ahead_mm) {
+                let why = "its first point, at the root, lies in front of the last one: x grows to the back and y upwards, from root to tip; \
+                           exchange x and y, change the sign of x if the face looks the other way, or reverse the points if they begin at the \
+                           tip";
                 return Err(SimulationError::contradiction(
                     "points.contour_mm",
                     "the frame of the body",

@@ -58,6 +58,12 @@ pub(super) fn contact<const D: usize>(
     };
     let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
     let wall = Contact::new(outline, &body.mesh.surface_nodes(), stiffness, keys.reach_mm * 1e-3);
+    if let Some([first, last]) = wall.folded() {
+        let why = format!(
+            "from its row {first} to its row {last} the wall crosses itself or turns back along itself; exchange the rows that are out of order"
+        );
+        return Err(SimulationError::contradiction("effects.contact.outline_mm", "a wall", why));
+    }
     let through = wall.first_penetration(&body.mesh.nodes, &body.mesh.connections);
     let middle = through.map(|[a, b]| [0, 1].map(|d| (body.mesh.nodes[a][d] + body.mesh.nodes[b][d]) / 2.0));
     if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &body.mesh)) {
