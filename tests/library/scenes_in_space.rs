@@ -155,6 +155,10 @@ fn what_space_does_not_have_and_surgery_that_cannot_be_is_refused() {
         ("[surgery]\noperate = []\nfilling = \"flap\"", "no region is given"),
         ("[surgery]\noperate = [\"ball:1,2\"]\nfilling = \"flap\"", "a ball has four numbers"),
         ("[surgery]\noperate = [\"GGP_L\"]\nfilling = \"scar\"\nscar = 0.0", "scar is 0"),
+        (
+            "[surgery]\noperate = [\"GGP_L\"]\nfilling = \"scar\"\nscar = 1e6",
+            "scar is 1000000; it must be above 0",
+        ),
     ] {
         let message = refused(&format!("[body.tongue-in-space]\n{of_space}\n"));
         assert!(message.contains(why), "{message}");
