@@ -212,7 +212,11 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
             assert!(run.verdict(&[]).is_err());
         }
         let draws = &sampled(subject).draws;
-        let whole = Verdict::of(&Report::of_each(sampled(subject), false, 1)[0]).unwrap();
+        let mut report = Report::of_each(sampled(subject), false, 1).remove(0);
+        let whole = Verdict::of(&report).unwrap();
+        report.priors.hyoid.fixed_mm = Some([2.0, 0.0]);
+        let hyoids = [&whole, &Verdict::of(&report).unwrap()].map(|verdict| verdict.hyoid_mm.is_some());
+        assert_eq!(hyoids, [true, false]);
         for (m, (quick, whole)) in quick.muscles.iter().zip(&whole.muscles).enumerate() {
             // An interval from a hundred effective draws contains 95 ± 2.2 % of the draws of a long run; few draws reach the lower end of
             // HGa.

@@ -179,7 +179,8 @@ impl Verdict {
         let verdicts = each.map(|((muscle, change), (_, t))| {
             MuscleVerdict::new(muscle, change.probability_rises, t.spread.interval_95, t.depends_on_prior)
         });
-        let hyoid_mm = (!report.priors.hyoid.off).then(|| summary.hyoid_mm.map(|s| s.interval_95));
+        let hyoid_mm = (!report.priors.hyoid.off && report.priors.hyoid.fixed_mm.is_none())
+            .then(|| summary.hyoid_mm.map(|s| s.interval_95));
         Some(Self { from: VerdictFrom::Draws, hyoid_mm, muscles: verdicts.collect() })
     }
 
