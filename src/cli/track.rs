@@ -173,7 +173,7 @@ fn track_speaker(
                 .to_owned(),
         );
     }
-    let journal = journal(&run, out, &seen, &format!("{sound:?}"))?;
+    let sound_as_read = format!("{sound:?}");
     let sound = match sound {
         Some((given, lips)) => {
             Some((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
@@ -186,6 +186,8 @@ fn track_speaker(
         });
     };
     let unknown = (shape.as_ref(), contact.as_ref());
+    // What refuses the input comes before, so that no journal is left.
+    let journal = journal(&run, out, &seen, &sound_as_read)?;
     let (journal, found) =
         resume(journal, seen.len(), |watch| Ok(run.track(&speaker, unknown, &seen, &add_sound, watch)?))?;
     let implausible = ScreenedRecording::implausible(&recordings);

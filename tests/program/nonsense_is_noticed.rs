@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use serde_json::Value;
+
 use super::run::{record, refused, run};
 
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
@@ -28,6 +30,13 @@ fn tidy(change: impl Fn(usize, f64, f64) -> [f64; 2]) -> String {
     out
 }
 
+/// The contours of the built-in recording in the frame of the built-in body, raised by some millimetres.
+fn contours_of_the_body(raised_mm: f64) -> String {
+    let all = tidy(|_, x, y| [98.1 - x, y - 15.8 + raised_mm]);
+    let lines = all.lines().filter(|l| l.contains("time_s") || l.contains(",tongue_"));
+    lines.map(|l| format!("{l}\n")).collect()
+}
+
 #[test]
 fn recordings_that_cannot_be_right_are_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -46,9 +55,14 @@ fn recordings_that_cannot_be_right_are_refused_with_what_to_do() {
         }
     }
     write("high.csv", &high);
+    write("contours.csv", &contours_of_the_body(0.0));
+    let mut body: Value = serde_json::from_str(&run(at, "mesh --json").out).unwrap();
+    body["bones"].as_object_mut().unwrap().remove("hyoid");
+    write("no_hyoid.json", &body.to_string());
     for (arguments, told) in [
         ("track high.csv --as-is --frames 0", "cannot be reached by this body"),
         ("track far.csv --as-is", "not in the body's frame"),
+        ("track contours.csv --mesh no_hyoid.json --formants", "by which the drawn tract could be placed"),
         ("adapt two.tsv", "are of 2 speakers (other, synthetic)"),
         ("track two.tsv --as-is", "are of 2 speakers (other, synthetic)"),
         ("track two.tsv --speaker nobody", "no recording is of this speaker"),
