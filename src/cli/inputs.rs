@@ -6,6 +6,7 @@ use anyhow::{anyhow, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::de::DeserializeOwned;
 use tongue_fit::acoustics::{Tract, VocalTract};
+use tongue_fit::body::Body;
 use tongue_fit::inner::choice::{named, names};
 use tongue_fit::inner::files::{self, advice};
 use tongue_fit::inner::measured::lengths::plausibility;
@@ -52,6 +53,21 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Re
     let doubts = if file.is_some() { plausibility::doubts(&data) } else { Vec::new() };
     doubts.iter().for_each(|doubt| output::note(&format!("{}: {doubt}", data.origin)));
     Ok((data, doubts))
+}
+
+/// Notes the muscles of a table that a body lacks.
+pub fn tell_lacking(data: &Dataset, body: &Body<2>) {
+    let own = &body.mesh.muscles;
+    let lacking = data.rows.first().into_iter().flat_map(|row| row.lengths.muscles.iter());
+    let lacking = lacking.filter(|name| !own.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
+    let lacking = lacking.map(String::as_str).collect::<Vec<_>>().join(", ");
+    if !lacking.is_empty() {
+        let help = "add them to its anatomy or mesh, or leave their columns out of the table";
+        let (table, what) = (&data.origin, &body.what);
+        output::note(&format!(
+            "{table}: {what} lacks the muscles {lacking}, whose lengths are left out; {help}"
+        ));
+    }
 }
 
 pub fn choice<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {

@@ -115,6 +115,16 @@ fn a_muscle_that_no_fit_knows_is_told_with_the_name_that_is_meant() {
     let done = fed("lengths check -", &table("SMg"));
     assert_eq!(done.status, Some(1));
     assert!(done.out.contains("no muscle SMg; did you mean \"SGm\"?"), "{}", done.out);
+    // A fit leaves out a muscle that the body lacks and that is longer, and says so once.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("smg.csv"), table("SMg")).unwrap();
+    let done = run(folder.path(), "--vowel i --subject S1 --lengths smg.csv");
+    assert_eq!(
+        done.err.matches("lacks the muscles SMg, whose lengths are left out").count(),
+        1,
+        "{}",
+        done.err
+    );
     let done = fed("lengths check -", &table("SGm"));
     assert!(done.status == Some(0) && !done.out.contains("no muscle"), "{}", done.out);
 }

@@ -39,6 +39,7 @@ impl PreparedBatch {
             bail!("none of the {} rows can be fitted; {first}", plan.refusals.len());
         }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
+        inputs::tell_lacking(&data, &tongue);
         let (settings, how) = (batch::settings(arguments.method), &arguments.posterior);
         plan.jobs.iter().try_for_each(|job| how.check_baseline(&data, &job.target))?;
         let posterior_model = how.posterior_model(&tongue, &model)?;
