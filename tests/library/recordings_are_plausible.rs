@@ -158,6 +158,9 @@ fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
             noticed(&slipped, "", "slipped", Refused);
         }
     }
+    // The hyoid moves by 12 mm within 0.2 s.
+    let sinks = changed(|f, _, points| points[11].1[1] -= 12.0 * ((f as f64 - 50.0) / 16.0).clamp(0.0, 1.0));
+    noticed(&sinks, "", "the hyoid moves by 12 mm", Note);
     for (point, by) in [(1, [-14.0, 0.0]), (4, [0.0, 12.0]), (8, [0.0, -20.0])] {
         let spike = changed(|_, _, points| (0..2).for_each(|axis| points[point].1[axis] += by[axis]));
         noticed(&spike, "", &format!("tongue_{point} stands out"), Untrusted);
@@ -246,6 +249,9 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     let label = |from_s: f64| Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
     let with = |labels| check_plausibility(&AlignedRecording { labels, ..one.clone() }, None);
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
+    // Of two labels one ends behind the last frame, and is mostly not seen.
+    let doubts = with(vec![label(1.0), label(50.0)]);
+    assert!(doubts.len() == 1 && doubts[0].message.contains("few or none of these"), "{doubts:?}");
     let other = Label { tier: "b".into(), ..label(50.0) };
     let doubts = with(vec![label(0.9), other]);
     assert!(doubts.len() == 1 && doubts[0].message.contains("of the tier \"b\""), "{doubts:?}");

@@ -115,6 +115,12 @@ fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_statu
     assert!(told.contains(" frames cannot be trusted (") && told.contains(" off branch"), "{told}");
     let json = record(at, "spike/track.json");
     assert!(json["untrusted"].as_str().unwrap().contains("cannot be trusted"), "{}", json["untrusted"]);
+    for (raised_mm, status) in [(0.0, 0), (17.0, 3)] {
+        fs::write(at.join("contours.csv"), contours_of_the_body(raised_mm)).unwrap();
+        let done = run(at, "track contours.csv --as-is --frames 0 --draws 100 --out contours");
+        assert_eq!(done.status, Some(status), "{}", done.err);
+        assert_eq!(done.err.contains("in 45 of 45 frames points lie beyond the palate"), status == 3);
+    }
 }
 
 #[test]

@@ -10,8 +10,8 @@ use tongue_core::statistics::median;
 use tongue_infer::adapt::AdaptationInput;
 use tongue_infer::track::{self, Followed, FrameStatus, Tracked, TrackedRecording};
 use tongue_input::measured::recording::{
-    AlignedRecording, FaultKind, Map, Recording, RecordingFaults, Severity, WITHOUT_BONES, Waveform,
-    check_plausibility, other_size, remove_outliers,
+    AlignedFrame, AlignedRecording, FaultKind, Map, Recording, RecordingFaults, Severity, WITHOUT_BONES,
+    Waveform, check_plausibility, other_size, remove_outliers,
 };
 
 use super::track::{TrackRun, TrackedBody, given_body};
@@ -60,6 +60,10 @@ impl ScreenedRecording {
             let is_trusted = doubts.iter().all(|d| d.severity < Severity::Untrusted);
             seen.notes.extend(doubts.into_iter().map(|d| d.message));
             let faults = remove_outliers(&mut seen, palate.as_deref().or(of_body));
+            let beyond = faults.iter().flatten().filter(|fault| fault.kind == FaultKind::BeyondPalate);
+            let beyond: usize = beyond.map(|fault| fault.points.len()).sum();
+            let left = seen.frames.iter().flat_map(AlignedFrame::points).flatten().count();
+            let is_trusted = is_trusted && beyond as f64 <= MOST_BEYOND * (beyond + left) as f64;
             // Recordings are distinguished by their names in every output.
             let same = all.iter().filter(|s| s.seen.name == seen.name).count();
             if same > 0 {
@@ -282,6 +286,9 @@ fn check_frame(seen: &AlignedRecording, followed: &[Followed]) -> Result<(), Sim
     }
     Ok(())
 }
+
+/// Largest part of the points that may lie beyond the palate in a recording that is trusted.
+const MOST_BEYOND: f64 = 0.2;
 
 /// Largest plausible motion of a bone in speech, m.
 const MOST_BONE_MOTION_M: f64 = 20e-3;

@@ -96,19 +96,20 @@ impl<'a> Measures<'a> {
         longest.map(|(pause, at)| (pause, format!("{at:.3} s")))
     }
 
-    /// For each tier the number of its labels that lie within the recording, and as its name the times of its labels and of the frames.
+    /// For each tier the part of its labels whose middle lies within the recording, and as its name the times of its labels and of the frames.
     pub fn labels_within(&self) -> Vec<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let Some((first, last)) = frames.first().zip(frames.last()) else { return Vec::new() };
         let (first, last) = (first.time_s, last.time_s);
         Vec::from_iter(grouped(labels, |label| &label.tier).into_iter().map(|tier| {
-            let within = tier.iter().filter(|l| l.to_s >= first && l.from_s <= last).count();
+            let within = tier.iter().filter(|l| (2.0 * first..=2.0 * last).contains(&(l.from_s + l.to_s)));
+            let within = within.count() as f64 / tier.len() as f64;
             let ends = tier.iter().fold([ANY, -ANY], |[a, b], l| [l.from_s.min(a), l.to_s.max(b)]);
             let name = format!(
                 "{:?} lie at {:.3} to {:.3} s and its frames at {first:.3} to {last:.3} s",
                 tier[0].tier, ends[0], ends[1]
             );
-            (within as f64, name)
+            (within, name)
         }))
     }
 
@@ -124,6 +125,23 @@ impl<'a> Measures<'a> {
     pub fn bones_apart_mm(&self) -> Option<NamedValue> {
         let steady = self.spine_and_hyoid().filter(|_| self.motion.slips_of_bones().next().is_none());
         steady.map(|(a, b)| unnamed((a - b).norm() * MM))
+    }
+
+    /// How far the hyoid moves against the mental spine between the lowest and the highest tenth of medians of five frames, mm.
+    pub fn hyoid_moves_mm(&self) -> Option<NamedValue> {
+        let [spine, hyoid] = [self.recording.bone(MANDIBLE)?, self.recording.bone(HYOID)?];
+        let seen =
+            self.recording.frames.iter().filter_map(|f| Some((f.bones[hyoid]? - f.bones[spine]?) * MM));
+        let seen: Vec<Point> = seen.collect();
+        (seen.len() >= FEWEST_FRAMES).then(|| {
+            let [x, y] = [0, 1].map(|axis| {
+                let medians = seen.windows(5).filter_map(|w| median(w.iter().map(|p| p[axis])));
+                let mut along: Vec<f64> = medians.collect();
+                along.sort_unstable_by(f64::total_cmp);
+                along[along.len() * 9 / 10] - along[along.len() / 10]
+            });
+            unnamed(x.hypot(y))
+        })
     }
 
     /// Diameter of the circle that contains half of the points, which one distant point does not enlarge.
