@@ -244,8 +244,8 @@ impl Priors {
         for (name, all) in
             [("tension", &self.tension.fixed_n_per_m), ("baseline", &self.baseline.fixed_n_per_m)]
         {
-            let is_repeated = |m: &&String| all.keys().any(|n| n < *m && n.eq_ignore_ascii_case(m));
-            if let Some(muscle) = all.keys().find(is_repeated) {
+            if let Some(muscle) = all.keys().find(|m| all.keys().any(|n| n < *m && n.eq_ignore_ascii_case(m)))
+            {
                 return wrong(format!("{name}.fixed_n_per_m gives {muscle} twice; give each muscle once"));
             }
             if let Some((muscle, value)) = all.iter().find(|(_, v)| TENSION.check(**v).is_err()) {

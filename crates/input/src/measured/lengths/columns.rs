@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::dataset::SetAside;
 use super::number::TableUnit;
 use super::text::clip;
-use crate::measured::muscles::Muscles;
 use crate::measured::error::Malformed;
+use crate::measured::muscles::Muscles;
 use crate::measured::table::{TableLine, TableLines};
 use tongue_core::choice;
 
