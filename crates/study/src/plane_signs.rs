@@ -96,14 +96,14 @@ pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
 
 /// Adds a pair to a row: the true difference, and the verdict if the pair could be tracked.
 fn with_pair(mut row: SignRow, (true_difference, verdict): (f64, Option<Certainty>)) -> SignRow {
-    use Certainty::{NotKnown, ProbablyHarder, ProbablyNotHarder, SurelyHarder, SurelyNotHarder};
+    use Certainty::{Fixed, NotKnown, ProbablyHarder, ProbablyNotHarder, SurelyHarder, SurelyNotHarder};
     let is_alike = true_difference.abs() < LEAST_DIFFERENCE;
     *(if is_alike { &mut row.alike } else { &mut row.pairs }) += 1;
     let is_right = matches!(verdict, Some(SurelyHarder | ProbablyHarder)) == (true_difference > 0.0);
     let count = match verdict {
-        None | Some(NotKnown) if is_alike => return row,
+        None | Some(NotKnown | Fixed) if is_alike => return row,
         None => &mut row.not_tracked,
-        Some(NotKnown) => &mut row.not_known,
+        Some(NotKnown | Fixed) => &mut row.not_known,
         Some(SurelyHarder | SurelyNotHarder) if is_alike => &mut row.surely_where_alike,
         Some(ProbablyHarder | ProbablyNotHarder) if is_alike => &mut row.probably_where_alike,
         Some(SurelyHarder | SurelyNotHarder) if is_right => &mut row.surely_right,
