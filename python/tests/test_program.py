@@ -90,6 +90,9 @@ def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
     here = tf.fit(tf.dataset(table), "X", "a", target="stretch", method="gauss-newton", verdict=False)
     assert by_program["tensions_n"] == here["tensions_n"]
     assert list(by_program.frame("fit.csv").muscle) == list(here["tensions_n"])
+    # A cell that is no length is left out and told, and the rest is fitted.
+    broken = table.to_csv(index=False).replace("36", "x").encode()
+    assert tf.run(vowel="a", subject="X", lengths=broken, target="stretch")["not_measured"][0] == "HGa"
     assert pickle.loads(pickle.dumps(scene)) == scene and "supine" not in repr(scene) and (scene._repr_svg_() or "").startswith("<")
 
 

@@ -145,7 +145,9 @@ fn fit(
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
     let fit_run = FitRun { target: &target, settings, walls: false, verdict };
     let mut record = fit_run.run(&tongue, &model, &by)?;
-    inputs::tell_lacking(data, &tongue);
+    if arguments.lengths.is_some() {
+        inputs::tell_lacking(data, &tongue);
+    }
     let Fit { matched, answer, .. } = &record.fit;
     output::step(|| {
         format!("{:?}: misfit {:.1e}, {} equilibria", answer.status, answer.misfit, answer.counts.evaluations)

@@ -51,14 +51,14 @@ const OF_SOME_RUNS: [&str; 13] = [
     "posterior_predictions.csv",
 ];
 
-/// Like [`print`], but not with `-q` if files contain the same. Files of an earlier run beside them are told.
+/// Like [`print`], but not with `-q` if files contain the same. Such files that this run did not write are told.
 pub fn summary(text: &str, files: &[PathBuf]) -> anyhow::Result<()> {
     if let Some(folder) = files.first().and_then(|file| file.parent()) {
         let earlier = OF_SOME_RUNS.map(|name| folder.join(name)).into_iter();
         let earlier = earlier.filter(|file| !files.contains(file) && file.is_file());
         let names = report::joined(earlier.map(|file| file.display().to_string()), ", ");
         if !names.is_empty() {
-            note(&format!("not of this run, but of an earlier one: {names}"));
+            note(&format!("in this folder, but not written by this run: {names}"));
         }
     }
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }

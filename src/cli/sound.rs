@@ -34,10 +34,16 @@ pub struct Arguments {
     #[arg(long, value_name = "V", required_unless_present_any = ["tension", "body"], conflicts_with = "tension")]
     vowel: Option<String>,
     /// Subject whose lengths are fitted
-    #[arg(long, value_name = "NAME", default_value = "S2", conflicts_with_all = ["tension", "body"])]
+    #[arg(long, value_name = "NAME", default_value = "S2", conflicts_with = "tension")]
     subject: String,
     /// Quantity to fit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
-    #[arg(long, value_name = "KIND", default_value = "stretch", hide_short_help = true, conflicts_with_all = ["tension", "body"])]
+    #[arg(
+        long,
+        value_name = "KIND",
+        default_value = "stretch",
+        hide_short_help = true,
+        conflicts_with = "tension"
+    )]
     target: String,
     /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N")]

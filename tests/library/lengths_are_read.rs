@@ -144,7 +144,7 @@ fn column_names_determine_their_meaning() {
     for (is, name) in [
         ("subject", "SUBJECT; Speaker ID; 被験者"),
         ("vowel", "Phoneme"),
-        ("GGa in Mm", "GGa_mm; GGa (mm); GGa..mm.; GGA_MM"),
+        ("GGa in Mm", "GGa_mm; GGa (mm); GGa..mm."),
         ("GGa in Cm", "GGa [CM]; GGa（cm）"),
         ("GGa in M", "GGa_m"),
         ("GG_a in Mm", "GG_a_mm"),
@@ -262,7 +262,7 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     // A half width that cannot be read is replaced by that of the digits.
     let negative = dataset("subject,vowel,GGa_mm,HG_mm,error_mm\nX,a,40,41,-1\nX,i,40,41,1\n");
     let message = "my.csv:2:5: error_mm is -1, which is not a half width of a length; write one from 0 to 100 mm, like 0.5; \
-                   until then 0.5 mm is taken";
+                   until then that of the lengths' digits is taken";
     assert_eq!(faults(&negative), [vec![], vec![message]]);
     assert_eq!(widths(&negative), [[0.5; 2], [1.0; 2]]);
 }

@@ -251,7 +251,9 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
     // Of two labels one ends behind the last frame, and is mostly not seen.
     let doubts = with(vec![label(1.0), label(50.0)]);
-    assert!(doubts.len() == 1 && doubts[0].message.contains("few or none of these"), "{doubts:?}");
+    assert!(doubts.len() == 1 && doubts[0].message.contains("most of these are not used"), "{doubts:?}");
+    // A label that lasts longer than the recording is used in all its frames.
+    assert_eq!(with(vec![Label { from_s: -1.0, to_s: 10.0, ..label(0.0) }]), []);
     let other = Label { tier: "b".into(), ..label(50.0) };
     let doubts = with(vec![label(0.9), other]);
     assert!(doubts.len() == 1 && doubts[0].message.contains("of the tier \"b\""), "{doubts:?}");

@@ -327,7 +327,7 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
         assert!((width / beside - 1.0).abs() < 0.25, "{width} {beside}");
     }
     assert!(part_inside(&found) >= 0.9);
-    // A course is a level less its mean in the same draw.
+    // A course is a tension less its mean in the same draw.
     let mean: f64 = found.iter().map(|f| f.courses[0].median).sum::<f64>() / count as f64;
     assert!(mean.abs() < 0.3, "{mean}");
 }

@@ -75,7 +75,7 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     // A batch fits the rest, which is row M /ɔ/ by stretches.
     let done = run(folder.path(), "batch --lengths mine.csv --error-mm 1 --out rest");
     assert!(done.status == Some(1) && done.err.contains("mine.csv:5:5: HG_cm"), "{}", done.err);
-    assert!(done.out.contains("M /o/, stretch: no muscle of M is shorter in /o/"), "{}", done.out);
+    assert!(done.err.contains("M /o/, stretch: no muscle of M is shorter in /o/"), "{}", done.err);
     let summary = &super::run::record(folder.path(), "rest/batch.json")["summary"];
     assert_eq!((&summary["fits"], &summary["not_fitted"]), (&json!(1), &json!(6)));
     // A fit of a row with a bad cell names the cell and leaves out its muscle.

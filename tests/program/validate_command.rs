@@ -77,7 +77,7 @@ fn predictions_on_the_pages_are_those_of_the_results() {
     let passive = format!("and {} if longer muscles do not pull", rms("most_probable_passive"));
     assert!(pages.iter().all(|page| page.contains(&passive)), "{passive}");
     let thesis = study["opponents"][2]["better_than_constant"].as_f64().unwrap();
-    assert!(pages[0].contains("a constant is better than the model in seven of ten bootstraps"));
+    assert!(pages[0].contains("a constant is better than the thesis's model in seven of ten bootstraps"));
     assert!((thesis - 0.3).abs() < 0.05, "{thesis}");
     let of = |scores: &Value, name: &str, what: &str| {
         scores.as_array().unwrap().iter().find(|s| s["name"] == name).unwrap()[what].as_f64().unwrap()

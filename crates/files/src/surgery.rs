@@ -64,7 +64,8 @@ impl Surgery {
     pub fn operate(&self, body: &Body<3>) -> Result<Operated, SimulationError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar > 0.0 && self.scar <= STIFFEST_SCAR) => {
-                let must = "above 0 and at most 1000: it is how many times as stiff as tongue a scar is, and from 100 on that changes little";
+                let must =
+                    "above 0 and at most 1000: it is how many times as stiff as the tongue the scar is";
                 return Err(SimulationError::value("scar", self.scar, must));
             }
             FillingKind::Scar => Filling::Scar(self.scar),

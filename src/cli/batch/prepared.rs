@@ -39,7 +39,9 @@ impl PreparedBatch {
             bail!("none of the {} rows can be fitted; {first}", plan.refusals.len());
         }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
-        inputs::tell_lacking(&data, &tongue);
+        if arguments.lengths.is_some() {
+            inputs::tell_lacking(&data, &tongue);
+        }
         let (settings, how) = (batch::settings(arguments.method), &arguments.posterior);
         plan.jobs.iter().try_for_each(|job| how.check_baseline(&data, &job.target))?;
         let posterior_model = how.posterior_model(&tongue, &model)?;
@@ -75,6 +77,7 @@ impl PreparedBatch {
     ) -> anyhow::Result<Outcome> {
         let plan = &self.run.plan;
         let (digests, not_begun) = outputs::digests(&plan.jobs, journal)?;
+        not_begun.iter().take(MOST_NOTES).for_each(|r| output::complain(&r.to_string()));
         let summary = self.run.summary(&self.data, self.unreadable.len(), &digests);
         let contrasts = outputs::subject_contrasts(&plan.jobs, &digests);
         let mut batch = Batch {
@@ -154,10 +157,6 @@ fn text(batch: &Batch<'_>, wall_s: f64) -> anyhow::Result<String> {
         s.not_fitted,
         s.unreadable_rows
     );
-    if !batch.refusals.is_empty() {
-        let refused = batch.refusals.iter().map(|r| format!("not fitted: {r}"));
-        let _ = writeln!(text, "{}", table::join_first(refused, MOST_NOTES, "\n"));
-    }
     if !batch.contrasts.is_empty() {
         text += &decided_contrasts(batch.contrasts);
         text += &most_agree(&outputs::over_subjects(batch.contrasts));

@@ -63,7 +63,8 @@ impl ScreenedRecording {
             let beyond = faults.iter().flatten().filter(|fault| fault.kind == FaultKind::BeyondPalate);
             let beyond: usize = beyond.map(|fault| fault.points.len()).sum();
             let left = seen.frames.iter().flat_map(AlignedFrame::points).flatten().count();
-            let is_trusted = is_trusted && beyond as f64 <= MOST_BEYOND * (beyond + left) as f64;
+            let is_trusted =
+                is_trusted && (palate.is_some() || beyond as f64 <= MOST_BEYOND * (beyond + left) as f64);
             // Recordings are distinguished by their names in every output.
             let same = all.iter().filter(|s| s.seen.name == seen.name).count();
             if same > 0 {

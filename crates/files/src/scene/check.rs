@@ -16,8 +16,8 @@ static LIP_OPENING_MM: Limit = Limit {
     unit: "",
     reason: "closer lips make a consonant, and no mouth opens wider",
 };
-/// A contour whose first point lies so far in front of and below the last one is mirrored or does not begin at the root. If it lies farther
-/// above the last one than in front of it, x and y are exchanged.
+/// A contour whose first point lies so far in front of the last one, and below it or farther above it than in front of it, is mirrored, does
+/// not begin at the root, or has x and y exchanged.
 const AHEAD_MM: f64 = 10.0;
 const BELOW_MM: f64 = 5.0;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use tongue_core::body::{Body, HYOID, MANDIBLE};
-use tongue_core::geometry::{Point, extent};
+use tongue_core::geometry::Point;
 use tongue_input::measured::ReadError;
 use tongue_input::measured::recording::{
     AlignedRecording, Format, Map, Recording, STEEPEST_BONES_DEG, bone, disorder_of_contour, steep_deg,
@@ -124,7 +124,10 @@ impl Landmarks {
     }
 
     fn impossible_size(&self) -> Option<String> {
-        let extent_mm = 1e3 * extent(&self.contour);
+        let corners =
+            [Point::inf, Point::sup].map(|end| self.contour.iter().copied().reduce(|a, b| end(&a, &b)));
+        let [Some(low), Some(high)] = corners else { return None };
+        let extent_mm = 1e3 * (high - low).norm();
         (self.contour.len() >= 3 && !POSSIBLE_MM.contains(&extent_mm)).then(|| {
             let [least, most] = [POSSIBLE_MM.start(), POSSIBLE_MM.end()];
             format!("the contour spans {extent_mm:.2} mm, where {least} to {most} are possible; give it in millimetres")

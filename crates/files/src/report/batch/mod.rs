@@ -170,7 +170,7 @@ fn line(r: &AssessedRecord) -> [String; 6] {
     let tensions = names.iter().map(|m| format!("{m} {:.1}", r.fit().tension(m).unwrap_or(f64::NAN)));
     let drawn = names.iter().filter_map(|m| summary?.tensions_n.get(m)).map(|t| {
         let (median, [low, high]) = (t.spread.median, t.spread.interval_95);
-        let ends = if low == high { "fixed".to_owned() } else { format!("{low:.0}–{high:.0}") };
+        let ends = if t.spread.is_fixed() { "fixed".to_owned() } else { format!("{low:.0}–{high:.0}") };
         format!("{median:.0} ({ends})")
     });
     // Two muscles on each line keep the table within 100 columns.

@@ -13,7 +13,6 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 use tongue_core::body::Body;
 use tongue_core::body::space::Half;
-use tongue_core::geometry::extent;
 use tongue_core::statistics::grouped;
 use tongue_core::system::System;
 
@@ -172,8 +171,11 @@ fn size_of_nodes(marks: &[SpaceMark], body: &Body<3>) -> Option<f64> {
         _ => None,
     });
     let (places, rest): (Vec<_>, Vec<_>) = nodes.unzip();
-    let before = extent(&rest);
-    (before > LEAST_EXTENT_M).then(|| extent(&places) / before)
+    let [now, before] = [places, rest].map(|points: Vec<SVector<f64, 3>>| {
+        let centre = points.iter().sum::<SVector<f64, 3>>() / points.len() as f64;
+        root_mean_square(&points.iter().map(|p| (p - centre).norm()).collect::<Vec<_>>())
+    });
+    (before > LEAST_EXTENT_M).then(|| now / before)
 }
 
 fn root_mean_square(values: &[f64]) -> f64 {

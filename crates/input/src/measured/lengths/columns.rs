@@ -6,7 +6,6 @@ use super::dataset::SetAside;
 use super::number::TableUnit;
 use super::text::clip;
 use crate::measured::error::Malformed;
-use crate::measured::muscles::Muscles;
 use crate::measured::table::{TableLine, TableLines};
 use tongue_core::choice;
 
@@ -149,13 +148,8 @@ fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
         return Some((id, TableUnit::Mm));
     }
     let (quantity, unit) = quantity(name)?;
-    let muscle = half_width(quantity).map(|muscle| ColumnMeaning::HalfWidth(spelled(muscle)));
-    Some((muscle.unwrap_or_else(|| ColumnMeaning::Length(spelled(quantity))), unit))
-}
-
-/// The name of a muscle in its published spelling, if it is a published one, whatever the case.
-fn spelled(muscle: &str) -> String {
-    Muscles::built_in().published(muscle).map_or(muscle, |(_, spelling)| spelling).to_owned()
+    let muscle = half_width(quantity).map(|muscle| ColumnMeaning::HalfWidth(muscle.to_owned()));
+    Some((muscle.unwrap_or_else(|| ColumnMeaning::Length(quantity.to_owned())), unit))
 }
 
 /// The name in lower case with `_` between words; it has the same number of bytes.

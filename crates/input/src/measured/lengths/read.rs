@@ -238,16 +238,19 @@ impl Reader<'_> {
             let help = "write the measured lengths, not percent of those in the baseline";
             return Err(at(lengths[0].field).error("every length is 100", help));
         }
-        let mut half = |field: LengthField, else_mm: f64| {
+        let mut half = |field: LengthField| {
             number(cell(field).half_width().map_err(|fault| {
-                let help = format!("{}; until then {else_mm} mm is taken", fault.help);
+                let help = format!("{}; until then that of the lengths' digits is taken", fault.help);
                 Malformed { help, ..fault }
             }))
         };
-        let common = half_width.and_then(|field| half(field, self.else_mm[0]));
-        let half_width_mm = Vec::from_iter(lengths.iter().zip(&self.else_mm).map(|(l, else_mm)| {
-            l.half_width.map_or(common, |field| half(field, *else_mm)).unwrap_or(*else_mm)
-        }));
+        let common = half_width.and_then(&mut half);
+        let half_width_mm = Vec::from_iter(
+            lengths
+                .iter()
+                .zip(&self.else_mm)
+                .map(|(l, else_mm)| l.half_width.map_or(common, &mut half).unwrap_or(*else_mm)),
+        );
         Ok(Lengths { subject: name, vowel, muscles: muscles.clone(), length_mm, half_width_mm })
     }
 }

@@ -96,13 +96,16 @@ impl<'a> Measures<'a> {
         longest.map(|(pause, at)| (pause, format!("{at:.3} s")))
     }
 
-    /// For each tier the part of its labels whose middle lies within the recording, and as its name the times of its labels and of the frames.
+    /// For each tier the part of its labels of which half lies within the recording or that fill half of it, and as its name the times of its labels and of the frames.
     pub fn labels_within(&self) -> Vec<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let Some((first, last)) = frames.first().zip(frames.last()) else { return Vec::new() };
         let (first, last) = (first.time_s, last.time_s);
         Vec::from_iter(grouped(labels, |label| &label.tier).into_iter().map(|tier| {
-            let within = tier.iter().filter(|l| (2.0 * first..=2.0 * last).contains(&(l.from_s + l.to_s)));
+            let within = tier.iter().filter(|l| {
+                let overlap = l.to_s.min(last) - l.from_s.max(first);
+                overlap >= 0.5 * (l.to_s - l.from_s).min(last - first)
+            });
             let within = within.count() as f64 / tier.len() as f64;
             let ends = tier.iter().fold([ANY, -ANY], |[a, b], l| [l.from_s.min(a), l.to_s.max(b)]);
             let name = format!(

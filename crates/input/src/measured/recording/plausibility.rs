@@ -63,7 +63,7 @@ impl DoubtList {
         self.check("rate", m.step_ms(), [0.1, 1e4], Refused,
             "its frames are {value} ms apart, which is implausible for speech; correct rate_hz in the map, or the times, which are in seconds");
         self.check("labels", m.labels_within(), [0.5, ANY], Note,
-            "its labels of the tier {name}, so few or none of these are used; give both the same clock");
+            "its labels of the tier {name}, so most of these are not used; give both the same clock");
         self.check("pause", m.longest_pause_s(), [0.0, 600.0], Refused,
             "no frame lies in the {value} s after {name}: correct the times, which are in seconds, or give the parts as recordings of their own");
         self.check("points", m.most_points(), [1.0, ANY], Refused, "no point of the tongue is seen in any frame; correct the map");
@@ -174,8 +174,8 @@ impl DoubtList {
             "all points of the tongue are shifted by {value} mm at once {name}: the head or the probe has slipped; name points of the head as \
              \"reference\" in a map, or give the parts as recordings of their own");
         self.check("slip", m.hyoid_moves_mm(), [0.0, 10.0], Note,
-            "the hyoid moves by {value} mm against the mental spine, where 3 to 6 are usual in speech: the tracking of one of them has slipped; \
-             correct it, or leave the bones out with a map (--map) of the line {without_bones}");
+            "the hyoid moves by {value} mm against the mental spine, where 3 to 6 are usual in speech: the speaker swallows, or the tracking of one of them \
+             has slipped; correct it, or leave the bones out with a map (--map) of the line {without_bones}");
     }
 
     /// Checks of the palate. Three coils in vowels are at most 23 mm below a traced palate, and a single posture may be farther below it.

@@ -127,13 +127,16 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
             td title=(r.verdict().unwrap_or_default()) { "/" (r.target().baseline) "/" }
             @for m in muscles {
                 @match posterior.summary.as_ref().and_then(|s| Some((s, s.changes_n.get(m)?))) {
-                    Some((s, change)) => td data-v=(change.probability_rises.unwrap_or(0.5)) style=(shade(2.0 * change.probability_rises.unwrap_or(0.5) - 1.0)) {
-                        (change.probability_rises.map_or(Certainty::Fixed, Certainty::of).text().replace(" harder", ""))
-                        br;
-                        span.interval { (change.probability_rises.map(probability).unwrap_or_default()) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
-                        @if s.tensions_n.get(m).is_some_and(|t| t.spread.is_fixed()) { br; "F fixed" }
-                        @if s.baseline_tensions_n.get(m).is_some_and(Quantiles::is_fixed) { br; "F0 fixed" }
-                    },
+                    Some((s, change)) => {
+                        @let p = change.probability_rises;
+                        td data-v=(p.unwrap_or(0.5)) style=(shade(2.0 * p.unwrap_or(0.5) - 1.0)) {
+                            (p.map_or(Certainty::Fixed, Certainty::of).text().replace(" harder", ""))
+                            br;
+                            span.interval { (p.map(probability).unwrap_or_default()) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
+                            @if s.tensions_n.get(m).is_some_and(|t| t.spread.is_fixed()) { br; "F fixed" }
+                            @if s.baseline_tensions_n.get(m).is_some_and(Quantiles::is_fixed) { br; "F0 fixed" }
+                        }
+                    }
                     None => td title=(posterior.diagnostics.why) { "not mixed" },
                 }
             }
