@@ -102,7 +102,9 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("undetermined", "", "directions that the data leave open", |r| json!(r.fit().answer.undetermined())),
     ]);
     let after = column::columns::<AssessedRecord, _>([
-        ("cost", "", "smallest objective", |r| r.cost.into()),
+        ("cost", "", "objective where the search ended, before the answer was moved onto the target", |r| {
+            r.cost.into()
+        }),
         ("misfit", "", "RMS residual of the fitted muscles", |r| r.fit().answer.misfit.into()),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", |r| {
             json!(r.passive.rms_stretch)
@@ -113,7 +115,9 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("thesis_rms_stretch", "", "the same of the thesis's simulation", |r| {
             json!(r.passive.thesis_rms_stretch)
         }),
-        ("passive_rms_ratio", "", "RMS residual of the passive ratios", |r| json!(r.passive.rms_ratio)),
+        ("passive_rms_ratio", "", "RMS residual of the passive ratios, without the reference muscle", |r| {
+            json!(r.passive.rms_ratio)
+        }),
         ("no_change_rms_ratio", "", "the same if nothing changed", |r| json!(r.passive.no_change_rms_ratio)),
         ("thesis_rms_ratio", "", "the same of the thesis's simulation", |r| {
             json!(r.passive.thesis_rms_ratio)
@@ -121,7 +125,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("rest_to_baseline_rms_ratio", "", "distance of the model at rest from the baseline", |r| {
             json!(r.rest_shape.map(|d| d.rms_ratio))
         }),
-        ("smallest_singular_value_per_n", "1/N", "smallest singular value of the derivatives", |r| {
+        ("smallest_singular_value_per_n", "m/N", "smallest singular value of the derivatives", |r| {
             json!(r.fit().answer.identifiability.as_ref().and_then(|i| i.singular_values.last()))
         }),
         ("other_optima", "", "other local optima", |r| r.other_optima.len().into()),
