@@ -57,7 +57,13 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     ] {
         assert!((found - told.as_f64().unwrap()).abs() < room, "{found} {told}");
     }
-    roxmltree::Document::parse(&std::fs::read_to_string(out.join("ridges.svg")).unwrap()).unwrap();
+    let ridges = std::fs::read_to_string(out.join("ridges.svg")).unwrap();
+    roxmltree::Document::parse(&ridges).unwrap();
+    // The figure has the probabilities of the table.
+    for change in summary["changes_n"].as_object().unwrap().values() {
+        let rises = tongue_files::report::probability(change["probability_rises"].as_f64().unwrap());
+        assert!(ridges.contains(&format!(">{rises}<")), "{rises}");
+    }
     assert!(!out.join("pairs.svg").exists() && !out.join("outlines.svg").exists());
     // What another run leaves in the folder is told.
     let other = run(folder.path(), "--vowel i --h 10 --out out");

@@ -2,7 +2,7 @@
 
 use super::plot::{Axis, Plot, round_range};
 use super::{Anchor, FontFace, INK, LEGEND_ROW, Legend, MARGIN, Svg, WIDTH, closed_paths};
-use crate::report::{ReportError, joined};
+use crate::report::{ReportError, joined, probability};
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
 
@@ -150,7 +150,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
         let y = plot.place(low, base)[1] - 14.0;
         svg.text([left - 10.0, y], Anchor::End, FontFace::Bold, &names[m]);
         let rises = all[m].iter().filter(|c| **c > 0.0).count() as f64 / all[m].len().max(1) as f64;
-        let rises = if spreads[m].is_fixed() { "fixed".to_owned() } else { format!("{rises:.2}") };
+        let rises = if spreads[m].is_fixed() { "fixed".to_owned() } else { probability(rises) };
         svg.text([right + 0.5 * ODDS, y], Anchor::Middle, FontFace::Plain, &rises);
     }
     svg.finish(head + height + 50.0 + 2.5 * MARGIN)
