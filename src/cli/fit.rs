@@ -63,7 +63,8 @@ impl Arguments {
         Ok(Target::new(data, &self.subject, &vowel, kind, &options)?)
     }
 
-    /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths. Whether there are none.
+    /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths. True if
+    /// there are none.
     fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<bool> {
         let rows = data.broken.iter().filter(|row| row.subject.as_ref() == Some(&target.subject));
         let mut left_out = Vec::from_iter(rows.map(|row| format!("{} (this row is left out)", row.fault)));

@@ -51,7 +51,7 @@ const OF_SOME_RUNS: [&str; 13] = [
     "posterior_predictions.csv",
 ];
 
-/// Like [`print`], but not with `-q` if files contain the same. Such files that this run did not write are told.
+/// Like [`print`], but not with `-q` if files contain the same. Also notes the files in the folder that an earlier run may have left.
 pub fn summary(text: &str, files: &[PathBuf]) -> anyhow::Result<()> {
     if let Some(folder) = files.first().and_then(|file| file.parent()) {
         let earlier = OF_SOME_RUNS.map(|name| folder.join(name)).into_iter();

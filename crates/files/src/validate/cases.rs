@@ -32,6 +32,10 @@ impl Case {
         Some(self.target().values[at])
     }
 
+    pub fn passive(&self) -> impl Iterator<Item = String> {
+        self.unseen.iter().map(|&m| self.target().muscles[m].clone())
+    }
+
     /// Mean square error over the muscles that are predicted; `predicted` has the stretches of all muscles of the target.
     pub fn error(&self, predicted: &[f64]) -> f64 {
         let squares = self.unseen.iter().map(|&m| (predicted[m] - self.target().values[m]).powi(2));
@@ -99,30 +103,28 @@ pub fn of_thesis(mesh: &Mesh<2>, model: &Model, case: &Case) -> Vec<f64> {
     }
 }
 
-/// Stretches of all muscles of the target at the most probable point given the contracting muscles; ones if there is no equilibrium. The
-/// muscles that are predicted have no tension in the vowel unless they `may_pull`.
-pub fn most_probable(
+/// The posterior's model with its default priors, in which the muscles `passive` have no tension in the vowel.
+pub fn posterior_model(
     body: &Body<2>,
     model: &Model,
-    case: &Case,
-    may_pull: bool,
-) -> Result<Vec<f64>, PosteriorError> {
-    let target = case.target();
+    passive: impl Iterator<Item = String>,
+) -> Result<PosteriorModel, PosteriorError> {
     let mut priors = Priors::default();
     priors.hyoid.off = body.bone(HYOID).is_empty();
-    if !may_pull {
-        let passive = case.unseen.iter().map(|&m| (target.muscles[m].clone(), 0.0));
-        priors.tension.fixed_n_per_m = passive.collect();
-    }
-    let posterior_model = PosteriorModel::new(body, model, &priors)?;
+    priors.tension.fixed_n_per_m = passive.map(|muscle| (muscle, 0.0)).collect();
+    PosteriorModel::new(body, model, &priors)
+}
+
+/// Stretches of all muscles of the target at the most probable point given the contracting muscles; ones if there is no equilibrium.
+pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> {
     let mut measurements = Measurements::of_vowel(&case.matched);
-    for position in (0..measurements.stretches.len()).rev().filter(|m| !target.active.contains(m)) {
+    for position in (0..measurements.stretches.len()).rev().filter(|m| !case.target().active.contains(m)) {
         measurements = measurements.without(position);
     }
     let estimate =
-        Density::new(&posterior_model, measurements).and_then(|mut density| MapEstimate::find(&mut density));
-    let Ok(MapEstimate { solved, .. }) = estimate else { return Ok(vec![1.0; target.muscles.len()]) };
-    let numbers = case.matched.numbers[..target.muscles.len()].iter();
+        Density::new(posterior_model, measurements).and_then(|mut density| MapEstimate::find(&mut density));
+    let Ok(MapEstimate { solved, .. }) = estimate else { return vec![1.0; case.target().muscles.len()] };
+    let numbers = case.matched.numbers[..case.target().muscles.len()].iter();
     let [vowel, baseline] = [0, 1].map(|shape| solved.shape(shape).1);
-    Ok(numbers.map(|&n| vowel[n] / baseline[n]).collect())
+    numbers.map(|&n| vowel[n] / baseline[n]).collect()
 }

@@ -1,7 +1,7 @@
 //! Validation: predictions of muscles that were not fitted, compared with predictors without mechanics.
 //!
-//! The thesis's fit and the most probable points of the posterior's model see the muscles that are shorter than in the baseline and
-//! predict the others. They are compared with no change, and with one constant that is learned from the other subjects (leave one subject out). The
+//! The thesis's fit and the most probable points of the posterior's model see the muscles that are shorter than in the baseline and predict
+//! the others. They are compared with no change, and with one constant that is learned from the other subjects (leave one subject out). The
 //! error of a fit is the root mean square over its passive muscles, that of a predictor the root mean square over fits. Results are the
 //! same to the last bit for any number of threads.
 
@@ -16,6 +16,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use tongue_core::body::{Body, HYOID};
 use tongue_core::parallel;
 use tongue_core::system::Model;
+use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::{Dataset, Vowel};
 
 use crate::report::ByMuscle;
@@ -85,26 +86,27 @@ pub fn run(
         tuned_parameters: 0,
         predicted: parallel::map(&all, |case| cases::of_thesis(mesh, model, case)),
     });
-    for (name, what, may_pull) in [
-        (
-            "most_probable",
-            "the most probable point of the posterior's model: every muscle may pull, the baseline has tensions, the hyoid moves",
-            true,
-        ),
-        (
-            "most_probable_passive",
-            "the same, but muscles that are longer than in the baseline do not pull in the vowel, as in the thesis's model",
-            false,
-        ),
-    ] {
-        let predicted = parallel::map(&all, |case| {
-            let predicted = cases::most_probable(body, model, case, may_pull);
-            progress(usize::from(may_pull), "most probable points");
+    let posterior_model = cases::posterior_model(body, model, std::iter::empty())?;
+    entries.push(OpponentResult {
+        name: "most_probable",
+        what: "the most probable point of the posterior's model: every muscle may pull, the baseline has tensions, the hyoid moves",
+        tuned_parameters: 0,
+        predicted: parallel::map(&all, |case| {
+            let predicted = cases::most_probable(&posterior_model, case);
+            progress(1, "most probable points");
             predicted
-        });
-        let predicted = predicted.into_iter().collect::<Result<_, _>>()?;
-        entries.push(OpponentResult { name, what, tuned_parameters: 0, predicted });
-    }
+        }),
+    });
+    let passive = parallel::map(&all, |case| {
+        let posterior_model = cases::posterior_model(body, model, case.passive())?;
+        Ok::<_, PosteriorError>(cases::most_probable(&posterior_model, case))
+    });
+    entries.push(OpponentResult {
+        name: "most_probable_passive",
+        what: "the same, but muscles that are longer than in the baseline do not pull in the vowel, as in the thesis's model",
+        tuned_parameters: 0,
+        predicted: passive.into_iter().collect::<Result<_, _>>()?,
+    });
     let posterior =
         plan.posterior.then(|| posterior::study(body, model, data, plan, &progress)).transpose()?;
     progress(total, "done");

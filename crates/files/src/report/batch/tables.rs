@@ -29,8 +29,8 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     fn summary<'r>(r: &OfMuscle<'r>) -> Option<&'r Summary> {
         r.record.posterior.as_ref()?.summary.as_ref()
     }
-    fn change(r: &OfMuscle<'_>, value: fn(&Change) -> Option<f64>) -> Value {
-        json!(summary(r).and_then(|s| s.changes_n.get(r.name())).and_then(value))
+    fn change(r: &OfMuscle<'_>, value: fn(&Change) -> Value) -> Value {
+        json!(summary(r).and_then(|s| s.changes_n.get(r.name())).map(value))
     }
     fn tension(r: &OfMuscle<'_>, value: fn(&Tension) -> Value) -> Value {
         json!(summary(r).and_then(|s| s.tensions_n.get(r.name())).map(value))
@@ -44,18 +44,18 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
             json!(r.record.posterior.as_ref().map(|p| p.diagnostics.status))
         }),
         ("change_median_n_per_m", "N/m", "median of the change of tension", |r| {
-            change(r, |c| Some(c.spread.median))
+            change(r, |c| c.spread.median.into())
         }),
         ("change_low_50_n_per_m", "N/m", "lower end of its 50 % interval", |r| {
-            change(r, |c| Some(c.spread.interval_50[0]))
+            change(r, |c| c.spread.interval_50[0].into())
         }),
-        ("change_high_50_n_per_m", "N/m", "upper end", |r| change(r, |c| Some(c.spread.interval_50[1]))),
+        ("change_high_50_n_per_m", "N/m", "upper end", |r| change(r, |c| c.spread.interval_50[1].into())),
         ("change_low_95_n_per_m", "N/m", "lower end of its 95 % interval", |r| {
-            change(r, |c| Some(c.spread.interval_95[0]))
+            change(r, |c| c.spread.interval_95[0].into())
         }),
-        ("change_high_95_n_per_m", "N/m", "upper end", |r| change(r, |c| Some(c.spread.interval_95[1]))),
+        ("change_high_95_n_per_m", "N/m", "upper end", |r| change(r, |c| c.spread.interval_95[1].into())),
         ("probability_rises", "", "probability that the muscle pulls harder than in the baseline; empty if the priors fix both tensions", |r| {
-            change(r, |c| c.probability_rises)
+            change(r, |c| c.probability_rises.into())
         }),
         ("tension_low_95_n_per_m", "N/m", "lower end of the 95 % interval of the tension", |r| {
             tension(r, |t| t.spread.interval_95[0].into())

@@ -77,7 +77,7 @@ pub(super) fn body_of_figures(record: &TrackRecord) -> Value {
     })
 }
 
-/// The figure of a recording. `doubtful` has a character for each frame, 1 where it cannot be trusted; `courses` and `levels` have median
+/// The figure of a recording. `doubtful` has a character for each frame, 1 where it cannot be trusted; `courses` and `tensions` have median
 /// and ends of the interval for every muscle; times, tensions, nodes and measured points are those of the frames that are shown.
 pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     let frames: Vec<&Tracked> =
@@ -97,7 +97,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "labels": one.shown_labels().into_iter().map(|l| (l.from_s, l.to_s, &l.name)).collect::<Vec<_>>(),
         "sound": one.sound.as_ref().and_then(|sound| drawn_sound(sound, &frames)),
         "courses": of(|f| &f.courses),
-        "levels": of(|f| &f.tensions),
+        "tensions": of(|f| &f.tensions),
         "mirrored": one.seen.mirrored,
         "shown": Packed::of(shown().map(|f| f.time_s)),
         "tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),

@@ -146,7 +146,7 @@ for (const recording of document.querySelectorAll('details.recording')) {
     const label = box.appendChild(document.createElement('label'));
     label.append('Show ');
     const choice = label.appendChild(document.createElement('select'));
-    for (const what of ['courses', 'levels']) choice.appendChild(new Option(what === 'levels' ? 'tensions' : what, what));
+    for (const what of ['courses', 'tensions']) choice.appendChild(new Option(what, what));
     const svg = make('svg', { role: 'img', 'aria-label': 'Tensions over time with 95 % intervals' }, box);
     const draw = () => figure(svg, data, choice.value);
     choice.addEventListener('change', draw);
