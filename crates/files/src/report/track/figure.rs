@@ -100,7 +100,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "tensions": of(|f| &f.tensions),
         "mirrored": one.seen.mirrored,
         "shown": Packed::of(shown().map(|f| f.time_s)),
-        "tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),
+        "shown_tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),
         "nodes": Packed::of_points(nodes),
         "rest": Packed::of_points(drawn.iter().map(|n| one.tracked.rest.get(*n).copied())),
         "marks": Packed::of_points(one.marks().flatten()),

@@ -69,7 +69,7 @@ function figure(svg, data, what) {
 }
 
 function player(parent, data) {
-  const times = unpack(data.shown), nodes = unpack(data.nodes), rest = unpack(data.rest), tensions = unpack(data.tensions);
+  const times = unpack(data.shown), nodes = unpack(data.nodes), rest = unpack(data.rest), tensions = unpack(data.shown_tensions);
   const marks = unpack(data.marks), count = rest.length, muscles = body.muscles.length, points = marks.length / times.length;
   if (!times.length) return;
   const side = data.mirrored ? -1 : 1, palate = unpack(body.palate);
