@@ -154,7 +154,7 @@ pub mod inverse {
     pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
     pub use tongue_infer::inverse::{
         Constant, Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown,
-        fit, solve,
+        fit,
     };
 
     pub mod alarms {

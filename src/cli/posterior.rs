@@ -101,14 +101,14 @@ impl Arguments {
 /// A table of every tension of a posture with its intervals; with `-v` also one of every stretch.
 pub fn text(sampled: &SampledPosterior<'_>, posture: usize) -> String {
     let report = &sampled.reports[posture];
-    let seen = &sampled.posterior.density.measurements;
+    let seen = &sampled.posterior.problem.measurements;
     let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
     let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
     let mut text = format!(
         "\nPOSTERIOR of {} against /{}/{}{}: all {}{}, every muscle may pull\n",
         sampled.what(posture),
         sampled.baseline,
-        if sampled.posterior.density.has_active_baseline() { ACTIVE_BASELINE } else { "" },
+        if sampled.posterior.problem.has_active_baseline() { ACTIVE_BASELINE } else { "" },
         if others.is_empty() { String::new() } else { format!(", with {}", others.join(", ")) },
         match seen.of_posture(posture).len() {
             1 => "that was measured, one stretch".to_owned(),
@@ -152,7 +152,7 @@ pub fn text(sampled: &SampledPosterior<'_>, posture: usize) -> String {
 
 /// Sentences about muscles whose tension surely differs between a posture and others that were sampled with it.
 fn contrasts(sampled: &SampledPosterior<'_>, posture: usize) -> String {
-    let own = &sampled.posterior.density.measurements.labels[posture];
+    let own = &sampled.posterior.problem.measurements.labels[posture];
     let sure = sampled.contrasts.iter().filter(|c| c.is_decided() && [&c.a, &c.b].contains(&own));
     sure.map(|c| difference(c) + "\n").collect()
 }

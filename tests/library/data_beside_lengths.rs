@@ -15,8 +15,8 @@ use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
-    AuxiliaryData, Density, Draw, MapEstimate, Measurements, ParameterValues, Posterior, PosteriorModel,
-    Priors, Sampling, sample,
+    AuxiliaryData, Draw, MapEstimate, Measurements, ParameterValues, Posterior, PosteriorModel,
+    PosteriorProblem, Priors, Sampling,
 };
 
 use crate::fixtures::less_compressible;
@@ -90,14 +90,14 @@ fn with_all(posterior_model: &PosteriorModel) -> Measurements {
 #[test]
 fn derivatives_of_stretches_and_other_data_are_exact() {
     for posterior_model in &posterior_models() {
-        let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
-        let map_estimate = MapEstimate::find(&mut density).unwrap();
-        let n = density.parameters.len();
-        let stretches = density.measurements.stretches.len();
-        let rows = density.rows.len() - stretches;
+        let mut problem = PosteriorProblem::new(posterior_model, with_all(posterior_model)).unwrap();
+        let map_estimate = problem.map().unwrap();
+        let n = problem.parameters.len();
+        let stretches = problem.measurements.stretches.len();
+        let rows = problem.rows.len() - stretches;
         assert_eq!(rows, 4 + 22 + 12, "activity in one posture says nothing");
         let at = &map_estimate.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;
-        for (row, i, exact, difference) in derivatives(&density, &at, &map_estimate.solved, 1e-3) {
+        for (row, i, exact, difference) in derivatives(&problem, &at, &map_estimate.solved, 1e-3) {
             // The scale is 1 for stretches and for logarithms of activity, and a millimetre for points.
             let scale = if row < stretches + 4 { 1.0 } else { 1e-3 };
             assert!((exact - difference).abs() < 1e-5 * scale, "{row} {i}: {exact} {difference}");
@@ -108,10 +108,10 @@ fn derivatives_of_stretches_and_other_data_are_exact() {
 #[test]
 fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_show() {
     for posterior_model in &posterior_models() {
-        let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
-        let map_estimate = MapEstimate::find(&mut density).unwrap();
-        let (values, _) = density.parameter_values(&map_estimate.scores);
-        let answers = at_mode(&density, &map_estimate).geometry;
+        let mut problem = PosteriorProblem::new(posterior_model, with_all(posterior_model)).unwrap();
+        let map_estimate = problem.map().unwrap();
+        let (values, _) = problem.parameter_values(&map_estimate.scores);
+        let answers = at_mode(&problem, &map_estimate).geometry;
         let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
         // The values are stretches, then the other data of the posture and of the baseline.
         let values = |mesh: &Mesh<2>, model: &Model| -> DVector<f64> {
@@ -120,10 +120,10 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
                 system: Some(&system),
                 ..posterior_model.load(&values, s, Some(map_estimate.solved.shape(s).0))
             };
-            let shapes = density.lanes().solve(&[load(0), load(1)], density.settings());
+            let shapes = problem.lanes().solve(&[load(0), load(1)], problem.settings());
             let [vowel, base] = [0, 1].map(|s| system.lengths(&shapes[s].positions));
             let shape = |posture: Option<usize>| shapes[posture.unwrap_or(1)].positions.as_slice();
-            let auxiliary = density.measurements.auxiliary.values(&values, shape);
+            let auxiliary = problem.measurements.auxiliary.values(&values, shape);
             DVector::from_vec(vowel.iter().zip(&base).map(|(v, b)| v / b).chain(auxiliary).collect())
         };
         let agree = |derivative: DVectorView<'_, f64>, difference: &DVector<f64>, what: &str| {
@@ -202,7 +202,7 @@ const SETTINGS: Sampling = Sampling { draws: 1000, seed: 1 };
 fn alone() -> &'static Posterior<'static> {
     static ALONE: LazyLock<Posterior<'static>> = LazyLock::new(|| {
         let posterior_model = Box::leak(Box::new(coarse_posterior_model(&Priors::default())));
-        sample(posterior_model, stretches(), &SETTINGS).unwrap()
+        posterior_model.posterior(stretches(), &SETTINGS).unwrap()
     });
     &ALONE
 }
@@ -210,7 +210,7 @@ fn alone() -> &'static Posterior<'static> {
 #[test]
 fn each_kind_adds_to_what_is_known() {
     let alone = alone();
-    let posterior_model = alone.density.posterior_model;
+    let posterior_model = alone.problem.posterior_model;
     assert!(alone.is_mixed(), "{}", alone.diagnostics.why);
     // A contour of the baseline adds information, because the errors of placement and body are common to both.
     let mean_sd = |draws: &[Draw]| {
@@ -218,7 +218,7 @@ fn each_kind_adds_to_what_is_known() {
         (0..8).map(sd).sum::<f64>() / 8.0
     };
     let part = |auxiliary: AuxiliaryData| {
-        let with = sample(posterior_model, Measurements { auxiliary, ..stretches() }, &SETTINGS).unwrap();
+        let with = posterior_model.posterior(Measurements { auxiliary, ..stretches() }, &SETTINGS).unwrap();
         assert!(with.is_mixed(), "{}", with.diagnostics.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
@@ -234,13 +234,13 @@ fn each_kind_adds_to_what_is_known() {
 
 #[test]
 fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
-    let posterior_model = alone().density.posterior_model;
+    let posterior_model = alone().problem.posterior_model;
     let sds = |found: &Posterior<'_>| -> Vec<f64> {
         assert!(found.is_mixed(), "{}", found.diagnostics.why);
         (0..8).map(|m| mean_and_variance(found.draws.iter().map(|d| d.change(0, m))).1.sqrt()).collect()
     };
     let measured = Measurements { auxiliary: emg([0.9, 0.3]), ..stretches() };
-    let (without, with) = (sds(alone()), sds(&sample(posterior_model, measured, &SETTINGS).unwrap()));
+    let (without, with) = (sds(alone()), sds(&posterior_model.posterior(measured, &SETTINGS).unwrap()));
     let parts: Vec<f64> = with.iter().zip(&without).map(|(with, without)| with / without).collect();
     assert!(parts.iter().sum::<f64>() / 8.0 < 1.03, "{parts:?}");
     assert!(parts[0] < 0.9 && 0.5 * (parts[6] + parts[7]) < 1.0, "{parts:?}");
@@ -248,8 +248,9 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     let mode_with = |times: f64| {
         let mut auxiliary = emg([0.8, 0.1]);
         auxiliary.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
-        let mut density = Density::new(posterior_model, Measurements { auxiliary, ..stretches() }).unwrap();
-        MapEstimate::find(&mut density).unwrap().scores
+        let mut problem =
+            PosteriorProblem::new(posterior_model, Measurements { auxiliary, ..stretches() }).unwrap();
+        problem.map().unwrap().scores
     };
     assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
 }
@@ -260,15 +261,15 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     // The nodes of the hyoid depend on the patches of the body, so the hyoid moves without tilting here.
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &priors).unwrap();
-    let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
-    let map_estimate = MapEstimate::find(&mut density).unwrap();
-    let (values, _) = density.parameter_values(&map_estimate.scores);
+    let mut problem = PosteriorProblem::new(&posterior_model, measurements("S2", "a")).unwrap();
+    let map_estimate = problem.map().unwrap();
+    let (values, _) = problem.parameter_values(&map_estimate.scores);
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let stretches = |settings: &ContinuumSettings| -> DVector<f64> {
         let body = posterior_model.body.with_continuum(settings).unwrap().unwrap();
         let system = System::new(&body.mesh, &posterior_model.model, &all).unwrap();
         let solved = |load: Load<'_, 2>| {
-            let found = Lanes::new(&system).solve(&[load], density.settings()).remove(0);
+            let found = Lanes::new(&system).solve(&[load], problem.settings()).remove(0);
             assert_eq!(found.solution.status, SolveStatus::Converged);
             system.lengths(&found.positions)
         };
@@ -279,7 +280,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     };
     let own = posterior_model.body.mesh.continuum.as_ref().unwrap().settings;
     let (width, patch) = (posterior_model.priors.bundle_width.sd_ln, posterior_model.priors.bone_patch.sd_ln);
-    let answers = at_mode(&density, &map_estimate).geometry;
+    let answers = at_mode(&problem, &map_estimate).geometry;
     for (derivative, [width, patch]) in [(&answers.width, [width, 0.0]), (&answers.patch, [0.0, patch])] {
         let by = |part: f64| ContinuumSettings {
             bundle_width_m: own.bundle_width_m * (part * width).exp(),
@@ -305,23 +306,23 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     // If kappa is known, the covariance is that of muscle ends and outline.
     let posterior_model =
         posterior_model(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
-    let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
-    let map_estimate = MapEstimate::find(&mut density).unwrap();
+    let mut problem = PosteriorProblem::new(&posterior_model, measurements("S2", "a")).unwrap();
+    let map_estimate = problem.map().unwrap();
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let draws: Vec<(u64, DVector<f64>)> = (0..).zip(laplace_draws(&map_estimate, 200, 2)).collect();
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
-        let (values, _) = density.parameter_values(scores);
+        let (values, _) = problem.parameter_values(scores);
         let fields = posterior_model.ends.iter().chain(&posterior_model.outline);
         let body = posterior_model.displaced(fields.map(|field| (field, normal(&mut random))))?;
         let system = System::new(&body.mesh, &posterior_model.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
-            let shape = density.lanes().solve(&[load], density.settings()).remove(0);
+            let shape = problem.lanes().solve(&[load], problem.settings()).remove(0);
             (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
-            let load = |s| Load { system: Some(system), ..density.posterior_model.load(&values, s, None) };
-            let (posture, base) = (lengths(load(0), system)?, lengths(load(density.postures()), system)?);
+            let load = |s| Load { system: Some(system), ..problem.posterior_model.load(&values, s, None) };
+            let (posture, base) = (lengths(load(0), system)?, lengths(load(problem.postures()), system)?);
             Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
         };
         Some(stretches(&system)? - stretches(&posterior_model.system)?)
@@ -329,6 +330,6 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let moved: Vec<_> = moved.into_iter().flatten().collect();
     assert!(moved.len() > 120, "{}", moved.len());
     let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
-    let linear = density.geometry.trace();
+    let linear = problem.geometry.trace();
     assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
 }

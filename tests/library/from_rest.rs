@@ -13,7 +13,9 @@ use tongue_fit::statics::{self, Connection, FromRest, SolveSettings, SolveStatus
 use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{FitSettings, Forward, LeastSquaresProblem, Unknown};
-use tongue_infer::posterior::{Density, Evaluator, ParameterValues, PosteriorModel, Posture, Priors};
+use tongue_infer::posterior::{
+    Evaluator, ParameterValues, PosteriorModel, PosteriorProblem, Posture, Priors,
+};
 use tongue_infer::track::{Frame, FrameSolver, Softplus, TrackingContext};
 
 use crate::posterior::measurements;
@@ -33,7 +35,7 @@ type Positions = [SVector<f64, 2>];
 struct Tongue<'a> {
     body: &'a Body<2>,
     system: &'a System<2>,
-    density: &'a Density<'a>,
+    problem: &'a PosteriorProblem<'a>,
 }
 
 fn are_same(a: &Positions, b: &Positions) -> bool {
@@ -45,7 +47,7 @@ impl Tongue<'_> {
         let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
         let baseline = Posture { tensions: vec![0.0; load.len()], hyoid: Vector2::zeros() };
         let at = ParameterValues { postures: vec![posture, baseline], tilt: 0.0 };
-        let found = Evaluator::new(self.density).solve_from_rest(&[&at]).remove(0);
+        let found = Evaluator::new(self.problem).solve_from_rest(&[&at]).remove(0);
         found.is_some_and(|found| are_same(&found.shapes[0], positions))
     }
 
@@ -128,8 +130,8 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
     let mut priors = Priors::default();
     priors.compressibility.off = true; // The same body everywhere.
     let posterior_model = PosteriorModel::new(&body, &Model::default(), &priors).unwrap();
-    let density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
-    let tongue = Tongue { body: &body, system: &system, density: &density };
+    let problem = PosteriorProblem::new(&posterior_model, measurements("S2", "a")).unwrap();
+    let tongue = Tongue { body: &body, system: &system, problem: &problem };
     for load in TWO_SHAPES {
         let (_, how, same) = tongue.ask(&load);
         assert_eq!((how, same), (FromRest::Branch, false));

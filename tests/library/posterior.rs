@@ -14,9 +14,8 @@ use tongue_fit::system::Model;
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::hmc::{self, SampledDensity, Whitened};
 use tongue_infer::posterior::{
-    Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, Posterior,
-    PosteriorModel, Priors, Report, Sampling, ShortRun, SolvedPoint, Surrogate, SurrogateDensity, Verdict,
-    sample,
+    Contrast, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, Posterior, PosteriorModel,
+    PosteriorProblem, Priors, Report, Sampling, ShortRun, SolvedPoint, Surrogate, SurrogateDensity, Verdict,
 };
 
 pub fn posterior_model(priors: &Priors) -> PosteriorModel {
@@ -52,7 +51,8 @@ pub fn sampled(subject: &str) -> &'static Posterior<'static> {
     let row = SAMPLED.iter().position(|(s, _)| *s == subject).unwrap();
     ALL[row].get_or_init(|| {
         let posterior_model = Box::leak(Box::new(posterior_model(&Priors::default())));
-        sample(posterior_model, measurements(subject, SAMPLED[row].1), &Sampling { draws: 1000, seed: 1 })
+        posterior_model
+            .posterior(measurements(subject, SAMPLED[row].1), &Sampling { draws: 1000, seed: 1 })
             .unwrap()
     })
 }
@@ -61,43 +61,43 @@ pub fn sampled(subject: &str) -> &'static Posterior<'static> {
 #[test]
 fn derivatives_of_two_postures_together_are_exact() {
     let posterior_model = posterior_model(&Priors::default());
-    let mut density = Density::new(&posterior_model, together("S2", &["i", "a"])).unwrap();
-    let map_estimate = MapEstimate::find(&mut density).unwrap();
+    let mut problem = PosteriorProblem::new(&posterior_model, together("S2", &["i", "a"])).unwrap();
+    let map_estimate = problem.map().unwrap();
     let mut random = fastrand::Rng::with_seed(1);
-    assert_eq!(density.parameters.len(), 29);
+    assert_eq!(problem.parameters.len(), 29);
     for _ in 0..3 {
         let at = &map_estimate.scores + normals(29, &mut random) * 0.3;
-        for (row, i, exact, difference) in derivatives(&density, &at, &map_estimate.solved, 1e-3) {
+        for (row, i, exact, difference) in derivatives(&problem, &at, &map_estimate.solved, 1e-3) {
             assert!((exact - difference).abs() < 1e-7, "{row} {i}: {exact} {difference}");
         }
     }
 }
 
 /// What is computed of the measured numbers at a point.
-pub fn computed(density: &Density<'_>, at: &DVector<f64>, from: &SolvedPoint) -> DVector<f64> {
-    let values = density.parameter_values(at).0;
-    let point = Evaluator::new(density).solve(&[(&values, from)]).pop().flatten().unwrap();
-    -density.residuals(&point.lengths, &point.auxiliary)
+pub fn computed(problem: &PosteriorProblem<'_>, at: &DVector<f64>, from: &SolvedPoint) -> DVector<f64> {
+    let values = problem.parameter_values(at).0;
+    let point = Evaluator::new(problem).solve(&[(&values, from)]).pop().flatten().unwrap();
+    -problem.residuals(&point.lengths, &point.auxiliary)
 }
 
 /// Derivatives of the measured numbers by the scores, each with its row, its column and its difference quotient of fourth order with step
 /// `h`.
 pub fn derivatives(
-    density: &Density<'_>,
+    problem: &PosteriorProblem<'_>,
     at: &DVector<f64>,
     from: &SolvedPoint,
     h: f64,
 ) -> Vec<(usize, usize, f64, f64)> {
-    let LinearisationPoint { jacobian, solved, .. } = Evaluator::new(density).linearise(at, from).unwrap();
+    let LinearisationPoint { jacobian, solved, .. } = Evaluator::new(problem).linearise(at, from).unwrap();
     let side = |i: usize, by: f64| {
         let mut x = at.clone();
         x[i] += by;
-        computed(density, &x, &solved)
+        computed(problem, &x, &solved)
     };
     let each = (0..at.len()).flat_map(|i| {
         let near = (side(i, h) - side(i, -h)) * 8.0;
         let difference = (near - side(i, 2.0 * h) + side(i, -2.0 * h)) / (12.0 * h);
-        let rows = density.rows.iter().zip(&difference).enumerate();
+        let rows = problem.rows.iter().zip(&difference).enumerate();
         rows.map(|(row, (&number, d))| (row, i, jacobian[(number, i)], *d)).collect::<Vec<_>>()
     });
     each.collect()
@@ -107,14 +107,14 @@ pub fn derivatives(
 #[test]
 fn the_quadratic_model_is_near_the_density_and_its_gradient_is_exact() {
     let posterior = sampled("S2");
-    let density = &posterior.density;
+    let problem = &posterior.problem;
     let whitened = posterior.map_estimate.whitened().unwrap();
-    let surrogate = Surrogate::refined(density, density, &whitened).unwrap();
-    let mut both = SurrogateDensity::new(density, density, &surrogate);
+    let surrogate = Surrogate::refined(problem, problem, &whitened).unwrap();
+    let mut both = SurrogateDensity::new(problem, problem, &surrogate);
     let mut random = fastrand::Rng::with_seed(3);
     let (mut errors, mut logs) = (Vec::new(), Vec::new());
     for _ in 0..40 {
-        let at = &whitened.centre + &whitened.spread * normals(density.parameters.len(), &mut random);
+        let at = &whitened.centre + &whitened.spread * normals(problem.parameters.len(), &mut random);
         let (log, gradient) = both.approximate(&at);
         for i in 0..at.len() {
             let side = |by: f64| {
@@ -136,21 +136,21 @@ fn the_quadratic_model_is_near_the_density_and_its_gradient_is_exact() {
 }
 
 /// The linearisation of the stretches at a mode, including geometry.
-pub fn at_mode(density: &Density<'_>, map_estimate: &MapEstimate) -> LinearisationPoint {
-    Evaluator::new(density).linearise(&map_estimate.scores, &map_estimate.solved).unwrap()
+pub fn at_mode(problem: &PosteriorProblem<'_>, map_estimate: &MapEstimate) -> LinearisationPoint {
+    Evaluator::new(problem).linearise(&map_estimate.scores, &map_estimate.solved).unwrap()
 }
 
 #[test]
 fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tensions_lead_from_rest() {
     let continuum = Body::continuum(12.0 * MM, &ContinuumSettings::default()).unwrap();
     let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &Priors::default()).unwrap();
-    let mut density = Density::new(&posterior_model, measurements("S2", "a")).unwrap();
-    let map_estimate = MapEstimate::find(&mut density).unwrap();
+    let mut problem = PosteriorProblem::new(&posterior_model, measurements("S2", "a")).unwrap();
+    let map_estimate = problem.map().unwrap();
     let settings = hmc::Settings { warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
         let whitened = map_estimate.whitened().unwrap();
-        let surrogate = Surrogate::about(&density, &whitened).unwrap();
-        let target = || SurrogateDensity::new(&density, &density, &surrogate);
+        let surrogate = Surrogate::about(&problem, &whitened).unwrap();
+        let target = || SurrogateDensity::new(&problem, &problem, &surrogate);
         let sample = || hmc::sample(target, &whitened, &settings);
         parallel::with_threads(threads, sample).unwrap()
     };
@@ -184,7 +184,7 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
         let shares = recording.stretches[i].muscle == recording.stretches[j].muscle;
         assert_eq!(recording.rounding[(i, j)] > 0.0, shares, "{i} {j}");
     }
-    let posterior = sample(&posterior_model, recording, &Sampling { draws: 1000, seed: 1 }).unwrap();
+    let posterior = posterior_model.posterior(recording, &Sampling { draws: 1000, seed: 1 }).unwrap();
     assert!(posterior.is_mixed(), "{}", posterior.diagnostics.why);
     let reports = Report::of_each(&posterior, false, 1);
     let contrasts = Contrast::all(&posterior);
@@ -311,7 +311,7 @@ fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
     let posterior_model = coarse_posterior_model(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
     let mut measurements = measurements("S2", "a");
     measurements.stretches.iter_mut().for_each(|stretch| stretch.value = 1.0);
-    let posterior = sample(&posterior_model, measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
+    let posterior = posterior_model.posterior(measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
     let summary = Report::of_each(&posterior, false, 1).remove(0).summary.unwrap();
     for (muscle, change) in &summary.changes_n.0 {
         let p = change.probability_rises.unwrap();
@@ -325,7 +325,7 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
     let run = |threads: usize| {
         let settings = Sampling { draws: 104, seed: 3 };
         parallel::with_threads(threads, || {
-            sample(&posterior_model, measurements("S1", "i"), &settings).unwrap().draws
+            posterior_model.posterior(measurements("S1", "i"), &settings).unwrap().draws
         })
         .unwrap()
     };
@@ -351,14 +351,14 @@ fn the_most_probable_point_of_every_row_is_reached_from_rest() {
     for (subject, vowels) in [("S1", "ieao"), ("S2", "ieao"), ("S3", "ieao")] {
         for vowel in vowels.chars() {
             let measured = measurements(subject, &vowel.to_string());
-            let mut density = Density::new(&posterior_model, measured).unwrap();
-            let mut map_estimate = MapEstimate::find(&mut density).unwrap();
-            assert!(map_estimate.is_reached_from_rest(&density), "{subject} {vowel}");
+            let mut problem = PosteriorProblem::new(&posterior_model, measured).unwrap();
+            let mut map_estimate = problem.map().unwrap();
+            assert!(map_estimate.is_reached_from_rest(&problem), "{subject} {vowel}");
             // Tensions that are 30 % larger lead to other shapes.
-            let (values, _) = density.parameter_values(&map_estimate.scores);
+            let (values, _) = problem.parameter_values(&map_estimate.scores);
             let stronger = values.scaled(1.3);
-            map_estimate.solved = Evaluator::new(&density).solve_from_rest(&[&stronger]).remove(0).unwrap();
-            assert!(!map_estimate.is_reached_from_rest(&density));
+            map_estimate.solved = Evaluator::new(&problem).solve_from_rest(&[&stronger]).remove(0).unwrap();
+            assert!(!map_estimate.is_reached_from_rest(&problem));
         }
     }
 }
@@ -366,14 +366,14 @@ fn the_most_probable_point_of_every_row_is_reached_from_rest() {
 #[test]
 fn points_that_are_solved_together_have_the_shapes_that_they_have_alone() {
     let posterior_model = posterior_model(&Priors::default());
-    let mut density = Density::new(&posterior_model, measurements("S1", "i")).unwrap();
-    let map_estimate = MapEstimate::find(&mut density).unwrap();
-    let (usual, _) = density.parameter_values(&map_estimate.scores);
+    let mut problem = PosteriorProblem::new(&posterior_model, measurements("S1", "i")).unwrap();
+    let map_estimate = problem.map().unwrap();
+    let (usual, _) = problem.parameter_values(&map_estimate.scores);
     // At these tensions there is no equilibrium, but in the baseline, which has other tones, there is one.
     let mut lost = usual.clone();
     lost.postures[0].tensions.iter_mut().for_each(|t| *t = 1e5);
     let weaker = usual.scaled(0.5);
-    let mut evaluator = Evaluator::new(&density);
+    let mut evaluator = Evaluator::new(&problem);
     let together = evaluator.solve_from_rest(&[&usual, &lost, &weaker]);
     for (found, values) in together.iter().zip([&usual, &lost, &weaker]) {
         let alone = evaluator.solve_from_rest(&[values]).remove(0);
@@ -390,7 +390,7 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     let posterior = sampled("S1");
     let mut snapped = 0;
     for draw in posterior.draws.iter().step_by(10) {
-        let (found, away) = from_rest(posterior.density.posterior_model, draw);
+        let (found, away) = from_rest(posterior.problem.posterior_model, draw);
         // Beyond a snap-through the shape depends on the steps of the load.
         snapped += usize::from(found.from_rest.critical().is_some() && away >= SAME_SHAPE_M);
         assert_eq!(found.solution.status, SolveStatus::Converged);

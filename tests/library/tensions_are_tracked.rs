@@ -13,8 +13,8 @@ use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{
-    Comparison, Errors, FrameStatus, Interval, LabelDraws, RestShape, TrackSettings, Tracked,
-    TrackingContext, Watch, add_formants, compare, frames, is_untrusted, labels_to_compare, mark, track,
+    Comparison, ErrorModel, FrameStatus, Interval, LabelDraws, RestShape, TrackSettings, Tracked,
+    TrackingContext, Watch, add_formants, compare, frames, is_untrusted, labels_to_compare, mark,
 };
 use tongue_input::measured::recording::Label;
 
@@ -41,7 +41,7 @@ fn recorded(speaker: &Speaker, count: usize, noise: f64) -> AlignedRecording {
 }
 
 fn independent() -> TrackSettings {
-    TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) }
+    TrackSettings { errors: ErrorModel::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) }
 }
 
 /// With the known body and independent errors.
@@ -59,7 +59,7 @@ fn tracked_with(
     let followed = &followed_bones(&speaker.body, &recording.bones);
     let ready = vec![frames(recording, &speaker.surface, followed, &[])];
     let context = TrackingContext { system: &speaker.system, followed, freed, shape };
-    Watch::collect(|watch| track(&context, ready, settings, watch)).unwrap().pop().unwrap().frames
+    Watch::collect(|watch| context.smooth(ready, settings, watch)).unwrap().pop().unwrap().frames
 }
 
 /// The part of the intervals that contain the truth.
@@ -117,7 +117,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
     let settings = independent();
     let context = TrackingContext { system: &speaker.system, followed: &followed, freed: &[], shape: None };
     let all = vec![ready(&recording), ready(&other)];
-    let found = Watch::collect(|watch| track(&context, all, &settings, watch)).unwrap();
+    let found = Watch::collect(|watch| context.smooth(all, &settings, watch)).unwrap();
     let draws: Vec<&[LabelDraws]> = found.iter().map(|one| one.compared.as_slice()).collect();
     assert_eq!((draws[0][2].frames, draws[1][2].frames, draws[1][2].repetitions), (24, 22, 2));
     let names: Vec<String> = (0..8).map(|m| format!("m{m}")).collect();
@@ -170,7 +170,7 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let settings = independent();
     let context = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };
     let found =
-        Watch::collect(|watch| track(&context, vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
+        Watch::collect(|watch| context.smooth(vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
     let mut squares = [Vec::new(), Vec::new()];
     for frame in &found {
         let shape = speaker.shape(&course(frame.time_s), Point::zeros()).unwrap();
@@ -312,7 +312,7 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
     let count = 540;
     let recording = recorded(&speaker, count, 0.3e-3);
     let settings = TrackSettings {
-        errors: Errors::INDEPENDENT,
+        errors: ErrorModel::INDEPENDENT,
         draws: 100,
         reachability: false,
         shapes: 11,

@@ -3,7 +3,7 @@
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{Body, ContinuumSettings, Mesh, MeshContent, MuscleChain};
-use tongue_fit::inverse::{self, FitSettings, FitStatus, Method, MovableBone, Unknown};
+use tongue_fit::inverse::{FitSettings, FitStatus, Method, MovableBone, Unknown};
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics;
 use tongue_fit::system::{Model, System};
@@ -40,7 +40,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let unknowns = || vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)];
     let fit = |observations, method, room: f64| {
         let problem = LeastSquaresProblem::new(&system, observations, unknowns());
-        let answer = inverse::solve(&problem, &FitSettings { method, ..settings() }).unwrap();
+        let answer = problem.solve(&FitSettings { method, ..settings() }).unwrap();
         assert_eq!(answer.status, FitStatus::Converged, "{method:?}");
         let off = answer.x.iter().zip(&truth).map(|(f, t)| (f / t - 1.0).abs()).fold(0.0, f64::max);
         assert!(off < room, "{method:?}: {:?}", answer.x);
@@ -164,6 +164,6 @@ fn incompatible_problems_are_refused_with_a_sentence() {
         (of_system(), Unknown::tension(gga, f64::NAN), "finite and in order"),
     ] {
         let problem = LeastSquaresProblem::new(&system, observations, vec![unknown]);
-        says(inverse::solve(&problem, &settings()), why);
+        says(problem.solve(&settings()), why);
     }
 }

@@ -255,7 +255,8 @@ fn the_priors_that_are_printed_are_read_back() {
         let line = priors.lines().find_map(|l| l.strip_prefix(&format!("# {name} = "))).unwrap();
         line.split_once(" # ").unwrap().0.parse().unwrap()
     };
-    let (errors, link) = (tongue_infer::track::Errors::default(), tongue_infer::track::Softplus::default());
+    let (errors, link) =
+        (tongue_infer::track::ErrorModel::default(), tongue_infer::track::Softplus::default());
     let space = tongue_infer::inverse::in_space::SpaceSearch::default();
     for (name, used) in [
         ("slow_mm", errors.slow_mm),

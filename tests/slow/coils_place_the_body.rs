@@ -10,9 +10,7 @@ use tongue_fit::parallel;
 use tongue_fit::statistics::median;
 use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{Placement, RestError};
-use tongue_infer::track::{
-    RestShape, TrackSettings, TrackedRecording, TrackingContext, Watch, frames, track,
-};
+use tongue_infer::track::{RestShape, TrackSettings, TrackedRecording, TrackingContext, Watch, frames};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, recorded, recorded_with};
@@ -131,7 +129,7 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let context =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
-    Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap()
+    Watch::collect(|watch| context.smooth(ready, &settings, watch)).unwrap()
 }
 
 #[test]

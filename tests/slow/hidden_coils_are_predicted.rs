@@ -7,9 +7,7 @@ use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
-use tongue_infer::track::{
-    RestShape, TrackSettings, Tracked, TrackingContext, Watch, frames, held_out, track,
-};
+use tongue_infer::track::{RestShape, TrackSettings, Tracked, TrackingContext, Watch, frames, held_out};
 
 use crate::cases;
 use crate::changed_speakers::redrawn;
@@ -43,7 +41,7 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
     let context =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, ..TrackSettings::new(20.0, 0.1) };
-    let found = Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap();
+    let found = Watch::collect(|watch| context.smooth(ready, &settings, watch)).unwrap();
     let tracked: Vec<&[Tracked]> = found.iter().map(|one| one.frames.as_slice()).collect();
     let judged = held_out(&recordings, &tracked, &hide).unwrap().opponents;
     let pooled =

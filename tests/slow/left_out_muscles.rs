@@ -3,7 +3,7 @@
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::TargetKind;
 use tongue_infer::posterior::{
-    Density, Draw, MapEstimate, Measurements, Sampling, conditional, predict_each_from_others, sample,
+    Draw, Measurements, PosteriorProblem, Sampling, conditional, predict_each_from_others,
 };
 
 use crate::fixtures::{target, tongue};
@@ -13,27 +13,27 @@ use crate::synthetic_speakers::coarse_posterior_model;
 fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
     let posterior_model = coarse_posterior_model("");
     let matched = TargetOnBody::new(&tongue(), &target("S3", "e", TargetKind::Stretch)).unwrap();
-    let mut density = Density::new(&posterior_model, Measurements::of_vowel(&matched)).unwrap();
-    let map_estimate = MapEstimate::find(&mut density).unwrap();
-    let found = predict_each_from_others(&density, &map_estimate).unwrap();
+    let mut problem = PosteriorProblem::new(&posterior_model, Measurements::of_vowel(&matched)).unwrap();
+    let map_estimate = problem.map().unwrap();
+    let found = predict_each_from_others(&problem, &map_estimate).unwrap();
     assert_eq!(found.len(), 8);
     assert!(found.iter().all(|f| f.effective > 50.0), "{found:?}");
     let mut leaning = Vec::new();
     for (position, found) in found.iter().enumerate() {
         let settings = Sampling { draws: 800, seed: 11 };
-        let own = sample(&posterior_model, density.measurements.without(position), &settings).unwrap();
-        let row = density.rows[position];
+        let own = posterior_model.posterior(problem.measurements.without(position), &settings).unwrap();
+        let row = problem.rows[position];
         // The errors by geometry that a stretch shares with the others move its conditional mean, as in the run for all.
-        let (gain, _) = conditional(&density, &own.density, position);
-        let mean = |d: &Draw| d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.auxiliary));
+        let (gain, _) = conditional(&problem, &own.problem, position);
+        let mean = |d: &Draw| d.stretch(row) + gain.dot(&own.problem.residuals(&d.lengths, &d.auxiliary));
         let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
         let sd = 0.25 * (found.spread.interval_95[1] - found.spread.interval_95[0]);
         eprintln!(
             "{}: {:.4}, exact {exact:.4}, sd {sd:.4}",
-            density.measurements.stretches[position].name, found.spread.mean
+            problem.measurements.stretches[position].name, found.spread.mean
         );
         assert!((found.spread.mean - exact).abs() < 0.35 * sd, "{position}: {} {exact}", found.spread.mean);
-        leaning.push((density.measurements.stretches[position].value - exact, found.spread.mean - exact));
+        leaning.push((problem.measurements.stretches[position].value - exact, found.spread.mean - exact));
     }
     let slope =
         leaning.iter().map(|(x, y)| x * y).sum::<f64>() / leaning.iter().map(|(x, _)| x * x).sum::<f64>();

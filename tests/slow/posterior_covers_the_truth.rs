@@ -8,7 +8,7 @@ use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{
     AuxiliaryData, Certainty, Measurements, ParameterValues, PosteriorModel, Priors, Quantiles, Sampling,
-    contradiction, fitted_stretches, predict_each_from_others, sample, short_run, short_run_interval,
+    contradiction, fitted_stretches, predict_each_from_others, short_run, short_run_interval,
 };
 
 use crate::cases;
@@ -228,18 +228,18 @@ fn coverage_with(
         let own = (!usual.is_of_springs())
             .then(|| of_other_widths(usual, &mut fastrand::Rng::with_seed(seed_of(19, number))));
         let truth = own.as_ref().unwrap_or(usual);
-        let density = unseen(truth, postures);
+        let problem = unseen(truth, postures);
         let (drawn, system, shapes) = loop {
-            let (drawn, _) = density.parameter_values(&normals(density.parameters.len(), &mut random));
+            let (drawn, _) = problem.parameter_values(&normals(problem.parameters.len(), &mut random));
             let Some(system) = displaced(truth, &mut random) else { continue };
-            if let Some(shapes) = shapes(&density, &drawn, &system) {
+            if let Some(shapes) = shapes(&problem, &drawn, &system) {
                 break (drawn, system, shapes);
             }
         };
         let stretches = stretches_of(&system, &shapes);
         let measurements = measurements(truth, postures, &stretches, &mut random);
         let measurements = Measurements { auxiliary: beside(&drawn, &shapes, &mut random), ..measurements };
-        let posterior = sample(fitted, measurements, &Sampling { draws, seed: number as u64 }).unwrap();
+        let posterior = fitted.posterior(measurements, &Sampling { draws, seed: number as u64 }).unwrap();
         let count = posterior.draws.len() as f64;
         // Cases where no chain found a start that its tensions reach from rest have no draws and do not count.
         (count > 0.0).then(|| {
@@ -266,8 +266,8 @@ fn coverage_with(
             let held = fitted.iter().zip(&stretches).filter(|(interval, truth)| interval.holds(**truth));
             // The program gives verdicts on lengths of one vowel in a body of springs.
             let has_verdict =
-                postures == 1 && fitted_of_springs && posterior.density.measurements.auxiliary.is_empty();
-            let brief = has_verdict.then(|| short_run(&posterior.density, &posterior.map_estimate, None));
+                postures == 1 && fitted_of_springs && posterior.problem.measurements.auxiliary.is_empty();
+            let brief = has_verdict.then(|| short_run(&posterior.problem, &posterior.map_estimate, None));
             let brief = brief.transpose().unwrap().unwrap_or_default();
             let of_short_run = |kind: &str| {
                 let own = unknowns.iter().filter(|number| number.kind == kind && !brief.is_empty());
@@ -278,13 +278,13 @@ fn coverage_with(
                 [held.count(), own.count()]
             };
             let left_out = has_verdict
-                .then(|| predict_each_from_others(&posterior.density, &posterior.map_estimate).unwrap());
+                .then(|| predict_each_from_others(&posterior.problem, &posterior.map_estimate).unwrap());
             let by_others =
-                left_out.unwrap_or_default().into_iter().zip(&posterior.density.measurements.stretches);
+                left_out.unwrap_or_default().into_iter().zip(&posterior.problem.measurements.stretches);
             let by_others: Vec<bool> =
                 by_others.map(|(l, measured)| l.spread.holds(measured.value)).collect();
             let contradicted = contradiction(by_others.iter().copied()).is_some()
-                || has_verdict && posterior.map_estimate.check_data(&posterior.density).is_err();
+                || has_verdict && posterior.map_estimate.check_data(&posterior.problem).is_err();
             let by_others = [by_others.iter().filter(|held| **held).count(), by_others.len()];
             let fitted = [held.count(), fitted.len()];
             (each, ([fitted, of_short_run("F"), of_short_run("hyoid"), by_others], contradicted))

@@ -4,7 +4,7 @@ use tongue_core::random::{normals, seed_of};
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::Dataset;
 use tongue_fit::parallel;
-use tongue_infer::posterior::{Measurements, ParameterValues, Report, Sampling, sample};
+use tongue_infer::posterior::{Measurements, ParameterValues, Report, Sampling};
 
 use crate::cases;
 use crate::fixtures::tongue;
@@ -22,17 +22,17 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
         let numbers: Vec<usize> = (0..count).collect();
         let ranks: Vec<Option<Vec<f64>>> = parallel::map(&numbers, |&number| {
             let mut random = fastrand::Rng::with_seed(seed_of(11, number));
-            let density = unseen(&posterior_model, postures);
+            let problem = unseen(&posterior_model, postures);
             let (truth, measured) = loop {
-                let (truth, _) = density.parameter_values(&normals(density.parameters.len(), &mut random));
-                if let Some(s) = stretches(&density, &truth, &posterior_model.system) {
+                let (truth, _) = problem.parameter_values(&normals(problem.parameters.len(), &mut random));
+                if let Some(s) = stretches(&problem, &truth, &posterior_model.system) {
                     break (truth, s);
                 }
             };
             let measurements = measurements(&posterior_model, postures, &measured, &mut random);
-            let posterior =
-                sample(&posterior_model, measurements, &Sampling { draws: 160, seed: number as u64 })
-                    .unwrap();
+            let posterior = posterior_model
+                .posterior(measurements, &Sampling { draws: 160, seed: number as u64 })
+                .unwrap();
             if posterior.draws.is_empty() {
                 return None;
             }
@@ -75,7 +75,7 @@ fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
         let summaries = posterior_models.each_ref().map(|posterior_model| {
             let measurements = Measurements::of_vowel(&matched);
             let posterior =
-                sample(posterior_model, measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
+                posterior_model.posterior(measurements, &Sampling { draws: 1000, seed: 1 }).unwrap();
             Report::of_each(&posterior, false, 1).remove(0).summary
         });
         let [usual, others @ ..] = summaries;
@@ -111,7 +111,7 @@ fn the_sign_of_s1_i_sgm_with_averaged_geometry_is_as_told() {
         let posterior_model = posterior_model(&priors);
         let muscle = posterior_model.muscles.iter().position(|m| m == "SGm").unwrap();
         let posterior =
-            sample(&posterior_model, measurements.clone(), &Sampling { draws: 1000, seed: 1 }).unwrap();
+            posterior_model.posterior(measurements.clone(), &Sampling { draws: 1000, seed: 1 }).unwrap();
         let above = posterior.draws.iter().filter(|draw| draw.change(0, muscle) > 0.0).count();
         let rises = above as f64 / posterior.draws.len() as f64;
         // Four standard errors of 700 effective draws.

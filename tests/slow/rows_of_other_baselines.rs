@@ -3,9 +3,7 @@
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::parallel;
-use tongue_infer::posterior::{
-    Density, MapEstimate, Measurements, Sampling, predict_each_from_others, sample,
-};
+use tongue_infer::posterior::{Measurements, PosteriorProblem, Sampling, predict_each_from_others};
 
 use crate::fixtures::{tongue, vowel};
 use crate::synthetic_speakers::posterior_model;
@@ -29,9 +27,9 @@ fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
         let rows = rows_against(baseline);
         assert_eq!(rows.len(), 15, "four vowels of S1 to S3, three of S4");
         let held = parallel::map(&rows, |row| {
-            let mut density = Density::new(&posterior_model, row.clone()).unwrap();
-            let map_estimate = MapEstimate::find(&mut density).unwrap();
-            let found = predict_each_from_others(&density, &map_estimate).unwrap();
+            let mut problem = PosteriorProblem::new(&posterior_model, row.clone()).unwrap();
+            let map_estimate = problem.map().unwrap();
+            let found = predict_each_from_others(&problem, &map_estimate).unwrap();
             assert_eq!(found.len(), 8);
             found.iter().zip(&row.stretches).filter(|(f, y)| f.spread.holds(y.value)).count()
         });
@@ -52,7 +50,7 @@ fn a_vowel_against_another_and_the_other_against_it_have_opposite_answers() {
         let data = Dataset::reference().unwrap();
         let target = Target::new(&data, "S4", &self::vowel(vowel), TargetKind::Stretch, &options).unwrap();
         let row = Measurements::of_vowel(&TargetOnBody::new(&tongue(), &target).unwrap());
-        let posterior = sample(&posterior_model, row, &Sampling { draws: 1000, seed: 1 }).unwrap();
+        let posterior = posterior_model.posterior(row, &Sampling { draws: 1000, seed: 1 }).unwrap();
         let rising = |m| posterior.draws.iter().filter(|draw| draw.change(0, m) > 0.0).count();
         [0, 1, 2, 3, 4, 5, 6, 7].map(|m| rising(m) as f64 / posterior.draws.len() as f64)
     };

@@ -12,7 +12,7 @@ use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
-    AuxiliaryData, Density, MeasuredStretch, Measurements, ParameterValues, PosteriorModel, Priors,
+    AuxiliaryData, MeasuredStretch, Measurements, ParameterValues, PosteriorModel, PosteriorProblem, Priors,
 };
 use tongue_infer::standard_deviations::{
     COIL_M, EMG, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
@@ -38,15 +38,19 @@ pub fn posterior_model_at(spacing_m: f64, priors: &str) -> PosteriorModel {
 }
 
 /// Shapes of a body in the postures of a speaker and, last, in the baseline; `None` if one has no equilibrium.
-pub fn shapes(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<Vec<Point>>> {
+pub fn shapes(
+    problem: &PosteriorProblem<'_>,
+    truth: &ParameterValues,
+    system: &System<2>,
+) -> Option<Vec<Vec<Point>>> {
     let lanes = Lanes::new(system);
     let settings = statics::SolveSettings::default();
     let shape = |posture| {
-        let load = density.posterior_model.load(truth, posture, None);
+        let load = problem.posterior_model.load(truth, posture, None);
         let shape = lanes.solve(&[load], &settings).remove(0);
         (shape.solution.status == SolveStatus::Converged).then_some(shape.positions)
     };
-    (0..=density.postures()).map(shape).collect()
+    (0..=problem.postures()).map(shape).collect()
 }
 
 /// Stretches of shapes against the last one.
@@ -57,8 +61,12 @@ pub fn stretches_of(system: &System<2>, shapes: &[Vec<Point>]) -> Vec<f64> {
 }
 
 /// Stretches of a body in the postures of a speaker; `None` if one has no equilibrium.
-pub fn stretches(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<f64>> {
-    Some(stretches_of(system, &shapes(density, truth, system)?))
+pub fn stretches(
+    problem: &PosteriorProblem<'_>,
+    truth: &ParameterValues,
+    system: &System<2>,
+) -> Option<Vec<f64>> {
+    Some(stretches_of(system, &shapes(problem, truth, system)?))
 }
 
 /// Measurements of this many postures without errors.
@@ -175,9 +183,9 @@ pub fn activity(values: &ParameterValues, random: &mut fastrand::Rng) -> Auxilia
 }
 
 /// A density without measurements.
-pub fn unseen(posterior_model: &PosteriorModel, postures: usize) -> Density<'_> {
+pub fn unseen(posterior_model: &PosteriorModel, postures: usize) -> PosteriorProblem<'_> {
     let count = postures * posterior_model.muscles.len();
-    Density::new(posterior_model, exact(posterior_model, postures, &vec![1.0; count])).unwrap()
+    PosteriorProblem::new(posterior_model, exact(posterior_model, postures, &vec![1.0; count])).unwrap()
 }
 
 /// A number that is sampled or reported.

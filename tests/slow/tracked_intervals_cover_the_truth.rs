@@ -16,8 +16,8 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{RegistrationData, RestError};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    Errors, RestShape, Softplus, TrackSettings, TrackedRecording, TrackingContext, Watch, frames,
-    labels_to_compare, mark, track,
+    ErrorModel, RestShape, Softplus, TrackSettings, TrackedRecording, TrackingContext, Watch, frames,
+    labels_to_compare, mark,
 };
 
 use crate::cases;
@@ -54,7 +54,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
     let all: Vec<usize> = (0..8).collect();
     let freed = MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
     let freed = if unseen { std::slice::from_ref(&freed) } else { &[] };
-    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
+    let settings = TrackSettings { errors: ErrorModel::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let bones = followed_bones(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
     let times: Vec<f64> = (0..frames_each).map(|i| 0.0125 * i as f64).collect();
     let seeds: Vec<u64> = (0..recordings as u64).collect();
@@ -82,7 +82,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, [recordings, frames_each
         let ready = vec![frames(&recording, &speaker.surface, &bones, &[])];
         let context = TrackingContext { system: &speaker.system, followed: &bones, freed, shape: None };
         let found =
-            Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap().pop().unwrap().frames;
+            Watch::collect(|watch| context.smooth(ready, &settings, watch)).unwrap().pop().unwrap().frames;
         let mut counts = Counts::default();
         for (frame, truth) in found.iter().zip(&truth) {
             counts.all += truth.len();
@@ -201,7 +201,7 @@ pub fn tracked_without(
     let freed = freed.as_slice();
     let context = TrackingContext { system: &system, followed: &placed.followed, freed, shape: Some(&shape) };
     let settings = TrackSettings { reachability: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
-    Some(Watch::collect(|watch| track(&context, ready, &settings, watch)).unwrap())
+    Some(Watch::collect(|watch| context.smooth(ready, &settings, watch)).unwrap())
 }
 
 /// Counts of intervals of speakers with other bodies.

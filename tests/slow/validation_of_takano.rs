@@ -10,7 +10,7 @@ use tongue_fit::parallel;
 use tongue_fit::system::Model;
 use tongue_fit::validate::{self, ValidationPlan};
 use tongue_infer::posterior::{
-    Density, LeftOut, MapEstimate, Measurements, PosteriorModel, Priors, predict_each_from_others,
+    LeftOut, Measurements, PosteriorModel, PosteriorProblem, Priors, predict_each_from_others,
 };
 
 use crate::fixtures::target;
@@ -49,13 +49,13 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     let predicted: Vec<Vec<(f64, LeftOut)>> = parallel::map(&rows, |&(subject, vowel)| {
         let target = target(subject, vowel, TargetKind::Stretch);
         let measurements = Measurements::of_vowel(&TargetOnBody::new(&body.mesh, &target).unwrap());
-        let mut density = Density::new(&posterior_model, measurements).unwrap();
-        let map_estimate = MapEstimate::find(&mut density).unwrap();
+        let mut problem = PosteriorProblem::new(&posterior_model, measurements).unwrap();
+        let map_estimate = problem.map().unwrap();
         target
             .values
             .iter()
             .copied()
-            .zip(predict_each_from_others(&density, &map_estimate).unwrap())
+            .zip(predict_each_from_others(&problem, &map_estimate).unwrap())
             .collect()
     });
     let predicted = predicted.concat();

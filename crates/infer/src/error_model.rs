@@ -17,7 +17,7 @@ use tongue_core::geometry::Point;
 
 /// Covariance of the errors of the observations, lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Errors {
+pub struct ErrorModel {
     /// Standard deviation of the error that decays from frame to frame, mm.
     pub slow_mm: f64,
     /// Standard deviation of the error that all frames share, mm.
@@ -28,7 +28,7 @@ pub struct Errors {
     pub apart_s: f64,
 }
 
-impl Default for Errors {
+impl Default for ErrorModel {
     fn default() -> Self {
         Self {
             slow_mm: sd::SLOW_MM,
@@ -39,7 +39,7 @@ impl Default for Errors {
     }
 }
 
-impl Errors {
+impl ErrorModel {
     /// For a body of known shape, and points whose errors are independent.
     pub const INDEPENDENT: Self = Self { slow_mm: 0.0, static_mm: 0.0, apart_mm: 0.0, apart_s: 0.0 };
 
@@ -70,7 +70,7 @@ impl Errors {
         }))
     }
 
-    /// Matrix that replaces the many points of a contour by averages at places [`Errors::apart_mm`] apart; the weight of a point falls
+    /// Matrix that replaces the many points of a contour by averages at places [`ErrorModel::apart_mm`] apart; the weight of a point falls
     /// linearly to zero at the next place. Other observations are kept. `None` for a contour of few points.
     fn averages(&self, along: &[Along]) -> Option<DMatrix<f64>> {
         let on_contour = || along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm);
@@ -149,14 +149,14 @@ const JITTER: f64 = 1e-6;
 /// The slow and the static error as values at a few knots of each channel (Gaussian-process approximation by inducing points).
 #[derive(Debug, Clone)]
 pub struct Knots {
-    errors: Errors,
+    errors: ErrorModel,
     places: Vec<Along>,
     /// Factor of the correlation of the values at the knots.
     factor: Option<Cholesky<f64, Dyn>>,
 }
 
 impl Knots {
-    pub fn new<'a>(errors: Errors, measured: impl IntoIterator<Item = &'a Along>) -> Self {
+    pub fn new<'a>(errors: ErrorModel, measured: impl IntoIterator<Item = &'a Along>) -> Self {
         let mut ends: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
         for along in measured {
             let [low, high] = ends.entry(along.channel).or_insert([along.at_mm; 2]);

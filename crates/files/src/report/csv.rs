@@ -106,8 +106,8 @@ impl Draws<'_> {
     /// errors are correlated: `ln(Q_ii / 2π)/2 - (Q r)_i²/(2 Q_ii)`, with residuals `r` and the inverse `Q` of their covariance (Bürkner,
     /// Gabry and Vehtari 2021, Computational Statistics 36, section 2). Leave-one-out by importance sampling needs it.
     fn log_likelihoods(&self, stretches: &[usize], draw: &Draw) -> Vec<f64> {
-        let inverse = &self.0.density.precision;
-        let pulls = inverse * self.0.density.residuals(&draw.lengths, &draw.auxiliary);
+        let inverse = &self.0.problem.precision;
+        let pulls = inverse * self.0.problem.residuals(&draw.lengths, &draw.auxiliary);
         let each = stretches.iter().map(|&i| {
             let precision = inverse[(i, i)];
             0.5 * ((precision / TAU).ln() - pulls[i] * pulls[i] / precision)
@@ -118,8 +118,8 @@ impl Draws<'_> {
 
 impl Export for Draws<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let Self(Posterior { density, draws, .. }, posture) = *self;
-        let (muscles, measurements) = (&density.posterior_model.muscles, &density.measurements);
+        let Self(Posterior { problem, draws, .. }, posture) = *self;
+        let (muscles, measurements) = (&problem.posterior_model.muscles, &problem.measurements);
         let labels = &measurements.labels;
         let others: Vec<usize> = (0..labels.len()).filter(|p| *p != posture).collect();
         let mut columns = vec!["chain".to_owned(), "draw".to_owned(), "log_density".to_owned()];
@@ -127,7 +127,7 @@ impl Export for Draws<'_> {
             columns.extend(muscles.iter().map(|m| format!("{name}_{m}_n_per_m")));
         }
         columns.extend(["hyoid_x_mm", "hyoid_y_mm", "hyoid_tilt_rad_per_m"].map(str::to_owned));
-        let moves_in_baseline = density.moves_hyoid_in_baseline();
+        let moves_in_baseline = problem.moves_hyoid_in_baseline();
         if moves_in_baseline {
             columns.extend(["baseline_hyoid_x_mm", "baseline_hyoid_y_mm"].map(str::to_owned));
         }

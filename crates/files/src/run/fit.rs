@@ -10,7 +10,7 @@ use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
 use tongue_infer::posterior::{
-    self, AuxiliaryData, Contrast, Measurements, Posterior, PosteriorError, PosteriorModel, Report, Sampling,
+    AuxiliaryData, Contrast, Measurements, Posterior, PosteriorError, PosteriorModel, Report, Sampling,
     Summary, Verdict,
 };
 use tongue_input::measured::muscles::Muscles;
@@ -179,7 +179,7 @@ impl<'a> PosteriorRun<'a> {
         let seen = Measurements { auxiliary, ..Measurements::of_vowels(&matched.iter().collect::<Vec<_>>()) };
         let (Sampling { draws, seed }, vowels) = (sampling, seen.labels.join(", "));
         tell(&format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject));
-        let posterior = posterior::sample(model, seen, &sampling)?;
+        let posterior = model.posterior(seen, &sampling)?;
         Ok(SampledPosterior {
             reports: Report::of_each(&posterior, true, seed),
             contrasts: Contrast::all(&posterior),
@@ -194,7 +194,7 @@ impl<'a> PosteriorRun<'a> {
 impl SampledPosterior<'_> {
     /// A title such as `S2 /a/`.
     pub fn what(&self, posture: usize) -> String {
-        format!("{} /{}/", self.subject, self.posterior.density.measurements.labels[posture])
+        format!("{} /{}/", self.subject, self.posterior.problem.measurements.labels[posture])
     }
 
     /// A figure of the change of every tension in a posture; `None` if the chains have not mixed.

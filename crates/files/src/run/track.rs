@@ -186,7 +186,8 @@ impl TrackRun<'_> {
                 take: &|number, result| (watch.take)(session[number], result),
                 ..*watch
             };
-            track::track(&context, frames, &settings, &watch)
+            context
+                .smooth(frames, &settings, &watch)
                 .map_err(|NotFinite| SimulationError::Refused(NOT_FINITE.to_owned()))?;
         }
         Ok(())

@@ -13,7 +13,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
 use tongue_core::observe::TongueSurface;
 use tongue_core::system::{Additions, Model, PrescribedDisplacement, System};
-use tongue_infer::track::{self, Errors, Frame, FrameStatus, TrackSettings, TrackingContext, Watch};
+use tongue_infer::track::{self, ErrorModel, Frame, FrameStatus, TrackSettings, TrackingContext, Watch};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 pub(super) fn gravity<const D: usize>(
@@ -178,10 +178,10 @@ pub(super) fn fit<const D: usize>(
 ) -> Option<(Vec<f64>, PointsFit)> {
     let system = (system as &dyn Any).downcast_ref::<System<2>>()?;
     let settings =
-        TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
+        TrackSettings { errors: ErrorModel::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
     // The body of a scene is given, so its shape is taken as known.
     let context = TrackingContext::fixed(system);
-    let tracked = Watch::collect(|watch| track::track(&context, vec![vec![frame.clone()]], &settings, watch));
+    let tracked = Watch::collect(|watch| context.smooth(vec![vec![frame.clone()]], &settings, watch));
     let tracked = tracked.ok()?.pop()?.frames.pop()?;
     let of_body = |values: &[f64]| {
         let mut all = vec![0.0; system.muscle_count()];

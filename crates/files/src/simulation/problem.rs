@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{
-    self, Answer, Constant, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TargetOnBody,
+    Answer, Constant, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TargetOnBody,
     TissueUnknown, Unknown,
 };
 use tongue_input::measured::Target;
@@ -204,7 +204,7 @@ impl<const D: usize> InverseProblem<D> {
         if self.unknowns.iter().any(|u| matches!(u.quantity, Quantity::Constant(_))) {
             problem.tissue = Some(&tissue);
         }
-        let answer = inverse::solve(&problem, &self.settings)?;
+        let answer = problem.solve(&self.settings)?;
         let (tensions, positions) = (answer.tensions.clone(), answer.positions.clone());
         let shape = Shape::new(assembly, answer.replay.trace.into(), tensions, positions);
         Ok(Estimate { answer, shape, problem: self.clone() })

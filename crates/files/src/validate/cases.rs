@@ -4,7 +4,9 @@ use tongue_core::body::{Body, HYOID, Mesh};
 use tongue_core::statistics::distinct;
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, FitSettings, FitStatus, Method, TargetOnBody};
-use tongue_infer::posterior::{Density, MapEstimate, Measurements, PosteriorError, PosteriorModel, Priors};
+use tongue_infer::posterior::{
+    MapEstimate, Measurements, PosteriorError, PosteriorModel, PosteriorProblem, Priors,
+};
 use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 
 #[derive(Debug, Clone)]
@@ -121,8 +123,7 @@ pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> 
     for position in (0..measurements.stretches.len()).rev().filter(|m| !case.target().active.contains(m)) {
         measurements = measurements.without(position);
     }
-    let estimate =
-        Density::new(posterior_model, measurements).and_then(|mut density| MapEstimate::find(&mut density));
+    let estimate = PosteriorProblem::new(posterior_model, measurements).and_then(|mut problem| problem.map());
     let Ok(MapEstimate { solved, .. }) = estimate else { return vec![1.0; case.target().muscles.len()] };
     let numbers = case.matched.numbers[..case.target().muscles.len()].iter();
     let [vowel, baseline] = [0, 1].map(|shape| solved.shape(shape).1);

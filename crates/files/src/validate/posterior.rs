@@ -12,7 +12,7 @@ use tongue_core::statistics::{distinct, grouped};
 use tongue_core::system::Model;
 use tongue_infer::inverse::TargetOnBody;
 use tongue_infer::posterior::{
-    Density, LeftOut, MapEstimate, Measurements, MixtureComponent, PosteriorError, PosteriorModel,
+    LeftOut, Measurements, MixtureComponent, PosteriorError, PosteriorModel, PosteriorProblem,
     PredictionMethod, Priors, left_out, predict_each_from_others,
 };
 use tongue_input::measured::{Dataset, Vowel};
@@ -103,11 +103,11 @@ impl Predictors {
         let groups = (kind.groups)(all);
         let predictions = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
-            let mut density = Density::new(posterior_model, Measurements::of_vowels(&matched))?;
-            let map_estimate = MapEstimate::find(&mut density)?;
-            let predicted = predict_each_from_others(&density, &map_estimate)?;
+            let mut problem = PosteriorProblem::new(posterior_model, Measurements::of_vowels(&matched))?;
+            let map_estimate = problem.map()?;
+            let predicted = predict_each_from_others(&problem, &map_estimate)?;
             Ok(Vec::from_iter((0..group.len()).map(|posture| {
-                let own = density.measurements.of_posture(posture).into_iter().map(|i| predicted[i].clone());
+                let own = problem.measurements.of_posture(posture).into_iter().map(|i| predicted[i].clone());
                 (group[posture], own.map(Some).collect::<Vec<_>>())
             })))
         });

@@ -7,7 +7,7 @@ use tongue_core::statistics::least_by;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::{ByMuscle, Target, TargetKind};
 
-use super::solve::{Answer, solve};
+use super::solve::Answer;
 use super::target_on_body::TargetOnBody;
 use super::{AT_BOUND, FitError, FitSettings};
 
@@ -119,7 +119,7 @@ pub fn fit_in<const D: usize>(
     settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
     Ok(Fit {
-        answer: solve(&matched.problem(system, settings), settings)?,
+        answer: matched.problem(system, settings).solve(settings)?,
         rest_lengths: matched.pick(&system.lengths(system.rest())),
         settings: *settings,
         matched,

@@ -41,7 +41,7 @@ pub use forward::{Forward, Linearised};
 pub use identifiability::Identifiability;
 pub use movable_bone::{BONE_SD_M, MovableBone};
 pub use problem::{Constant, LeastSquaresProblem, Prior, Quantity, TissueUnknown, Unknown};
-pub use solve::{Answer, Replay, solve};
+pub use solve::{Answer, Replay};
 pub use start::{SearchCounts, Start};
 pub use target_on_body::TargetOnBody;
 

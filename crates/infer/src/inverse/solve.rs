@@ -73,99 +73,98 @@ impl<const D: usize> Answer<D> {
     }
 }
 
-/// Searches for the best fit of the observations. The result is bitwise the same for any number of threads.
-///
-/// # Errors
-/// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
-pub fn solve<const D: usize>(
-    problem: &LeastSquaresProblem<'_, D>,
-    settings: &FitSettings,
-) -> Result<Answer<D>, FitError> {
-    settings.check()?;
-    problem.check()?;
-    let numbers: Vec<_> = (0..settings.starts).collect();
-    let searched = parallel::map(&numbers, |&number| {
-        let mut forward = Forward::new(problem, settings);
-        let start = match settings.method {
-            Method::NelderMead => nelder_mead::run(&mut forward, number)?,
-            Method::GaussNewton => gauss_newton::run(&mut forward, number),
+impl<const D: usize> LeastSquaresProblem<'_, D> {
+    /// Searches for the best fit of the observations. The result is bitwise the same for any number of threads.
+    ///
+    /// # Errors
+    /// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
+    pub fn solve(&self, settings: &FitSettings) -> Result<Answer<D>, FitError> {
+        settings.check()?;
+        self.check()?;
+        let numbers: Vec<_> = (0..settings.starts).collect();
+        let searched = parallel::map(&numbers, |&number| {
+            let mut forward = Forward::new(self, settings);
+            let start = match settings.method {
+                Method::NelderMead => nelder_mead::run(&mut forward, number)?,
+                Method::GaussNewton => gauss_newton::run(&mut forward, number),
+            };
+            Ok::<_, FitError>((forward.kept_shape(&start.x), start))
+        });
+        let (shapes, starts): (Vec<_>, Vec<Start>) =
+            searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
+        // The first of equally good starts is taken, so that the order in which they finish does not matter.
+        let (best, shape) = least_by(starts.iter().zip(&shapes), |(start, _)| start.cost)
+            .ok_or_else(|| FitError::Search("no start was made".into()))?;
+
+        let mut forward = Forward::new(self, settings);
+        if let Some(shape) = shape {
+            forward.begin_at(&best.x, shape);
+        }
+        let mut x = snap_to_lower_bound(&mut forward, best);
+        let (mut followed, mut converged) = (None, best.converged);
+        if self.is_undetermined() && best.solved {
+            (x, followed) = select_solution(&mut forward, &x);
+        }
+        for (x, unknown) in x.iter_mut().zip(&self.unknowns) {
+            // Otherwise the tension of a slack muscle would be a rounding error.
+            if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
+                *x = unknown.lower;
+            }
+        }
+        let mut counts = SearchCounts::default();
+        starts.iter().for_each(|s| counts += s.counts);
+        let (mut trace, mut again) = forward.follow_load_path(&x);
+        counts.factorisations += trace.factorisations;
+        if !trace.same_by_newton {
+            // The load path ends at another shape than Newton's method finds, so the search goes on among ends of load paths.
+            let mut on_path = Forward::new(self, settings).on_load_path();
+            if let Some(other) = search_on_load_path(&mut on_path, &starts, &x) {
+                counts += std::mem::replace(&mut forward, on_path).counts;
+                (x, converged) = other;
+                followed = None;
+                (trace, again) = forward.follow_load_path(&x);
+                counts.factorisations += trace.factorisations;
+            }
+        }
+        let residuals = forward.residuals(&x);
+        let misfit = forward.misfit(residuals.as_ref());
+        let largest_difference = match residuals {
+            Some(_) => largest_distance(forward.positions(), again.positions()),
+            None => f64::INFINITY,
         };
-        Ok::<_, FitError>((forward.kept_shape(&start.x), start))
-    });
-    let (shapes, starts): (Vec<_>, Vec<Start>) =
-        searched.into_iter().collect::<Result<Vec<_>, FitError>>()?.into_iter().unzip();
-    // The first of equally good starts is taken, so that the order in which they finish does not matter.
-    let (best, shape) = least_by(starts.iter().zip(&shapes), |(start, _)| start.cost)
-        .ok_or_else(|| FitError::Search("no start was made".into()))?;
+        let followed = followed.filter(|_| forward.is_expensive());
+        let identifiability = identifiability::analyse(&mut forward, &x, followed);
+        counts += forward.counts;
 
-    let mut forward = Forward::new(problem, settings);
-    if let Some(shape) = shape {
-        forward.begin_at(&best.x, shape);
+        let (min_area_ratio, max_area_ratio) = again.system().tissue_ratios(again.positions());
+        let solution = trace.solution;
+        let replay = Replay { trace, largest_difference, min_area_ratio, max_area_ratio };
+        let status = if solution.status != statics::SolveStatus::Converged {
+            FitStatus::NoEquilibrium
+        } else if largest_difference > statics::SAME_SHAPE_M {
+            FitStatus::ReplayDiffers
+        } else if self.unknowns.iter().zip(&x).any(|(u, x)| *x > u.upper - AT_BOUND) {
+            FitStatus::AtUpperBound
+        } else if misfit > settings.misfit_tolerance {
+            FitStatus::TargetNotMet
+        } else if !converged {
+            FitStatus::IterationLimit
+        } else {
+            FitStatus::Converged
+        };
+        Ok(Answer {
+            status,
+            tensions: self.tensions_of(&x),
+            lengths: again.lengths(),
+            misfit,
+            counts,
+            identifiability,
+            replay,
+            positions: again.positions().to_vec(),
+            starts,
+            x,
+        })
     }
-    let mut x = snap_to_lower_bound(&mut forward, best);
-    let (mut followed, mut converged) = (None, best.converged);
-    if problem.is_undetermined() && best.solved {
-        (x, followed) = select_solution(&mut forward, &x);
-    }
-    for (x, unknown) in x.iter_mut().zip(&problem.unknowns) {
-        // Otherwise the tension of a slack muscle would be a rounding error.
-        if unknown.is_tension() && *x < unknown.lower + ON_BOUND {
-            *x = unknown.lower;
-        }
-    }
-    let mut counts = SearchCounts::default();
-    starts.iter().for_each(|s| counts += s.counts);
-    let (mut trace, mut again) = forward.follow_load_path(&x);
-    counts.factorisations += trace.factorisations;
-    if !trace.same_by_newton {
-        // The load path ends at another shape than Newton's method finds, so the search goes on among ends of load paths.
-        let mut on_path = Forward::new(problem, settings).on_load_path();
-        if let Some(other) = search_on_load_path(&mut on_path, &starts, &x) {
-            counts += std::mem::replace(&mut forward, on_path).counts;
-            (x, converged) = other;
-            followed = None;
-            (trace, again) = forward.follow_load_path(&x);
-            counts.factorisations += trace.factorisations;
-        }
-    }
-    let residuals = forward.residuals(&x);
-    let misfit = forward.misfit(residuals.as_ref());
-    let largest_difference = match residuals {
-        Some(_) => largest_distance(forward.positions(), again.positions()),
-        None => f64::INFINITY,
-    };
-    let followed = followed.filter(|_| forward.is_expensive());
-    let identifiability = identifiability::analyse(&mut forward, &x, followed);
-    counts += forward.counts;
-
-    let (min_area_ratio, max_area_ratio) = again.system().tissue_ratios(again.positions());
-    let solution = trace.solution;
-    let replay = Replay { trace, largest_difference, min_area_ratio, max_area_ratio };
-    let status = if solution.status != statics::SolveStatus::Converged {
-        FitStatus::NoEquilibrium
-    } else if largest_difference > statics::SAME_SHAPE_M {
-        FitStatus::ReplayDiffers
-    } else if problem.unknowns.iter().zip(&x).any(|(u, x)| *x > u.upper - AT_BOUND) {
-        FitStatus::AtUpperBound
-    } else if misfit > settings.misfit_tolerance {
-        FitStatus::TargetNotMet
-    } else if !converged {
-        FitStatus::IterationLimit
-    } else {
-        FitStatus::Converged
-    };
-    Ok(Answer {
-        status,
-        tensions: problem.tensions_of(&x),
-        lengths: again.lengths(),
-        misfit,
-        counts,
-        identifiability,
-        replay,
-        positions: again.positions().to_vec(),
-        starts,
-        x,
-    })
 }
 
 /// Moves unknowns that the search left very near their lower bounds onto them, unless that makes the fit worse.

@@ -54,12 +54,12 @@ impl Contrast {
         if !posterior.is_mixed() {
             return Vec::new();
         }
-        let density = &posterior.density;
-        let scaled = Scaled::new(density, &posterior.draws);
-        let (labels, muscles) = (&density.measurements.labels, &density.posterior_model.muscles);
+        let problem = &posterior.problem;
+        let scaled = Scaled::new(problem, &posterior.draws);
+        let (labels, muscles) = (&problem.measurements.labels, &problem.posterior_model.muscles);
         let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
         let each = pairs.flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)));
-        let priors = &density.posterior_model.priors;
+        let priors = &problem.posterior_model.priors;
         let free = each.filter(|(_, _, m)| priors.fixed_tension(&muscles[*m]).is_none());
         Vec::from_iter(free.map(|(first, second, m)| {
             let values: Vec<f64> =

@@ -40,8 +40,8 @@ impl PerturbedBody {
 /// Change of all computed numbers for one standard deviation of the logarithm of kappa: half the difference between the equilibria to
 /// either side, because the change is far from linear. One column, or none if kappa is known; `None` where there is no equilibrium.
 pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> {
-    let DifferentiatedPoint { density, solved, values, .. } = point;
-    let (posterior_model, base) = (density.posterior_model, density.postures());
+    let DifferentiatedPoint { problem, solved, values, .. } = point;
+    let (posterior_model, base) = (problem.posterior_model, problem.postures());
     let Some(sides) = &posterior_model.kappa else { return Some(point.matrix(&[])) };
     let with = |system: &System<2>| -> Option<DVector<f64>> {
         let loads: Vec<_> = (0..=base)
@@ -54,7 +54,7 @@ pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> 
         let stretches =
             postures.iter().flat_map(|own| own.iter().zip(baseline).map(|(length, over)| length / over));
         let of_shape = |posture: Option<usize>| found[posture.unwrap_or(base)].positions.as_slice();
-        let others = density.measurements.auxiliary.values(values, of_shape);
+        let others = problem.measurements.auxiliary.values(values, of_shape);
         let all = DVector::from_vec(stretches.chain(others).collect());
         (converged && all.iter().all(|v| v.is_finite())).then_some(all)
     };
@@ -63,7 +63,7 @@ pub(super) fn by_kappa(point: &DifferentiatedPoint<'_>) -> Option<DMatrix<f64>> 
 
 /// The sensitivities at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
 pub(super) fn of_perturbed_bodies(point: &DifferentiatedPoint<'_>) -> Option<GeometrySensitivities> {
-    let sides = point.density.posterior_model.sides.as_ref()?;
+    let sides = point.problem.posterior_model.sides.as_ref()?;
     let of_pair = |(bodies, step): &PerturbedPair| -> Option<DVector<f64>> {
         let slopes = (0..point.adjoints.len()).map(|index| slopes_of(point, bodies, *step, index));
         Some(point.changes(1.0, &slopes.collect::<Option<Vec<_>>>()?, |_| 0.0))
@@ -87,8 +87,8 @@ fn slopes_of(
     step: f64,
     index: usize,
 ) -> Option<Vec<f64>> {
-    let DifferentiatedPoint { density, solved, values, .. } = point;
-    let posterior_model = density.posterior_model;
+    let DifferentiatedPoint { problem, solved, values, .. } = point;
+    let posterior_model = problem.posterior_model;
     let unknowns = posterior_model.system.pattern().nodes();
     let same = [low, high].iter().all(|side| {
         let pattern = side.system.pattern();
@@ -99,11 +99,11 @@ fn slopes_of(
     }
     let Posture { tensions, hyoid } = &values.postures[index];
     let hyoid = (*hyoid, values.tilt * hyoid.x);
-    let posture = (index < density.postures()).then_some(index);
+    let posture = (index < problem.postures()).then_some(index);
     let [[force_low, x_low], [force_high, x_high]] = [low, high]
         .map(|side| side.forces_and_positions(posterior_model, solved.shape(index).0, tensions, hyoid));
     let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
-        let numbers = density.measurements.auxiliary.of_shape(posture, x);
+        let numbers = problem.measurements.auxiliary.of_shape(posture, x);
         side.system.lengths(x).into_iter().chain(numbers).collect()
     });
     let slopes: Vec<f64> = Vec::from_iter(point.adjoints[index].iter().enumerate().map(|(i, adjoint)| {

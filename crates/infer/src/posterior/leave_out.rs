@@ -17,12 +17,12 @@ use tongue_core::parallel;
 use tongue_core::random::{normals, seed_of};
 
 use super::PosteriorError;
-use super::density::Density;
 use super::hmc::Whitened;
 use super::map::MapEstimate;
 use super::parameters::Draw;
+use super::problem::PosteriorProblem;
 use super::quantiles::{Quantiles, effective, shares};
-use super::run::{Posterior, Sampling, chains, numbered, sample_at};
+use super::run::{Posterior, Sampling, chains, numbered};
 use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 use super::surrogate::{ResidualLikelihood, Surrogate};
 
@@ -36,19 +36,23 @@ const LEAST_EFFECTIVE: f64 = 50.0;
 const SEED: u64 = 5;
 
 struct Without<'a> {
-    density: Density<'a>,
+    problem: PosteriorProblem<'a>,
     map_estimate: MapEstimate,
     /// Minus the logarithm of the marginal density, up to a constant.
     weight: f64,
 }
 
 impl<'a> Without<'a> {
-    fn new(whole: &Density<'a>, map_estimate: &MapEstimate, position: usize) -> Result<Self, PosteriorError> {
-        let mut density = whole.with_measurements(whole.measurements.without(position))?;
-        let map_estimate = MapEstimate::find_near(&mut density, map_estimate)?;
+    fn new(
+        whole: &PosteriorProblem<'a>,
+        map_estimate: &MapEstimate,
+        position: usize,
+    ) -> Result<Self, PosteriorError> {
+        let mut problem = whole.with_measurements(whole.measurements.without(position))?;
+        let map_estimate = MapEstimate::find_near(&mut problem, map_estimate)?;
         let factor = map_estimate.precision.clone().cholesky().ok_or(PosteriorError::Covariance)?;
         let weight = factor.l_dirty().diagonal().map(f64::ln).sum() - map_estimate.log;
-        Ok(Self { density, map_estimate, weight })
+        Ok(Self { problem, map_estimate, weight })
     }
 }
 
@@ -59,7 +63,7 @@ impl Mixture<'_> {
     /// Logarithms of the terms at these residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
         Vec::from_iter(self.0.iter().enumerate().map(|(position, without)| {
-            let (log, pulls) = without.density.log(&residuals.clone().remove_row(position));
+            let (log, pulls) = without.problem.log(&residuals.clone().remove_row(position));
             (log + without.weight, pulls.insert_row(position, 0.0))
         }))
     }
@@ -76,14 +80,14 @@ impl ResidualLikelihood for Mixture<'_> {
 
 /// Predictions of every measured stretch from the other measurements.
 pub fn predict_each_from_others(
-    density: &Density<'_>,
+    problem: &PosteriorProblem<'_>,
     map_estimate: &MapEstimate,
 ) -> Result<Vec<LeftOut>, PosteriorError> {
-    let positions: Vec<usize> = (0..density.measurements.stretches.len()).collect();
+    let positions: Vec<usize> = (0..problem.measurements.stretches.len()).collect();
     if positions.is_empty() {
         return Ok(Vec::new());
     }
-    let all = parallel::map(&positions, |&position| Without::new(density, map_estimate, position));
+    let all = parallel::map(&positions, |&position| Without::new(problem, map_estimate, position));
     let mixture = Mixture(all.into_iter().collect::<Result<_, PosteriorError>>()?);
     let count = positions.len() as f64;
     let modes = mixture.0.iter().map(|without| &without.map_estimate);
@@ -91,15 +95,15 @@ pub fn predict_each_from_others(
     let n = centre.len();
     let precision = modes.fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
-    let postures = density.postures();
+    let postures = problem.postures();
     let settings = Sampling { draws: DRAWS_EACH * positions.len() / postures, seed: SEED };
-    let surrogate = Surrogate::refined(density, &mixture, &whitened)?;
+    let surrogate = Surrogate::refined(problem, &mixture, &whitened)?;
     let thin = postures.min(2);
-    let draws = numbered(chains(density, &mixture, &surrogate, &whitened, &settings, thin));
+    let draws = numbered(chains(problem, &mixture, &surrogate, &whitened, &settings, thin));
     let weights: Vec<Vec<f64>> = draws
         .iter()
         .map(|d| {
-            let residuals = density.residuals(&d.lengths, &d.auxiliary);
+            let residuals = problem.residuals(&d.lengths, &d.auxiliary);
             shares(mixture.parts(&residuals).iter().map(|p| p.0)).0
         })
         .collect();
@@ -108,13 +112,13 @@ pub fn predict_each_from_others(
         let count = effective(&own);
         if count >= LEAST_EFFECTIVE {
             let how = (PredictionMethod::Together, count);
-            return Ok(predicted(density, position, &without.density, (&draws, &own), how));
+            return Ok(predicted(problem, position, &without.problem, (&draws, &own), how));
         }
         let settings = Sampling { draws: OWN_DRAWS, seed: SEED };
-        let own = sample_at(without.density, without.map_estimate, &settings)?;
+        let own = without.problem.posterior_about(without.map_estimate, &settings)?;
         let (weights, ess) = (vec![1.0; own.draws.len()], own.diagnostics.ess);
         let how = (PredictionMethod::Sampled, ess.bulk.min(ess.tail));
-        Ok(predicted(density, position, &own.density, (&own.draws, &weights), how))
+        Ok(predicted(problem, position, &own.problem, (&own.draws, &weights), how))
     });
     each.collect()
 }
@@ -122,9 +126,9 @@ pub fn predict_each_from_others(
 /// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it, and `how` has the method and the
 /// effective number of draws.
 fn predicted(
-    whole: &Density<'_>,
+    whole: &PosteriorProblem<'_>,
     position: usize,
-    other: &Density<'_>,
+    other: &PosteriorProblem<'_>,
     (draws, weights): (&[Draw], &[f64]),
     how: (PredictionMethod, f64),
 ) -> LeftOut {
@@ -139,14 +143,14 @@ fn predicted(
 
 /// The stretches of the model, corrected by the error of its geometry given the measurements.
 pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> {
-    let density = &posterior.density;
-    let rows = &density.rows;
-    let stretches = &rows[..density.measurements.stretches.len()];
+    let problem = &posterior.problem;
+    let rows = &problem.rows;
+    let stretches = &rows[..problem.measurements.stretches.len()];
     if stretches.is_empty() {
         return Vec::new();
     }
-    let geometry = density.select_measured(&density.geometry);
-    let gain = &geometry * &density.precision;
+    let geometry = problem.select_measured(&problem.geometry);
+    let gain = &geometry * &problem.precision;
     let left = &geometry - &gain * &geometry;
     // If the geometry has no errors, the matrix is nearly singular, and rounding can make an eigenvalue slightly negative.
     let eigen = ((&left + left.transpose()) * 0.5).symmetric_eigen();
@@ -155,7 +159,7 @@ pub fn fitted_stretches(posterior: &Posterior<'_>, seed: u64) -> Vec<Quantiles> 
     let mut random = fastrand::Rng::with_seed(seed);
     let mut all = vec![Vec::with_capacity(posterior.draws.len()); stretches.len()];
     for d in &posterior.draws {
-        let residuals = density.residuals(&d.lengths, &d.auxiliary);
+        let residuals = problem.residuals(&d.lengths, &d.auxiliary);
         let error = &gain * residuals + &root * normals(rows.len(), &mut random);
         for (i, &row) in stretches.iter().enumerate() {
             all[i].push(d.stretch(row) + error[i]);

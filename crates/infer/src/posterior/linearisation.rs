@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 use tongue_core::statics::lanes::Adjoint;
 
 use super::auxiliary::{Active, NumberOrigin};
-use super::density::Density;
 use super::parameters::{Parameter, ParameterValues, SolvedPoint};
+use super::problem::PosteriorProblem;
 
 /// Linearisation of all computed numbers at a point.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub struct GeometrySensitivities {
 }
 
 pub(super) struct DifferentiatedPoint<'a> {
-    pub density: &'a Density<'a>,
+    pub problem: &'a PosteriorProblem<'a>,
     pub solved: SolvedPoint,
     pub values: ParameterValues,
     /// Derivatives of the parameters by their scores.
@@ -40,10 +40,10 @@ pub(super) struct DifferentiatedPoint<'a> {
 impl DifferentiatedPoint<'_> {
     /// Derivatives of all computed numbers by the scores.
     pub fn jacobian(&self) -> DMatrix<f64> {
-        let rates = |adjoint: &Adjoint<2>| self.density.posterior_model.hyoid_rates(adjoint);
+        let rates = |adjoint: &Adjoint<2>| self.problem.posterior_model.hyoid_rates(adjoint);
         let by_hyoid: Vec<Vec<[f64; 3]>> =
             self.adjoints.iter().map(|own| own.iter().map(rates).collect()).collect();
-        let columns = self.density.parameters.iter().zip(&self.slopes).map(|(&parameter, &slope)| {
+        let columns = self.problem.parameters.iter().zip(&self.slopes).map(|(&parameter, &slope)| {
             let shapes = self.adjoints.iter().zip(&by_hyoid).enumerate();
             let of_shapes: Vec<Vec<f64>> = Vec::from_iter(shapes.map(|(index, (own, by_hyoid))| {
                 let each = own.iter().zip(by_hyoid);
@@ -63,10 +63,10 @@ impl DifferentiatedPoint<'_> {
         of_shapes: &[Vec<f64>],
         of_activity: impl Fn(&Active) -> f64,
     ) -> DVector<f64> {
-        let (postures, muscles) = (self.density.postures(), self.density.posterior_model.muscles.len());
+        let (postures, muscles) = (self.problem.postures(), self.problem.posterior_model.muscles.len());
         let stretches = (0..postures * muscles)
             .map(|row| self.solved.stretch_rate(row, unit, |index, m| of_shapes[index][m]));
-        let origins = self.density.measurements.auxiliary.origins(postures, muscles);
+        let origins = self.problem.measurements.auxiliary.origins(postures, muscles);
         let others = origins.map(|origin| match origin {
             NumberOrigin::Activity(active) => unit * of_activity(active),
             NumberOrigin::Shape(index, number) => unit * of_shapes[index][number],
@@ -76,7 +76,7 @@ impl DifferentiatedPoint<'_> {
 
     /// A matrix with a row for each computed number, of any number of columns.
     pub fn matrix(&self, columns: &[DVector<f64>]) -> DMatrix<f64> {
-        DMatrix::from_fn(self.density.numbers(), columns.len(), |row, c| columns[c][row])
+        DMatrix::from_fn(self.problem.numbers(), columns.len(), |row, c| columns[c][row])
     }
 }
 

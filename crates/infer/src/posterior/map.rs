@@ -23,11 +23,11 @@ use tongue_core::statics::SAME_SHAPE_M;
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
-use super::density::Density;
 use super::evaluator::Evaluator;
 use super::hmc::Whitened;
 use super::linearisation::{GeometrySensitivities, LinearisationPoint};
 use super::parameters::SolvedPoint;
+use super::problem::PosteriorProblem;
 use super::quantiles::{effective, shares};
 
 /// Covariance due to geometry and constants at a point.
@@ -84,31 +84,33 @@ const SEED: u64 = 3;
 /// Standard normal quantile of the probability 0.99.
 const ONE_IN_HUNDRED: f64 = 2.326;
 
-impl MapEstimate {
-    /// Finds the mode, and sets the covariance due to geometry in the density.
-    pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
+impl PosteriorProblem<'_> {
+    /// The most probable scores. Sets the covariance due to geometry, averaged about them.
+    pub fn map(&mut self) -> Result<MapEstimate, PosteriorError> {
         // Begins at the medians, or at smaller tensions where these have no equilibrium.
-        let (n, rest) = (density.parameters.len(), density.rest());
+        let (n, rest) = (self.parameters.len(), self.rest());
         let begin = [0.0, -1.0, -2.0, -3.0, -4.0].into_iter().find_map(|score| {
             let start = DVector::from_element(n, score);
-            let linear = Evaluator::new(density).linearise(&start, &rest)?;
+            let linear = Evaluator::new(self).linearise(&start, &rest)?;
             Some((start, linear))
         });
         let (start, linear) = begin.ok_or(PosteriorError::NoMode)?;
-        density.set_geometry(covariance(&linear))?;
-        let mut map_estimate = Self::new(density, start, linear.jacobian, linear.solved);
+        self.set_geometry(covariance(&linear))?;
+        let mut map_estimate = MapEstimate::new(self, start, linear.jacobian, linear.solved);
         for _ in 0..ROUNDS {
-            map_estimate.climb(density, CENTRE_TOLERANCE);
-            map_estimate.average(density)?;
+            map_estimate.climb(self, CENTRE_TOLERANCE);
+            map_estimate.average(self)?;
         }
-        map_estimate.climb(density, TOLERANCE);
+        map_estimate.climb(self, TOLERANCE);
         Ok(map_estimate)
     }
+}
 
+impl MapEstimate {
     /// Refuses data that the prior predictive distribution hardly gives. For a linear model the squared deviations at the mode have the
     /// chi-square distribution with as many degrees of freedom as there are numbers (Gelman and others, Bayesian Data Analysis 2013, 6.3).
-    pub fn check_data(&self, density: &Density<'_>) -> Result<(), PosteriorError> {
-        let (squares, numbers) = (-2.0 * self.log, density.rows.len());
+    pub fn check_data(&self, problem: &PosteriorProblem<'_>) -> Result<(), PosteriorError> {
+        let (squares, numbers) = (-2.0 * self.log, problem.rows.len());
         // Wilson and Hilferty 1931.
         let (n, sd) = (numbers as f64, (2.0 / (9.0 * numbers as f64)).sqrt());
         let most = n * (1.0 - sd * sd + ONE_IN_HUNDRED * sd).powi(3);
@@ -116,9 +118,9 @@ impl MapEstimate {
     }
 
     /// Whether the loads lead from rest to these shapes, which the search found from neighbours.
-    pub fn is_reached_from_rest(&self, density: &Density<'_>) -> bool {
-        let (values, _) = density.parameter_values(&self.scores);
-        let reached = Evaluator::new(density).solve_from_rest(&[&values]).remove(0);
+    pub fn is_reached_from_rest(&self, problem: &PosteriorProblem<'_>) -> bool {
+        let (values, _) = problem.parameter_values(&self.scores);
+        let reached = Evaluator::new(problem).solve_from_rest(&[&values]).remove(0);
         reached.is_some_and(|reached| {
             let mut lengths = reached.lengths.iter().zip(&self.solved.lengths);
             lengths.all(|(a, b)| (a - b).abs() <= SAME_SHAPE_M)
@@ -128,9 +130,9 @@ impl MapEstimate {
     /// Finds the mode from that of nearly the same stretches, `near`, about which `density` must have the covariance due to geometry. Sets
     /// its average about the mode of the linear model: over the draws about `near`, which are weighted, and, where too few of these are
     /// effective, over more draws.
-    pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
+    pub fn find_near(problem: &mut PosteriorProblem<'_>, near: &Self) -> Result<Self, PosteriorError> {
         let (scores, jacobian, solved) = (near.scores.clone(), near.jacobian.clone(), near.solved.clone());
-        let mut map_estimate = Self::new(density, scores, jacobian, solved);
+        let mut map_estimate = Self::new(problem, scores, jacobian, solved);
         let step = TrialStep::newton(map_estimate.precision.clone(), &map_estimate.gradient, LONGEST);
         let expected = &near.scores + step.ok_or(PosteriorError::Covariance)?.by;
         let logs = near.around.iter().map(|draw| {
@@ -141,37 +143,37 @@ impl MapEstimate {
         let old = effective(&weights);
         let more = if old < LEAST_EFFECTIVE * weights.len() as f64 {
             let whitened = Whitened::new(expected, map_estimate.precision.clone());
-            map_estimate.draws_around(density, whitened, Self::draws_for_average(density) / 2)?
+            map_estimate.draws_around(problem, whitened, Self::draws_for_average(problem) / 2)?
         } else {
             Vec::new()
         };
         let total = old + more.len() as f64;
         let weighted = near.around.iter().zip(weights.into_iter().map(|weight| weight * old / total));
         if !near.around.is_empty() {
-            density.set_geometry(mean(weighted.chain(more.iter().map(|draw| (draw, 1.0 / total)))))?;
+            problem.set_geometry(mean(weighted.chain(more.iter().map(|draw| (draw, 1.0 / total)))))?;
         }
-        map_estimate.climb(density, CENTRE_TOLERANCE);
+        map_estimate.climb(problem, CENTRE_TOLERANCE);
         Ok(map_estimate)
     }
 
-    fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        let count = Self::draws_for_average(density);
-        self.around = Arc::new(self.draws_around(density, self.whitened(), count)?);
+    fn average(&mut self, problem: &mut PosteriorProblem<'_>) -> Result<(), PosteriorError> {
+        let count = Self::draws_for_average(problem);
+        self.around = Arc::new(self.draws_around(problem, self.whitened(), count)?);
         let weight = 1.0 / self.around.len() as f64;
         if !self.around.is_empty() {
-            density.set_geometry(mean(self.around.iter().map(|draw| (draw, weight))))?;
+            problem.set_geometry(mean(self.around.iter().map(|draw| (draw, weight))))?;
         }
         Ok(())
     }
 
-    fn draws_for_average(density: &Density<'_>) -> usize {
-        if density.posterior_model.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES }
+    fn draws_for_average(problem: &PosteriorProblem<'_>) -> usize {
+        if problem.posterior_model.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES }
     }
 
     /// Draws from the normal distribution of some coordinates, solved from the mode; those without an equilibrium are left out.
     fn draws_around(
         &self,
-        density: &Density<'_>,
+        problem: &PosteriorProblem<'_>,
         whitened: Option<Whitened>,
         count: usize,
     ) -> Result<Vec<DrawAround>, PosteriorError> {
@@ -181,7 +183,7 @@ impl MapEstimate {
         let groups: Vec<_> = draws.chunks(LANES).collect();
         let found = parallel::map(&groups, |group| {
             let points: Vec<_> = group.iter().map(|(x, _)| (x, &self.solved)).collect();
-            let linear = Evaluator::new(density).linearise_all(&points);
+            let linear = Evaluator::new(problem).linearise_all(&points);
             let each = group.iter().zip(linear).filter_map(|((scores, log), linear)| {
                 Some(DrawAround { scores: scores.clone(), log: *log, geometry: covariance(&linear?) })
             });
@@ -190,22 +192,27 @@ impl MapEstimate {
         Ok(found.into_iter().flatten().collect())
     }
 
-    fn new(density: &Density<'_>, scores: DVector<f64>, jacobian: DMatrix<f64>, solved: SolvedPoint) -> Self {
-        let of_measured = jacobian.select_rows(&density.rows);
+    fn new(
+        problem: &PosteriorProblem<'_>,
+        scores: DVector<f64>,
+        jacobian: DMatrix<f64>,
+        solved: SolvedPoint,
+    ) -> Self {
+        let of_measured = jacobian.select_rows(&problem.rows);
         let n = scores.len();
-        let precision = DMatrix::identity(n, n) + of_measured.tr_mul(&(&density.precision * &of_measured));
-        let residuals = density.residuals(&solved.lengths, &solved.auxiliary);
-        let pulls = &density.precision * &residuals;
+        let precision = DMatrix::identity(n, n) + of_measured.tr_mul(&(&problem.precision * &of_measured));
+        let residuals = problem.residuals(&solved.lengths, &solved.auxiliary);
+        let pulls = &problem.precision * &residuals;
         let log = -0.5 * (residuals.dot(&pulls) + scores.norm_squared());
         let gradient = &scores - of_measured.tr_mul(&pulls);
         Self { scores, solved, jacobian, gradient, precision, log, around: Arc::default() }
     }
 
     /// Moves to the mode for the present covariance.
-    fn climb(&mut self, density: &Density<'_>, step_tolerance: f64) {
+    fn climb(&mut self, problem: &PosteriorProblem<'_>, step_tolerance: f64) {
         let Self { scores, jacobian, solved, around, .. } = self.clone();
-        let begin = Self::new(density, scores, jacobian, solved);
-        let mut evaluator = Evaluator::new(density);
+        let begin = Self::new(problem, scores, jacobian, solved);
+        let mut evaluator = Evaluator::new(problem);
         let step = |here: &Self, damping: f64| {
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
@@ -214,7 +221,7 @@ impl MapEstimate {
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;
             let point = evaluator.differentiate(&[(&next, &here.solved)]).pop().flatten()?;
-            Some(Self::new(density, next, point.jacobian(), point.solved))
+            Some(Self::new(problem, next, point.jacobian(), point.solved))
         };
         let rule = Rule { step_tolerance, ..CLIMB };
         *self = Self { around, ..descend(begin, &rule, |here| -here.log, step, moved).here };

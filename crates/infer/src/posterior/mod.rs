@@ -21,7 +21,6 @@
 
 mod auxiliary;
 mod contrast;
-mod density;
 pub mod diagnostics;
 mod evaluator;
 mod finite_differences;
@@ -35,6 +34,7 @@ mod over_speakers;
 pub mod parameters;
 pub mod point_data;
 mod priors;
+mod problem;
 mod quadratic_shape;
 pub mod quantiles;
 mod rest_shape;
@@ -48,7 +48,6 @@ mod warm_up;
 
 pub use auxiliary::{Active, AuxiliaryData, DataSource, Electrode, PostureView};
 pub use contrast::Contrast;
-pub use density::Density;
 pub use evaluator::Evaluator;
 pub use leave_out::{fitted_stretches, predict_each_from_others};
 pub use linearisation::{GeometrySensitivities, LinearisationPoint};
@@ -58,8 +57,9 @@ pub use model::{Field, PosteriorModel};
 pub use over_speakers::{OverSpeakers, population_mean};
 pub use parameters::{Draw, Parameter, ParameterValues, Posture, SolvedPoint};
 pub use priors::*;
+pub use problem::PosteriorProblem;
 pub use quantiles::Quantiles;
-pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, sample, short_run};
+pub use run::{Effective, Posterior, SamplerDiagnostics, Sampling, Status, short_run};
 pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use summary::{Change, Report, StretchSummary, Summary, Tension, contradiction};

@@ -16,7 +16,7 @@ use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, NodePosition, Observable, TongueSurface};
 
-use crate::error_model::{Along, Errors, correlation, distances_along};
+use crate::error_model::{Along, ErrorModel, correlation, distances_along};
 use crate::standard_deviations::{
     COIL_GAP_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG, MEASURED_COIL_MM, POSTURE_ALONE_MM,
     POSTURE_FAR_MM, POSTURE_MM,
@@ -86,7 +86,7 @@ impl AuxiliaryData {
 fn view(posture: Option<usize>, numbers: &[Number]) -> (PostureView, DVector<f64>) {
     let along: Vec<Along> = numbers.iter().map(|n| n.along).collect();
     let others = DVector::zeros(along.len());
-    let (averages, own) = Errors::default().in_frame(&along, f64::INFINITY, &others);
+    let (averages, own) = ErrorModel::default().in_frame(&along, f64::INFINITY, &others);
     let observables = numbers.iter().map(|n| n.observable.clone()).collect();
     (PostureView { posture, observables, averages }, own)
 }
@@ -107,7 +107,7 @@ fn averaged(views: &[PostureView], of_observables: &DMatrix<f64>) -> DMatrix<f64
 fn shared_errors(numbers: &[(usize, &Number)]) -> DMatrix<f64> {
     let of_body = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
         let [(frame, a), (other, b)] = [numbers[i], numbers[j]];
-        1e-6 * Errors::default().of_body(&a.along, &b.along, frame == other)
+        1e-6 * ErrorModel::default().of_body(&a.along, &b.along, frame == other)
     });
     let mut by_source: BTreeMap<&SharedError, DVector<f64>> = BTreeMap::new();
     for (i, (_, number)) in numbers.iter().enumerate() {
@@ -144,7 +144,7 @@ impl Marks<'_> {
                 let (a, b) = (&numbers[i].along, &numbers[j].along);
                 let alone = if i == j { a.sd_mm.powi(2) + POSTURE_ALONE_MM.powi(2) } else { 0.0 };
                 let posture = POSTURE_MM.powi(2) * correlation(a, b, POSTURE_FAR_MM);
-                1e-6 * (Errors::default().of_body(a, b, true) + posture + alone)
+                1e-6 * (ErrorModel::default().of_body(a, b, true) + posture + alone)
             });
             let rates = DMatrix::from_fn(numbers.len(), 4, |i, source| numbers[i].shared[source].1);
             let away = numbers.iter().map(|n| n.measured - n.observable.value(self.rest));

@@ -6,9 +6,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::density::Density;
 use super::linearisation::DifferentiatedPoint;
 use super::parameters::{ParameterValues, Posture};
+use super::problem::PosteriorProblem;
 
 /// Weight of small coefficients, over that of an equation; it decides what few points leave open.
 const RIDGE: f64 = 1e-4;
@@ -23,8 +23,12 @@ pub(super) struct QuadraticShape {
 
 /// Logarithms of the tensions in a shape, the hyoid's displacement along both axes, m, and its angle; each with its derivative by the
 /// tension, the displacement or the angle.
-pub(super) fn inputs(density: &Density<'_>, values: &ParameterValues, index: usize) -> Vec<(f64, f64)> {
-    let (Posture { tensions, hyoid }, scale) = (&values.postures[index], density.scale(index));
+pub(super) fn inputs(
+    problem: &PosteriorProblem<'_>,
+    values: &ParameterValues,
+    index: usize,
+) -> Vec<(f64, f64)> {
+    let (Posture { tensions, hyoid }, scale) = (&values.postures[index], problem.scale(index));
     let logarithms = tensions.iter().map(|f| ((0.5 * f / scale).ln_1p(), 1.0 / (f + 2.0 * scale)));
     logarithms.chain([hyoid.x, hyoid.y, values.tilt * hyoid.x].map(|value| (value, 1.0))).collect()
 }
@@ -47,11 +51,15 @@ fn derivatives(inputs: &[f64], by: usize) -> impl Iterator<Item = f64> {
 
 impl QuadraticShape {
     /// The model of a shape, numbered as in [`super::PosteriorModel::load`]; `None` without points.
-    pub fn fit(density: &Density<'_>, points: &[DifferentiatedPoint<'_>], index: usize) -> Option<Self> {
-        let posture = (index < density.postures()).then_some(index);
+    pub fn fit(
+        problem: &PosteriorProblem<'_>,
+        points: &[DifferentiatedPoint<'_>],
+        index: usize,
+    ) -> Option<Self> {
+        let posture = (index < problem.postures()).then_some(index);
         let count = points.len() as f64;
         let all: Vec<Vec<(f64, f64)>> =
-            points.iter().map(|point| inputs(density, &point.values, index)).collect();
+            points.iter().map(|point| inputs(problem, &point.values, index)).collect();
         let moments = (0..all.first()?.len()).map(|i| {
             let mean = all.iter().map(|x| x[i].0).sum::<f64>() / count;
             let variance = all.iter().map(|x| (x[i].0 - mean).powi(2)).sum::<f64>() / count;
@@ -67,9 +75,9 @@ impl QuadraticShape {
             let own = model.standardised(all);
             equations.extend(monomials(&own));
             sides.extend(lengths.iter().map(|l| l.ln()));
-            sides.extend(density.measurements.auxiliary.of_shape(posture, positions));
+            sides.extend(problem.measurements.auxiliary.of_shape(posture, positions));
             let by_load: Vec<Vec<f64>> = Vec::from_iter(point.adjoints[index].iter().map(|adjoint| {
-                let hyoid = density.posterior_model.hyoid_rates(adjoint);
+                let hyoid = problem.posterior_model.hyoid_rates(adjoint);
                 adjoint.by_tension.iter().chain(&hyoid).copied().collect()
             }));
             for (by, &(i, _, sd)) in model.inputs.iter().enumerate() {

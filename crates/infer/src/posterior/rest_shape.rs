@@ -108,7 +108,7 @@ impl<'a> LinearisedShape<'a> {
 
 /// The sensitivities at a solved point; `None` where another kappa leads to no equilibrium.
 pub(super) fn of_springs(point: &DifferentiatedPoint<'_>) -> Option<GeometrySensitivities> {
-    let posterior_model = point.density.posterior_model;
+    let posterior_model = point.problem.posterior_model;
     // Derivatives of the numbers of each shape by the rest position of every node.
     let slopes = Vec::from_iter(point.adjoints.iter().enumerate().map(|(index, own)| {
         let shape = LinearisedShape::new(posterior_model, point.solved.shape(index).0);

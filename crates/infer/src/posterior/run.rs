@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use super::PosteriorError;
-use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
 use super::hmc::{self, CHAINS, Whitened};
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::Draw;
+use super::problem::PosteriorProblem;
 use super::surrogate::{ResidualLikelihood, Surrogate, SurrogateDensity};
 
 /// Trajectories of each chain in each half of the warm-up: the least number, and a number for each parameter.
@@ -73,7 +73,7 @@ pub struct SamplerDiagnostics {
 /// A sampled posterior.
 #[derive(Debug)]
 pub struct Posterior<'a> {
-    pub density: Density<'a>,
+    pub problem: PosteriorProblem<'a>,
     pub map_estimate: MapEstimate,
     pub draws: Vec<Draw>,
     pub diagnostics: SamplerDiagnostics,
@@ -85,40 +85,50 @@ impl Posterior<'_> {
     }
 }
 
-pub fn sample<'a>(
-    posterior_model: &'a PosteriorModel,
-    measurements: Measurements,
-    settings: &Sampling,
-) -> Result<Posterior<'a>, PosteriorError> {
-    let mut density = Density::new(posterior_model, measurements)?;
-    let map_estimate = MapEstimate::find(&mut density)?;
-    sample_at(density, map_estimate, settings)
+impl PosteriorModel {
+    /// Draws from the posterior given these measurements.
+    pub fn posterior(
+        &self,
+        measurements: Measurements,
+        settings: &Sampling,
+    ) -> Result<Posterior<'_>, PosteriorError> {
+        PosteriorProblem::new(self, measurements)?.posterior(settings)
+    }
 }
 
-pub(crate) fn sample_at<'a>(
-    density: Density<'a>,
-    map_estimate: MapEstimate,
-    settings: &Sampling,
-) -> Result<Posterior<'a>, PosteriorError> {
-    settings.check()?;
-    let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
-    let surrogate = Surrogate::refined(&density, &density, &whitened)?;
-    let thin = if density.postures() > 1 { THIN_TOGETHER } else { THIN };
-    let run = |thin| {
-        let chains = chains(&density, &density, &surrogate, &whitened, settings, thin);
-        (diagnosed(&density, &chains, thin), chains)
-    };
-    let (mut diagnostics, mut chains) = run(thin);
-    if diagnostics.status == Status::NotMixed && diagnostics.draws as f64 > FEWEST_EFFECTIVE {
-        (diagnostics, chains) = run(LONGER * thin);
+impl<'a> PosteriorProblem<'a> {
+    /// Draws from the posterior.
+    pub fn posterior(mut self, settings: &Sampling) -> Result<Posterior<'a>, PosteriorError> {
+        let map_estimate = self.map()?;
+        self.posterior_about(map_estimate, settings)
     }
-    Ok(Posterior { density, map_estimate, draws: numbered(chains), diagnostics })
+
+    /// [`Self::posterior`] about a mode that is known.
+    pub(super) fn posterior_about(
+        self,
+        map_estimate: MapEstimate,
+        settings: &Sampling,
+    ) -> Result<Posterior<'a>, PosteriorError> {
+        settings.check()?;
+        let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
+        let surrogate = Surrogate::refined(&self, &self, &whitened)?;
+        let thin = if self.postures() > 1 { THIN_TOGETHER } else { THIN };
+        let run = |thin| {
+            let chains = chains(&self, &self, &surrogate, &whitened, settings, thin);
+            (diagnosed(&self, &chains, thin), chains)
+        };
+        let (mut diagnostics, mut chains) = run(thin);
+        if diagnostics.status == Status::NotMixed && diagnostics.draws as f64 > FEWEST_EFFECTIVE {
+            (diagnostics, chains) = run(LONGER * thin);
+        }
+        Ok(Posterior { problem: self, map_estimate, draws: numbered(chains), diagnostics })
+    }
 }
 
 /// Whether chains have mixed, with `thin` tried ends for each draw.
-fn diagnosed(density: &Density<'_>, chains: &[hmc::Chain<Draw>], thin: usize) -> SamplerDiagnostics {
+fn diagnosed(problem: &PosteriorProblem<'_>, chains: &[hmc::Chain<Draw>], thin: usize) -> SamplerDiagnostics {
     let count: usize = chains.iter().map(|c| c.draws.len()).sum();
-    let by_quantity = if count == 0 { Vec::new() } else { judged(density, chains) };
+    let by_quantity = if count == 0 { Vec::new() } else { judged(problem, chains) };
     let r_hat = by_quantity.iter().map(|m| m.r_hat).fold(1.0, f64::max);
     let [bulk, tail] = [|m: &Mixing| m.bulk, |m: &Mixing| m.tail]
         .map(|size| by_quantity.iter().map(size).fold(f64::INFINITY, f64::min));
@@ -145,12 +155,12 @@ fn diagnosed(density: &Density<'_>, chains: &[hmc::Chain<Draw>], thin: usize) ->
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
         accepted: chains.iter().map(|c| c.accepted).sum::<f64>() / chains.len() as f64,
-        equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
+        equilibria: (problem.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
     }
 }
 
 pub(super) fn chains(
-    density: &Density<'_>,
+    problem: &PosteriorProblem<'_>,
     errors: &dyn ResidualLikelihood,
     surrogate: &Surrogate<'_>,
     whitened: &Whitened,
@@ -158,24 +168,24 @@ pub(super) fn chains(
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
     let settings = hmc::Settings {
-        warm_up: WARM_UP.max(WARM_UP_EACH * density.parameters.len()),
+        warm_up: WARM_UP.max(WARM_UP_EACH * problem.parameters.len()),
         draws: settings.draws.div_ceil(CHAINS),
         thin,
         seed: settings.seed,
     };
-    hmc::sample(|| SurrogateDensity::new(density, errors, surrogate), whitened, &settings)
+    hmc::sample(|| SurrogateDensity::new(problem, errors, surrogate), whitened, &settings)
 }
 
 /// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. `only` selects
 /// one group of chains. None if the chains could not begin.
 pub fn short_run(
-    density: &Density<'_>,
+    problem: &PosteriorProblem<'_>,
     map_estimate: &MapEstimate,
     only: Option<usize>,
 ) -> Result<Vec<Draw>, PosteriorError> {
     let whitened = map_estimate.whitened().ok_or(PosteriorError::Covariance)?;
-    let surrogate = Surrogate::about(density, &whitened)?;
-    let target = || SurrogateDensity::new(density, density, &surrogate);
+    let surrogate = Surrogate::about(problem, &whitened)?;
+    let target = || SurrogateDensity::new(problem, problem, &surrogate);
     Ok(numbered(hmc::sample_briefly(target, &whitened, &SHORT, only)))
 }
 
@@ -186,17 +196,17 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
 }
 
 /// Convergence diagnostics of every sampled or reported quantity.
-fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
+fn judged(problem: &PosteriorProblem<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<Mixing> {
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
         mixing(&chains.iter().map(|c| c.draws.iter().map(value).collect()).collect::<Vec<Vec<f64>>>())
     };
-    let muscles = 0..density.posterior_model.muscles.len();
+    let muscles = 0..problem.posterior_model.muscles.len();
     let mut out: Vec<Mixing> = muscles.clone().map(|m| of(&|d| d.values.tones()[m])).collect();
-    for posture in 0..density.postures() {
+    for posture in 0..problem.postures() {
         out.extend(muscles.clone().map(|m| of(&|d| d.tension(posture, m))));
         out.extend(muscles.clone().map(|m| of(&|d| d.change(posture, m))));
     }
-    let moved = density.postures() + usize::from(density.moves_hyoid_in_baseline());
+    let moved = problem.postures() + usize::from(problem.moves_hyoid_in_baseline());
     for posture in 0..moved {
         out.extend((0..2).map(|axis| of(&|d| d.values.postures[posture].hyoid[axis])));
     }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use tongue_core::random::normal;
 
-use super::density::Density;
+use super::problem::PosteriorProblem;
 use super::quantiles::Quantiles;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -78,7 +78,11 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
 
 /// Normal distribution of a stretch's error given the other residuals: their coefficients in its mean, and its standard deviation. `other`
 /// leaves out the stretch at `position` of `whole`.
-pub fn conditional(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
+pub fn conditional(
+    whole: &PosteriorProblem<'_>,
+    other: &PosteriorProblem<'_>,
+    position: usize,
+) -> (DVector<f64>, f64) {
     let (row, errors) = (whole.rows[position], whole.discrepancies() + whole.rounding());
     let across = DVector::from_fn(other.rows.len(), |i, _| {
         let in_whole = if i < position { i } else { i + 1 };

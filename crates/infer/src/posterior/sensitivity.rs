@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use tongue_core::statistics::mean_and_variance;
 
-use super::density::Density;
 use super::parameters::{Draw, Parameter};
+use super::problem::PosteriorProblem;
 use super::quantiles::shares;
 
 /// Difference of the power from one.
@@ -45,10 +45,10 @@ pub struct Scaled {
 }
 
 impl Scaled {
-    pub fn new(density: &Density<'_>, draws: &[Draw]) -> Self {
+    pub fn new(problem: &PosteriorProblem<'_>, draws: &[Draw]) -> Self {
         let prior = |d: &Draw| -> f64 {
-            let each = density.parameters.iter().map(|p| match *p {
-                Parameter::Tension(posture, m) => (d.tension(posture, m) / density.scale(posture)).powi(2),
+            let each = problem.parameters.iter().map(|p| match *p {
+                Parameter::Tension(posture, m) => (d.tension(posture, m) / problem.scale(posture)).powi(2),
                 _ => 0.0,
             });
             -0.5 * each.sum::<f64>()

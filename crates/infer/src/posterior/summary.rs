@@ -89,26 +89,26 @@ pub struct Report {
 impl Report {
     /// A report for each posture; `leave_out` adds predictions of every muscle without its own measurement.
     pub fn of_each(posterior: &Posterior<'_>, leave_out: bool, seed: u64) -> Vec<Self> {
-        let Posterior { density, map_estimate, draws, .. } = posterior;
+        let Posterior { problem, map_estimate, draws, .. } = posterior;
         let mixed = posterior.is_mixed();
-        let left_out = (leave_out && mixed).then(|| predict_each_from_others(density, map_estimate));
+        let left_out = (leave_out && mixed).then(|| predict_each_from_others(problem, map_estimate));
         // Where that sampling fails, the rest is reported without it.
         let left_out = left_out.and_then(Result::ok).unwrap_or_default();
         let fitted = if mixed { fitted_stretches(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
-        let most_probable = density.parameter_values(&map_estimate.scores).0;
-        let most_probable = map_estimate.is_reached_from_rest(density).then_some(most_probable);
-        let scaled = Scaled::new(density, draws);
+        let most_probable = problem.parameter_values(&map_estimate.scores).0;
+        let most_probable = map_estimate.is_reached_from_rest(problem).then_some(most_probable);
+        let scaled = Scaled::new(problem, draws);
         let all = All { posterior, most_probable, left_out, fitted, scaled, seed };
-        let is_row = density.postures() == 1 && density.measurements.auxiliary.is_empty();
-        let improbable = if is_row { map_estimate.check_data(density).err() } else { None };
+        let is_row = problem.postures() == 1 && problem.measurements.auxiliary.is_empty();
+        let improbable = if is_row { map_estimate.check_data(problem).err() } else { None };
         let improbable = improbable.map(|why| why.to_string());
-        Vec::from_iter((0..density.postures()).map(|posture| Self {
+        Vec::from_iter((0..problem.postures()).map(|posture| Self {
             improbable: improbable.clone(),
             diagnostics: posterior.diagnostics.clone(),
-            postures: density.measurements.labels.clone(),
+            postures: problem.measurements.labels.clone(),
             summary: mixed.then(|| Summary::new(&all, posture)),
-            poisson_ratio: density.posterior_model.model.poisson_ratio,
-            priors: density.posterior_model.priors.clone(),
+            poisson_ratio: problem.posterior_model.model.poisson_ratio,
+            priors: problem.posterior_model.priors.clone(),
         }))
     }
 }
@@ -147,8 +147,8 @@ impl Change {
 impl Summary {
     fn new(all: &All<'_>, posture: usize) -> Self {
         let posterior = all.posterior;
-        let density = &posterior.density;
-        let (posterior_model, draws) = (density.posterior_model, &posterior.draws);
+        let problem = &posterior.problem;
+        let (posterior_model, draws) = (problem.posterior_model, &posterior.draws);
         let muscles = &posterior_model.muscles;
         let values = |of: &dyn Fn(&Draw) -> f64| draws.iter().map(of).collect::<Vec<f64>>();
         let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
@@ -174,11 +174,11 @@ impl Summary {
                 depends_on_prior: is_of_prior(moved_by_prior, &sensitivity),
             }
         });
-        let own = density.measurements.of_posture(posture);
+        let own = problem.measurements.of_posture(posture);
         let names: Vec<String> =
-            own.iter().map(|&i| density.measurements.stretches[i].name.clone()).collect();
+            own.iter().map(|&i| problem.measurements.stretches[i].name.clone()).collect();
         let stretches = own.iter().map(|&i| StretchSummary {
-            measured: density.measurements.stretches[i].value,
+            measured: problem.measurements.stretches[i].value,
             fitted: all.fitted[i],
             left_out: all.left_out.get(i).filter(|l| l.spread.mean.is_finite()).cloned(),
         });

@@ -8,11 +8,11 @@ use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
 use super::auxiliary::NumberOrigin;
-use super::density::Density;
 use super::evaluator::Evaluator;
 use super::hmc::{self, SampledDensity, Settings, Whitened};
 use super::linearisation::{DifferentiatedPoint, by_parameter};
 use super::parameters::{Draw, ParameterValues, SolvedPoint};
+use super::problem::PosteriorProblem;
 use super::quadratic_shape::{QuadraticShape, inputs};
 
 /// Number of draws to which the model is fitted first, half of which mirror the others about the mode, and their spread over that of the
@@ -32,7 +32,7 @@ pub trait ResidualLikelihood: Sync {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
 }
 
-impl ResidualLikelihood for Density<'_> {
+impl ResidualLikelihood for PosteriorProblem<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
         let pulls = &self.precision * residuals;
         (-0.5 * residuals.dot(&pulls), pulls)
@@ -49,44 +49,47 @@ pub struct Surrogate<'d> {
 
 impl<'d> Surrogate<'d> {
     /// Models that are fitted to draws from the normal distribution of these coordinates.
-    pub fn about(density: &'d Density<'_>, whitened: &Whitened) -> Result<Self, PosteriorError> {
-        Self::fit(density, &drawn(density, whitened)?)
+    pub fn about(problem: &'d PosteriorProblem<'_>, whitened: &Whitened) -> Result<Self, PosteriorError> {
+        Self::fit(problem, &drawn(problem, whitened)?)
     }
 
     /// Models that are fitted to the draws of [`Self::about`] and to draws of the density that those models gave.
     pub fn refined(
-        density: &'d Density<'_>,
+        problem: &'d PosteriorProblem<'_>,
         errors: &dyn ResidualLikelihood,
         whitened: &Whitened,
     ) -> Result<Self, PosteriorError> {
-        let mut points = drawn(density, whitened)?;
-        let first = Self::fit(density, &points)?;
-        let target = || SurrogateDensity::new(density, errors, &first);
+        let mut points = drawn(problem, whitened)?;
+        let first = Self::fit(problem, &points)?;
+        let target = || SurrogateDensity::new(problem, errors, &first);
         let chains = hmc::sample_briefly(target, whitened, &BRIEF, None);
         let mut draws: Vec<DVector<f64>> = chains.into_iter().flat_map(|chain| chain.scores).collect();
         draws.dedup();
-        points.extend(differentiated(density, &draws));
-        Self::fit(density, &points)
+        points.extend(differentiated(problem, &draws));
+        Self::fit(problem, &points)
     }
 
-    fn fit(density: &'d Density<'_>, points: &[DifferentiatedPoint<'_>]) -> Result<Self, PosteriorError> {
-        let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
-        let shapes = (0..=postures).map(|index| QuadraticShape::fit(density, points, index));
+    fn fit(
+        problem: &'d PosteriorProblem<'_>,
+        points: &[DifferentiatedPoint<'_>],
+    ) -> Result<Self, PosteriorError> {
+        let (muscles, postures) = (problem.posterior_model.muscles.len(), problem.postures());
+        let shapes = (0..=postures).map(|index| QuadraticShape::fit(problem, points, index));
         let shapes = shapes.collect::<Option<_>>().ok_or(PosteriorError::NoMode)?;
-        Ok(Self { shapes, origins: density.measurements.auxiliary.origins(postures, muscles).collect() })
+        Ok(Self { shapes, origins: problem.measurements.auxiliary.origins(postures, muscles).collect() })
     }
 
     /// Logarithm of the approximate density at these scores, and its derivatives.
     fn log(
         &self,
-        density: &Density<'_>,
+        problem: &PosteriorProblem<'_>,
         errors: &dyn ResidualLikelihood,
         scores: &DVector<f64>,
     ) -> (f64, DVector<f64>) {
-        let (values, slopes) = density.parameter_values(scores);
-        let (muscles, postures) = (density.posterior_model.muscles.len(), density.postures());
-        let measurements = &density.measurements;
-        let all: Vec<_> = (0..=postures).map(|index| inputs(density, &values, index)).collect();
+        let (values, slopes) = problem.parameter_values(scores);
+        let (muscles, postures) = (problem.posterior_model.muscles.len(), problem.postures());
+        let measurements = &problem.measurements;
+        let all: Vec<_> = (0..=postures).map(|index| inputs(problem, &values, index)).collect();
         let numbers: Vec<_> = self.shapes.iter().zip(&all).map(|(shape, all)| shape.numbers(all)).collect();
         let lengths: Vec<f64> =
             numbers.iter().flat_map(|own| own.iter().take(muscles).map(|ln| ln.exp())).collect();
@@ -95,13 +98,13 @@ impl<'d> Surrogate<'d> {
             NumberOrigin::Shape(index, number) => numbers[index][number],
         });
         let auxiliary: Vec<f64> = auxiliary.collect();
-        let (log, weights) = errors.log(&density.residuals(&lengths, &auxiliary));
+        let (log, weights) = errors.log(&problem.residuals(&lengths, &auxiliary));
         let (log, weights) = (TEMPERED * log, weights * TEMPERED);
         // Derivatives of the logarithm by the numbers of each shape.
         let mut by_number: Vec<DVector<f64>> = numbers.iter().map(|own| DVector::zeros(own.len())).collect();
         for (i, measured) in measurements.stretches.iter().enumerate() {
             let m = measured.muscle;
-            let stretch = lengths[density.rows[i]] / lengths[postures * muscles + m];
+            let stretch = lengths[problem.rows[i]] / lengths[postures * muscles + m];
             by_number[measured.posture][m] += weights[i] * stretch;
             by_number[postures][m] -= weights[i] * stretch;
         }
@@ -114,7 +117,7 @@ impl<'d> Surrogate<'d> {
         let shapes = self.shapes.iter().zip(&all).zip(&by_number);
         let by_load: Vec<_> = shapes.map(|((shape, all), weights)| shape.gradient(all, weights)).collect();
         let gradient = DVector::from_fn(scores.len(), |i, _| {
-            let parameter = density.parameters[i];
+            let parameter = problem.parameters[i];
             let of_activity = self.origins.iter().zip(of_auxiliary).map(|(origin, weight)| match origin {
                 NumberOrigin::Activity(active) => weight * active.slope(&values, parameter),
                 NumberOrigin::Shape(..) => 0.0,
@@ -131,20 +134,23 @@ impl<'d> Surrogate<'d> {
 
 /// Draws from the normal distribution of these coordinates, differentiated; an error where fewer than half of them have an equilibrium.
 fn drawn<'a>(
-    density: &'a Density<'_>,
+    problem: &'a PosteriorProblem<'_>,
     whitened: &Whitened,
 ) -> Result<Vec<DifferentiatedPoint<'a>>, PosteriorError> {
     let draws: Vec<DVector<f64>> = whitened.mirrored_draws(DRAWS, SPREAD, SEED).map(|(_, x)| x).collect();
-    let points = differentiated(density, &draws);
+    let points = differentiated(problem, &draws);
     if 2 * points.len() < DRAWS { Err(PosteriorError::NoMode) } else { Ok(points) }
 }
 
 /// The points at these scores, solved from rest and differentiated; those of zero density are left out.
-fn differentiated<'a>(density: &'a Density<'_>, scores: &[DVector<f64>]) -> Vec<DifferentiatedPoint<'a>> {
+fn differentiated<'a>(
+    problem: &'a PosteriorProblem<'_>,
+    scores: &[DVector<f64>],
+) -> Vec<DifferentiatedPoint<'a>> {
     let groups: Vec<&[DVector<f64>]> = scores.chunks(LANES).collect();
     let points = parallel::map(&groups, |group| {
-        let mut evaluator = Evaluator::new(density);
-        let values: Vec<ParameterValues> = group.iter().map(|x| density.parameter_values(x).0).collect();
+        let mut evaluator = Evaluator::new(problem);
+        let values: Vec<ParameterValues> = group.iter().map(|x| problem.parameter_values(x).0).collect();
         let begun = evaluator.solve_from_rest(&values.iter().collect::<Vec<_>>());
         let begun: Vec<(&DVector<f64>, &SolvedPoint)> =
             group.iter().zip(&begun).filter_map(|(x, begun)| Some((x, begun.as_ref()?))).collect();
@@ -155,7 +161,7 @@ fn differentiated<'a>(density: &'a Density<'_>, scores: &[DVector<f64>]) -> Vec<
 
 /// A density with its model, for one thread.
 pub struct SurrogateDensity<'a> {
-    pub density: &'a Density<'a>,
+    pub problem: &'a PosteriorProblem<'a>,
     pub errors: &'a dyn ResidualLikelihood,
     pub surrogate: &'a Surrogate<'a>,
     evaluator: Evaluator<'a>,
@@ -164,11 +170,11 @@ pub struct SurrogateDensity<'a> {
 impl<'a> SurrogateDensity<'a> {
     /// The density with another likelihood of the residuals.
     pub fn new(
-        density: &'a Density<'_>,
+        problem: &'a PosteriorProblem<'_>,
         errors: &'a dyn ResidualLikelihood,
         surrogate: &'a Surrogate<'_>,
     ) -> Self {
-        Self { density, errors, surrogate, evaluator: Evaluator::new(density) }
+        Self { problem, errors, surrogate, evaluator: Evaluator::new(problem) }
     }
 }
 
@@ -176,16 +182,16 @@ impl SampledDensity for SurrogateDensity<'_> {
     type Kept = Draw;
 
     fn approximate(&self, at: &DVector<f64>) -> (f64, DVector<f64>) {
-        self.surrogate.log(self.density, self.errors, at)
+        self.surrogate.log(self.problem, self.errors, at)
     }
 
     fn evaluate(&mut self, points: &[&DVector<f64>]) -> Vec<Option<(f64, Draw)>> {
         let values: Vec<ParameterValues> =
-            points.iter().map(|x| self.density.parameter_values(x).0).collect();
+            points.iter().map(|x| self.problem.parameter_values(x).0).collect();
         let solved = self.evaluator.solve_from_rest(&values.iter().collect::<Vec<_>>());
         let each = solved.into_iter().zip(values).zip(points).map(|((solved, values), at)| {
             let SolvedPoint { lengths, auxiliary, .. } = solved?;
-            let log_likelihood = self.errors.log(&self.density.residuals(&lengths, &auxiliary)).0;
+            let log_likelihood = self.errors.log(&self.problem.residuals(&lengths, &auxiliary)).0;
             let log = log_likelihood - 0.5 * at.norm_squared();
             Some((log, Draw { chain: 0, number: 0, values, lengths, auxiliary, log, log_likelihood }))
         });

@@ -9,13 +9,12 @@ use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
 use super::PosteriorError;
-use super::density::Density;
 use super::diagnostics::mixing;
-use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
 use super::parameters::Draw;
 use super::priors::Priors;
+use super::problem::PosteriorProblem;
 use super::quantiles::{Quantiles, part_above_zero};
 use super::run::short_run;
 use super::sensitivity::Scaled;
@@ -138,10 +137,10 @@ impl ShortRun {
 
     /// The draws of group 0 or 1 of the chains, or of both; none if the chains cannot begin. An error if the lengths contradict the model.
     pub fn draws(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
-        let mut density = Density::new(&self.posterior_model, self.measurements.clone())?;
-        let map_estimate = MapEstimate::find(&mut density)?;
-        map_estimate.check_data(&density)?;
-        short_run(&density, &map_estimate, group)
+        let mut problem = PosteriorProblem::new(&self.posterior_model, self.measurements.clone())?;
+        let map_estimate = problem.map()?;
+        map_estimate.check_data(&problem)?;
+        short_run(&problem, &map_estimate, group)
     }
 
     pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
@@ -149,7 +148,7 @@ impl ShortRun {
             return Err(PosteriorError::NoMode);
         }
         let posterior_model = &self.posterior_model;
-        let scaled = Scaled::new(&Density::new(posterior_model, self.measurements.clone())?, draws);
+        let scaled = Scaled::new(&PosteriorProblem::new(posterior_model, self.measurements.clone())?, draws);
         let verdicts = posterior_model.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
             let interval = short_run_interval(draws, |d| d.tension(0, m));

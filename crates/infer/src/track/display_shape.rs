@@ -15,7 +15,7 @@ use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
 use super::settings::{TrackSettings, TrackingContext};
 use super::smoother::{FrameState, SmoothedRecording, Smoother, shape_jacobians};
-use crate::error_model::{Errors, Knots};
+use crate::error_model::{ErrorModel, Knots};
 
 /// Weight of the frames for the displayed shape, which has no intervals.
 const TRUST: f64 = 0.5;
@@ -64,7 +64,7 @@ pub(super) struct Display<'a> {
 
 impl<'a> Display<'a> {
     pub fn new(context: &'a TrackingContext<'a>, settings: &TrackSettings) -> Self {
-        let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
+        let errors = ErrorModel { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
         let knots = Knots::new(errors, &[]);
         // Of two shapes that fit equally well, the one with levels nearer to the middle of the prior is displayed.
         let link = Softplus { level_sd_n: SHOWN_LEVEL * settings.link.scale_n(), ..settings.link };

@@ -1,6 +1,6 @@
 //! Tensions over time from observations of a tongue: contour points, sensors, bones.
 //!
-//! The equilibrium of a frame meets its observations up to errors that are correlated along the contour and in time ([`Errors`]). Before
+//! The equilibrium of a frame meets its observations up to errors that are correlated along the contour and in time ([`ErrorModel`]). Before
 //! a transform ([`Softplus`]) a tension is the level of its muscle, which is the same in all frames of a speaker, plus a deviation from it;
 //! the shape at rest is uncertain ([`ShapePrior`]). First the most probable tensions of all frames on the placed body are found, from a
 //! start at which four rounds with larger errors end; of long recordings, levels and shape are found from frames spread over all of them.
@@ -29,7 +29,7 @@ mod segments;
 mod settings;
 mod smoother;
 
-pub use crate::error_model::{Along, Errors};
+pub use crate::error_model::{Along, ErrorModel};
 pub use compare::{Compared, Comparison, LabelTension, compare, labels_to_compare, mark};
 pub use formants::{TrackedFormant, add_formants, opened_deg};
 pub use frame::{Frame, FrameObservation, FramePosture, FrameSolver, frames};
@@ -43,7 +43,7 @@ pub use results::{
     Displacement, FrameStatus, HeldOutPrediction, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked,
     TrackedRecording,
 };
-pub use run::{NotFinite, Watch, rest_shape, track};
+pub use run::{NotFinite, Watch, rest_shape};
 pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};
 pub use settings::{Followed, TrackSettings, TrackingContext};
 pub use smoother::FEWEST;

@@ -59,74 +59,80 @@ impl Watch<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotFinite;
 
-/// Finds the tensions in all frames of recordings of one speaker.
-pub fn track(
-    context: &TrackingContext<'_>,
-    recordings: Vec<Vec<Frame>>,
-    settings: &TrackSettings,
-    watch: &Watch<'_>,
-) -> Result<(), NotFinite> {
-    let Watch { progress, is_wanted, take } = *watch;
-    let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
-    let passes = ROUNDS + 2 + wanted.len();
-    let knots = knots(&recordings, settings);
-    let mut smoother = Smoother::new(*context, settings, &knots);
-    let recordings: Vec<SmoothedRecording> =
-        recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
-    let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
-    let is_whole = frames <= settings.shared_frames;
-    let mut sample =
-        if is_whole { recordings.clone() } else { smoother.thinned(&recordings, settings.shared_frames) };
-    let (usual, outliers) = fit_placed(&mut smoother, &mut sample, None, &|round| progress(round, passes));
-    progress(ROUNDS, passes);
-    let process = best_process(&smoother, &sample);
-    let display = Display::new(context, settings);
-    let shown = context.shape.map(|shape| display.fit_shape(shape, &smoother, &sample));
-    progress(ROUNDS + 1, passes);
-    let columns = context.shape.map_or(0, RestShape::count);
-    let of_sample: Vec<_> = sample.iter().map(|recording| shape_jacobians(&smoother, recording)).collect();
-    let linear = sample.iter().zip(&of_sample).map(|(recording, by_shape)| {
-        Eliminated::new(LinearProblem { smoother: &smoother, recording, damping: &[], by_shape, columns })
-    });
-    let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
-    let shared = draws::draws(&smoother, &linear).ok_or(NotFinite)?;
-    drop(linear);
-    let done = AtomicUsize::new(ROUNDS + 2);
-    smoother.holds = !is_whole;
-    parallel::map(&wanted, |&number| {
-        let mut smoother = smoother.clone();
-        let mut recording = sample[number].clone();
-        let mut outliers = outliers[number].clone();
-        let mut by_shape = of_sample[number].clone();
-        if !is_whole {
-            recording = recordings[number].clone();
-            begin_beside(&mut recording, &sample[number]);
-            let (_, own) = fit_placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
-            outliers = own.into_iter().next().unwrap_or_default();
-            by_shape = shape_jacobians(&smoother, &recording);
-        }
-        let (smoother, recording) = (&smoother, &recording);
-        let problem = LinearProblem { smoother, recording, damping: &[], by_shape: &by_shape, columns };
-        let linear = Eliminated::new(problem).ok_or(NotFinite)?;
-        let predicted = predict_hidden(smoother, recording, process.as_ref());
-        let (mut on_displayed, mut displayed) = (smoother.clone(), recording.clone());
-        if let Some(DisplayShape { body, recordings, levels }) = &shown {
-            on_displayed.context = context.on_body(body.as_ref());
-            on_displayed.shared = levels.clone();
-            displayed = recordings[number].clone();
+impl TrackingContext<'_> {
+    /// Finds the tensions in all frames of recordings of one speaker.
+    pub fn smooth(
+        &self,
+        recordings: Vec<Vec<Frame>>,
+        settings: &TrackSettings,
+        watch: &Watch<'_>,
+    ) -> Result<(), NotFinite> {
+        let Watch { progress, is_wanted, take } = *watch;
+        let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
+        let passes = ROUNDS + 2 + wanted.len();
+        let knots = knots(&recordings, settings);
+        let mut smoother = Smoother::new(*self, settings, &knots);
+        let recordings: Vec<SmoothedRecording> =
+            recordings.into_iter().map(|frames| smoother.start(Arc::new(frames))).collect();
+        let frames: usize = recordings.iter().map(SmoothedRecording::count).sum();
+        let is_whole = frames <= settings.shared_frames;
+        let mut sample =
+            if is_whole { recordings.clone() } else { smoother.thinned(&recordings, settings.shared_frames) };
+        let (usual, outliers) =
+            fit_placed(&mut smoother, &mut sample, None, &|round| progress(round, passes));
+        progress(ROUNDS, passes);
+        let process = best_process(&smoother, &sample);
+        let display = Display::new(self, settings);
+        let shown = self.shape.map(|shape| display.fit_shape(shape, &smoother, &sample));
+        progress(ROUNDS + 1, passes);
+        let columns = self.shape.map_or(0, RestShape::count);
+        let of_sample: Vec<_> =
+            sample.iter().map(|recording| shape_jacobians(&smoother, recording)).collect();
+        let linear = sample.iter().zip(&of_sample).map(|(recording, by_shape)| {
+            Eliminated::new(LinearProblem { smoother: &smoother, recording, damping: &[], by_shape, columns })
+        });
+        let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
+        let shared = draws::draws(&smoother, &linear).ok_or(NotFinite)?;
+        drop(linear);
+        let done = AtomicUsize::new(ROUNDS + 2);
+        smoother.holds = !is_whole;
+        parallel::map(&wanted, |&number| {
+            let mut smoother = smoother.clone();
+            let mut recording = sample[number].clone();
+            let mut outliers = outliers[number].clone();
+            let mut by_shape = of_sample[number].clone();
             if !is_whole {
-                let (own, known) = (slice::from_ref(recording), (levels, true));
-                displayed = display.find_on_body(body.as_ref(), known, own, &[displayed]).0.swap_remove(0);
+                recording = recordings[number].clone();
+                begin_beside(&mut recording, &sample[number]);
+                let (_, own) =
+                    fit_placed(&mut smoother, slice::from_mut(&mut recording), Some(usual), &|_| ());
+                outliers = own.into_iter().next().unwrap_or_default();
+                by_shape = shape_jacobians(&smoother, &recording);
             }
-        }
-        let formant_jacobians = formants::jacobians(smoother, recording);
-        let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
-        take(number, summarise(&on_displayed, &displayed, &sampler, predicted, outliers));
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
-        Ok(())
-    })
-    .into_iter()
-    .collect()
+            let (smoother, recording) = (&smoother, &recording);
+            let problem = LinearProblem { smoother, recording, damping: &[], by_shape: &by_shape, columns };
+            let linear = Eliminated::new(problem).ok_or(NotFinite)?;
+            let predicted = predict_hidden(smoother, recording, process.as_ref());
+            let (mut on_displayed, mut displayed) = (smoother.clone(), recording.clone());
+            if let Some(DisplayShape { body, recordings, levels }) = &shown {
+                on_displayed.context = self.on_body(body.as_ref());
+                on_displayed.shared = levels.clone();
+                displayed = recordings[number].clone();
+                if !is_whole {
+                    let (own, known) = (slice::from_ref(recording), (levels, true));
+                    displayed =
+                        display.find_on_body(body.as_ref(), known, own, &[displayed]).0.swap_remove(0);
+                }
+            }
+            let formant_jacobians = formants::jacobians(smoother, recording);
+            let sampler = Sampler { linear: &linear, formant_jacobians, shared: &shared, number };
+            take(number, summarise(&on_displayed, &displayed, &sampler, predicted, outliers));
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
+            Ok(())
+        })
+        .into_iter()
+        .collect()
+    }
 }
 
 /// The nodes of the shape at rest, m, with which a speaker's recordings are displayed, from up to 60 frames spread evenly over them, and the

@@ -1,6 +1,6 @@
 use super::ornstein_uhlenbeck::Softplus;
 use super::rest_shape::RestShape;
-use crate::error_model::Errors;
+use crate::error_model::ErrorModel;
 use crate::inverse::MovableBone;
 use tongue_core::geometry::Point;
 use tongue_core::random::seed_of;
@@ -13,7 +13,7 @@ pub struct TrackSettings {
     pub link: Softplus,
     /// Time constant of tensions and slow errors, s; with 0 frames are independent.
     pub memory_s: f64,
-    pub errors: Errors,
+    pub errors: ErrorModel,
     pub draws: usize,
     pub seed: u64,
     /// Largest number of frames of a recording whose positions are part of the results, equally spaced.
@@ -44,7 +44,7 @@ impl TrackSettings {
         Self {
             link: Softplus::of_scale(scale_n),
             memory_s,
-            errors: Errors::default(),
+            errors: ErrorModel::default(),
             draws: 1000,
             seed: 0,
             shapes: usize::MAX,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use tongue_infer::error_model::Knots;
-use tongue_infer::track::{Along, Errors};
+use tongue_infer::track::{Along, ErrorModel};
 
 fn along(places: &[f64]) -> Vec<Along> {
     places.iter().map(|&at_mm| Along { channel: 0, at_mm, sd_mm: 0.93 }).collect()
@@ -10,7 +10,7 @@ fn along(places: &[f64]) -> Vec<Along> {
 
 #[test]
 fn knots_and_own_errors_are_the_covariance_that_is_meant() {
-    let errors = Errors::default();
+    let errors = ErrorModel::default();
     let places = along(&[0.0, 5.0, 9.0, 31.0, 44.0, 70.0, 88.0]);
     let knots = Knots::new(errors, &places);
     let frame = knots.frame(&places, 0.00625).unwrap();
@@ -42,14 +42,14 @@ fn points_and_frames_that_are_closer_carry_no_more() {
 
 #[test]
 fn points_in_one_place_carry_what_one_carries() {
-    let own = |places: &[f64]| Errors::default().own(&along(places), f64::INFINITY);
+    let own = |places: &[f64]| ErrorModel::default().own(&along(places), f64::INFINITY);
     assert!(own(&[4.0; 3]).iter().all(|variance| (variance / own(&[4.0])[0] - 3.0).abs() < 1e-12));
 }
 
 /// The information of a tenth of a second about a shift and about waves of the contour.
 fn information(count: usize, rate_hz: f64, wave_mm: f64) -> f64 {
     let places = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
-    let frame = Knots::new(Errors::default(), &[]).frame(&places, 1.0 / rate_hz).unwrap();
+    let frame = Knots::new(ErrorModel::default(), &[]).frame(&places, 1.0 / rate_hz).unwrap();
     let shift = DMatrix::from_fn(count, 1, |i, _| (std::f64::consts::TAU * places[i].at_mm / wave_mm).cos());
     frame.whitened(shift).norm_squared() * 0.1 * rate_hz
 }

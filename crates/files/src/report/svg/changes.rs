@@ -110,7 +110,7 @@ const POINTS: usize = 160;
 
 /// Draws for every muscle the density of the change of its tension from the baseline, with bars over its 95 % and its 50 % interval.
 pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
-    let names = &posterior.density.posterior_model.muscles;
+    let names = &posterior.problem.posterior_model.muscles;
     let all: Vec<Vec<f64>> = (0..names.len())
         .map(|m| posterior.draws.iter().map(move |d| d.change(posture, m)).collect())
         .collect();

@@ -23,7 +23,7 @@ use super::alarms::{self, Alarm};
 use super::forward::Forward;
 use super::problem::LeastSquaresProblem;
 use super::projection::decompose;
-use super::{Answer, FitError, FitSettings, Method, Unknown, refused, solve};
+use super::{Answer, FitError, FitSettings, Method, Unknown, refused};
 use crate::posterior::Priors;
 use crate::standard_deviations::ACTIVATION;
 use tongue_input::measured::{ByMuscle, Marked, SpaceMark};
@@ -279,7 +279,7 @@ impl SpaceSearch {
         let mut forward = Forward::new(&problem, &settings);
         let mut answer = match begin {
             Some(found) if is_found => found.clone(),
-            _ => solve(&problem, &settings)?,
+            _ => problem.solve(&settings)?,
         };
         let mut factorisations = answer.counts.factorisations;
         forward.begin_at(&answer.x, &answer.positions);

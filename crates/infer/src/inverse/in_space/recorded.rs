@@ -11,7 +11,7 @@ use tongue_input::measured::{
 };
 
 use crate::adapt::{Registration, RegistrationData, RestError};
-use crate::error_model::{Along, Errors, distances_along};
+use crate::error_model::{Along, ErrorModel, distances_along};
 use crate::standard_deviations::{STRETCH, STRETCH_OF_BASELINE_IN_SPACE};
 
 /// Marks of one speaker in the frame of a body in space.
@@ -113,7 +113,7 @@ fn space_marks(
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
     let at_mm = distances_along(contour.iter().map(|mark| Some(mark.at)), 1e3);
     let along = contour.iter().zip(at_mm).map(|(m, at_mm)| Along { channel: 0, at_mm, sd_mm: 1e3 * m.sd });
-    let own_mm2 = Errors::default().own(&along.collect::<Vec<_>>(), f64::INFINITY);
+    let own_mm2 = ErrorModel::default().own(&along.collect::<Vec<_>>(), f64::INFINITY);
     let on_contour = contour.iter().zip(own_mm2).map(|(m, mm2)| SpaceMark {
         what: Marked::Contour(similarity.place_back(m.at)),
         sd_m: 1e-3 * mm2.sqrt() / scale,

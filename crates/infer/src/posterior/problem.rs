@@ -16,14 +16,14 @@ use super::model::PosteriorModel;
 use super::parameters::{self, Parameter, ParameterValues, Posture, SolvedPoint};
 
 #[derive(Debug, Clone)]
-pub struct Density<'a> {
+pub struct PosteriorProblem<'a> {
     pub posterior_model: &'a PosteriorModel,
     pub measurements: Measurements,
     pub parameters: Vec<Parameter>,
     fixed: ParameterValues,
     /// Covariance due to geometry and constants of the stretches of all muscles in all postures and of the auxiliary data; zero at first.
     pub geometry: DMatrix<f64>,
-    /// Factor of [`Density::covariance`].
+    /// Factor of [`PosteriorProblem::covariance`].
     pub factor: Cholesky<f64, Dyn>,
     /// Inverse of the covariance.
     pub precision: DMatrix<f64>,
@@ -74,7 +74,7 @@ fn parameters(
     (ParameterValues { postures: shapes, tilt }, parameters)
 }
 
-impl<'a> Density<'a> {
+impl<'a> PosteriorProblem<'a> {
     /// A density without a covariance due to geometry; an error where there is no hyoid to displace, or nothing is left to sample.
     pub fn new(
         posterior_model: &'a PosteriorModel,
@@ -95,18 +95,18 @@ impl<'a> Density<'a> {
         let rows = measurements.rows(posterior_model.muscles.len());
         let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
         let (geometry, precision) = (DMatrix::zeros(0, 0), DMatrix::zeros(0, 0));
-        let mut density =
+        let mut problem =
             Self { posterior_model, measurements, parameters, fixed, geometry, factor, precision, rows };
-        density.set_geometry(DMatrix::zeros(density.numbers(), density.numbers()))?;
-        Ok(density)
+        problem.set_geometry(DMatrix::zeros(problem.numbers(), problem.numbers()))?;
+        Ok(problem)
     }
 
     /// The density with other measurements of the same postures.
     pub fn with_measurements(&self, measurements: Measurements) -> Result<Self, PosteriorError> {
         let rows = measurements.rows(self.posterior_model.muscles.len());
-        let mut density = Self { rows, measurements, ..self.clone() };
-        density.set_geometry(self.geometry.clone())?;
-        Ok(density)
+        let mut problem = Self { rows, measurements, ..self.clone() };
+        problem.set_geometry(self.geometry.clone())?;
+        Ok(problem)
     }
 
     pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
