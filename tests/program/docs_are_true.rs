@@ -2,8 +2,8 @@
 //!
 //! The fenced blocks are read. One that opens with a kind and a name (```` ```csv my.csv ````) is a file. In ```` ```console ```` a line
 //! that begins with `$ ` is a command, and the lines after it are its output; `...` stands for any lines, or within a line for any text.
-//! Commands of one page run in one folder, one after the other, and end with status 0 unless `$ echo $?` and another status follow. `$ echo
-//! $?` and another status follow.
+//! Commands of one page run in one folder, one after the other, and end with status 0 unless `$ echo $?` and another
+//! status follow.
 #![cfg(unix)]
 
 use std::fs;

@@ -38,7 +38,8 @@ impl AddAssign for SearchCounts {
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Start {
-    /// Values of the unknowns, in their units: tensions in N.
+    /// Values of the unknowns where the search ended, in their units: tensions in N. The answer is the best of them, moved onto the target
+    /// and along the solution curve where there is one.
     #[serde(rename = "tensions")]
     pub x: Vec<f64>,
     pub cost: f64,

@@ -16,7 +16,8 @@
 //! The sampler is Hamiltonian Monte Carlo ([`hmc`]) in the scores, whitened by the Gauss-Newton matrix at the most probable point, with
 //! eight chains. Trajectories follow a quadratic model of the lengths ([`Surrogate`]); their ends are accepted by the density itself, four
 //! side by side in SIMD lanes (one after the other in bodies that are not made of springs). Only equilibria count to which the tensions
-//! lead from rest as they grow, jumps included (`from_rest`). [`Status`] tells whether the chains have mixed, `leave_out` predicts every
+//! lead from rest as they grow, jumps included ([`LaneGroup::solve_from_rest`](tongue_core::statics::lanes::LaneGroup::solve_from_rest)).
+//! [`Status`] tells whether the chains have mixed, `leave_out` predicts every
 //! stretch without its own measurement, [`Contrast`] compares postures, and [`Verdict`] states the main result in three sentences.
 
 mod auxiliary;

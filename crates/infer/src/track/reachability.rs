@@ -24,7 +24,8 @@ const NEAREST: Rule = Rule { max_steps: 8, damping_decrease: 0.3, least_damping:
 /// Whether and how the shape of a frame is reached from rest.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Reachability {
-    FromRest,
+    /// At the end of its load path from rest, jumps included ([`tongue_core::statics::FromRest::leads_here`]).
+    LoadPath,
     /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
     OtherWay,
     /// The shape cannot be reached. This one, m, can; at similar tensions it is the nearest to the observations.
@@ -99,7 +100,7 @@ impl FrameSolver<'_> {
         let reached = self.are_reached_from_rest(postures).into_iter().zip(postures);
         let each = reached.map(|(is_reached, &(frame, x, positions))| {
             if is_reached {
-                return Some(Reachability::FromRest);
+                return Some(Reachability::LoadPath);
             }
             self.reached_in_turn(frame, x, positions?).then_some(Reachability::OtherWay)
         });

@@ -104,7 +104,7 @@ fn a_shape_that_one_muscle_before_the_others_leads_to_is_reached_in_another_way(
     let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
         solver.how_reached(&[(&frame, &x, Some(positions))]).remove(0)
     };
-    assert_eq!(reached(&mut solver, together), Some(Reachability::FromRest));
+    assert_eq!(reached(&mut solver, together), Some(Reachability::LoadPath));
     assert_eq!(reached(&mut solver, &other), Some(Reachability::OtherWay));
     // Without observations the nearest reached shape is the end of the load path, not that of Newton's method.
     let nearest = solver.nearest_reached(&frame, &x).unwrap();
