@@ -34,6 +34,7 @@ mod sound_command;
 mod space_command;
 mod terminal_manners;
 mod track_command;
+mod track_page;
 mod track_speakers;
 mod validate_command;
 

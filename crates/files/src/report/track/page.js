@@ -156,3 +156,4 @@ for (const recording of document.querySelectorAll('details.recording')) {
   recording.addEventListener('toggle', open);
   open();
 }
+document.body.dataset.ready = 'yes';
