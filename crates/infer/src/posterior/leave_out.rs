@@ -63,8 +63,8 @@ impl Mixture<'_> {
     /// Logarithms of the terms at these residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
         Vec::from_iter(self.0.iter().enumerate().map(|(position, without)| {
-            let (log, pulls) = without.problem.log(&residuals.clone().remove_row(position));
-            (log + without.weight, pulls.insert_row(position, 0.0))
+            let (log, weighted) = without.problem.log(&residuals.clone().remove_row(position));
+            (log + without.weight, weighted.insert_row(position, 0.0))
         }))
     }
 }
@@ -74,7 +74,7 @@ impl ResidualLikelihood for Mixture<'_> {
         let parts = self.parts(residuals);
         let (shares, log) = shares(parts.iter().map(|p| p.0));
         let zero = DVector::zeros(residuals.len());
-        (log, parts.into_iter().zip(shares).fold(zero, |sum, ((_, pulls), share)| sum + pulls * share))
+        (log, parts.into_iter().zip(shares).fold(zero, |sum, ((_, weighted), share)| sum + weighted * share))
     }
 }
 

@@ -202,9 +202,9 @@ impl MapEstimate {
         let n = scores.len();
         let precision = DMatrix::identity(n, n) + of_measured.tr_mul(&(&problem.precision * &of_measured));
         let residuals = problem.residuals(&solved.lengths, &solved.auxiliary);
-        let pulls = &problem.precision * &residuals;
-        let log = -0.5 * (residuals.dot(&pulls) + scores.norm_squared());
-        let gradient = &scores - of_measured.tr_mul(&pulls);
+        let weighted = &problem.precision * &residuals;
+        let log = -0.5 * (residuals.dot(&weighted) + scores.norm_squared());
+        let gradient = &scores - of_measured.tr_mul(&weighted);
         Self { scores, solved, jacobian, gradient, precision, log, around: Arc::default() }
     }
 

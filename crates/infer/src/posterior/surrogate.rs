@@ -34,8 +34,8 @@ pub trait ResidualLikelihood: Sync {
 
 impl ResidualLikelihood for PosteriorProblem<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
-        let pulls = &self.precision * residuals;
-        (-0.5 * residuals.dot(&pulls), pulls)
+        let weighted = &self.precision * residuals;
+        (-0.5 * residuals.dot(&weighted), weighted)
     }
 }
 
