@@ -4,13 +4,12 @@ use std::ops::Range;
 
 use nalgebra::SVector;
 
+use super::{State, StepCounts, Tensions};
 use crate::body::largest_distance;
 use crate::effect::{Configuration, Internal, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, SolveSettings, SolveStatus, Workspace};
 use crate::system::{System, SystemError};
-
-use super::{State, StepCounts, Tensions};
 
 /// Step over which contractile elements reach their equilibrium, s.
 const UNTIL_EQUILIBRIUM: f64 = 1e30;
@@ -81,8 +80,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if all tensions are zero or no equilibrium is
-    /// found.
+    /// The equilibrium under the strongest tensions, found from rest; `None` if all tensions are zero or none is found.
     #[inline(never)]
     pub fn at_equilibrium(&self) -> Option<State<D>> {
         let tensions = self.tensions.strongest();

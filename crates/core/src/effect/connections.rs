@@ -2,10 +2,9 @@
 
 use nalgebra::SVector;
 
-use crate::sparse::{BlockMatrix, Pattern};
-
 use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Internal, PrimitiveElement, Tangent};
+use crate::sparse::{BlockMatrix, Pattern};
 
 /// Connections of tissue, or those of one contracting muscle.
 ///
@@ -19,8 +18,7 @@ pub struct Connections {
     parallel: ParallelBranch,
 }
 
-/// What acts in parallel with each spring. Its time constant is the same for all connections, so that a straight path that replaces
-/// connections in series moves as they do.
+/// What acts in parallel with each spring; the common time constant lets a straight path replace connections in series.
 #[derive(Debug, Clone)]
 enum ParallelBranch {
     /// b/k, s.
@@ -43,8 +41,7 @@ impl Connections {
         Self { springs, parallel: ParallelBranch::Damper(retardation) }
     }
 
-    /// Muscle number `muscle` of the mesh: each connection has a spring Q1, and in parallel Q2 in series with the contractile element,
-    /// whose damper is `b_cc = contraction_time * k2` (s).
+    /// Muscle number `muscle` of the mesh, whose contractile elements have dampers `b_cc = contraction_time * k2` (s).
     pub fn muscle(muscle: usize, springs: Vec<Spring>, series: Vec<Spring>, contraction_time: f64) -> Self {
         let contractile = Contractile { muscle, series, contraction_time };
         Self { springs, parallel: ParallelBranch::Contractile(contractile) }
@@ -84,13 +81,11 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    #[inline(never)]
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         let tension = self.tension(at);
         self.springs.iter().map(|s| s.energy(at.positions, tension)).sum()
     }
 
-    #[inline(never)]
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         let tension = self.tension(at);
         for s in &self.springs {
@@ -98,7 +93,6 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    #[inline(never)]
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         let tension = self.tension(at);
         for s in &self.springs {
@@ -115,7 +109,6 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    #[inline(never)]
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         self.springs.iter().filter(|s| s.barrier_is_active(at.positions)).count()
     }

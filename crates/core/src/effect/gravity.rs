@@ -2,10 +2,9 @@
 
 use nalgebra::SVector;
 
+use super::{Configuration, Effect};
 use crate::body::Mesh;
 use crate::geometry::simplex;
-
-use super::{Configuration, Effect};
 
 #[derive(Debug, Clone)]
 struct NodeLoad<const D: usize> {
@@ -16,8 +15,7 @@ struct NodeLoad<const D: usize> {
     origin: SVector<f64, D>,
 }
 
-/// `W = - sum m_i g·(x_i - X_i)` with the positions `X` at rest. From a far origin the energy would be so large that rounding hides the
-/// differences that the line search needs.
+/// `W = - sum m_i g·(x_i - X_i)` with the positions `X` at rest, so that rounding hides no difference of energies.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
     loads: Vec<NodeLoad<D>>,

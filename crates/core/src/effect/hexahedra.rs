@@ -318,8 +318,7 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The gradient, times `scale`, of a field with `values` at the corners of an element, as a tetrahedron: its first corner is at the origin,
-/// the others are the columns of the gradient.
+/// The gradient, times `scale`, of a field with `values` at the corners, as a tetrahedron with its first corner at the origin.
 #[inline(always)]
 fn as_simplex(shape: &HexahedronCorners, values: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];

@@ -2,23 +2,21 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::barrier::barrier;
+use super::barrier_simplices::{BarrierSimplex, BarrierSimplices};
+use super::quadratic_element::gather;
+use super::{Configuration, Effect, Tangent};
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex;
 use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
-
-use super::barrier::barrier;
-use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, barrier_is_inactive, step_is_free};
-use super::quadratic_element::gather;
-use super::{Configuration, Effect, Tangent};
 
 /// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide it.
 ///
 /// The law is evaluated at a few interior points only, so that at loads far beyond those of muscles an element can be inverted at a corner
 /// while all of these points are valid. So each corner and each part has a measure `m`, that of the simplex of its edges: from a corner
 /// `i` along the edge to `j` with the middle `k` the tangent `4 x_k - 3 x_i - x_j`, in a part the vector from one of its nodes to another.
-/// Where `m` is below a tenth of `M`, that at rest, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
-/// each; above a tenth there is none.
+/// Where `m` is below a tenth of `M`, that at rest, the energy is `λ V b(m/M)`, with an equal share `V` of the measure for each.
 #[derive(Debug, Clone)]
 pub struct OrientationBarrier<const D: usize> {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
@@ -39,8 +37,7 @@ struct BarrierElement {
 impl<const D: usize> OrientationBarrier<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// The barrier for elements of these nodes (corners, then the middles of [`quadratic::edges`]) with these positions at rest, m, in
-    /// tissue with Lamé's constant `lambda`, Pa.
+    /// Elements of these nodes (corners, then middles of [`quadratic::edges`]), positions at rest, m, and Lamé's `lambda`, Pa.
     pub fn new<'a>(
         lambda: f64,
         elements: impl Iterator<Item = &'a [usize]>,
@@ -63,9 +60,6 @@ impl<const D: usize> OrientationBarrier<D> {
     ) {
         for e in &self.elements {
             let x = gather(&e.nodes, |node| positions[node]);
-            if barrier_is_inactive(e.measure, &x) {
-                continue;
-            }
             for guarded in self.simplices.of(e.measure, &x) {
                 if let Some(ratio) = guarded.ratio() {
                     act(e, &guarded, ratio, self.lambda * e.measure / self.simplices.count() as f64);
@@ -130,9 +124,6 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
             let (x, p) = (gather(&e.nodes, |node| at.positions[node]), gather(&e.nodes, |node| step[node]));
-            if limit == 1.0 && step_is_free(&x, &p) {
-                continue;
-            }
             for (here, way) in self.simplices.of(e.measure, &x).zip(self.simplices.of(e.measure, &p)) {
                 limit *= simplex::safe_part(&here.corners, &way.corners.map(|p| p * limit));
             }
@@ -147,8 +138,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         let guarded = self.elements.iter().filter(|e| {
             let x = gather(&e.nodes, |node| at.positions[node]);
-            !barrier_is_inactive(e.measure, &x)
-                && self.simplices.of(e.measure, &x).any(|g| g.ratio().is_some())
+            self.simplices.of(e.measure, &x).any(|g| g.ratio().is_some())
         });
         guarded.count()
     }

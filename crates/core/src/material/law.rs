@@ -28,8 +28,8 @@ pub struct Deformed<const D: usize> {
     law: NeoHookean,
     /// Deformation gradient `F`.
     gradient: SMatrix<f64, D, D>,
-    /// `J = det F`.
-    ratio: f64,
+    /// `J = det F`: the volume (in the plane: area) over that at rest.
+    pub volume_ratio: f64,
     /// `ln J`.
     log: f64,
 }
@@ -93,7 +93,7 @@ impl NeoHookean {
     pub fn displaced<const D: usize>(self, h: &SMatrix<f64, D, D>) -> Deformed<D> {
         let growth = h.trace() + beyond_trace(h);
         let (log, _) = log_and_rest(growth);
-        Deformed { law: self, gradient: SMatrix::identity() + h, ratio: 1.0 + growth, log }
+        Deformed { law: self, gradient: SMatrix::identity() + h, volume_ratio: 1.0 + growth, log }
     }
 
     /// Energy density `W` at the displacement gradient `H = F - I`, J/m³ of the body at rest.
@@ -125,8 +125,7 @@ fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
     minor(0, 1) + minor(0, 2) + minor(1, 2) + third
 }
 
-/// `ln(1 + x)` and `x - ln(1 + x)`, the second without cancellation for small `x`: with `r = x/(2 + x)` the logarithm is
-/// `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
+/// `ln(1 + x)` and `x - ln(1 + x)`, without cancellation for small `x`: with `r = x/(2 + x)` it is `2 (r + r³/3 + ..)`.
 #[inline(always)]
 fn log_and_rest(x: f64) -> (f64, f64) {
     if x.abs() > 0.1 {
@@ -142,12 +141,6 @@ fn log_and_rest(x: f64) -> (f64, f64) {
 }
 
 impl<const D: usize> Deformed<D> {
-    /// `J`: the volume (in the plane: area) over that at rest.
-    #[inline(always)]
-    pub fn volume_ratio(&self) -> f64 {
-        self.ratio
-    }
-
     /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.
     #[inline(always)]
     pub(crate) fn piola(&self, inverse_transpose: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
@@ -184,10 +177,10 @@ impl<const D: usize> Deformed<D> {
     pub fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
         let (f, turn) = (&self.gradient, self.transpose_modulus());
         // The condition is negated so that NaN gives `None`.
-        if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
+        if D != 2 || !(turn >= 0.0 && self.volume_ratio > 0.0) {
             return None;
         }
-        let twist = self.law.mu - turn / self.ratio;
+        let twist = self.law.mu - turn / self.volume_ratio;
         let (a, b) = (f[(0, 0)] + f[(1, 1)], f[(1, 0)] - f[(0, 1)]);
         let size = (0.5 * (-twist).max(0.0) / (a * a + b * b)).sqrt();
         let mut turned = SMatrix::zeros();
@@ -203,8 +196,7 @@ impl<const D: usize> Deformed<D> {
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative. In the plane only the 4 x 4 part is decomposed, which is
-    /// several times as fast and rounds differently.
+    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative; in the plane only of the 4 x 4 part, which is faster.
     pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
@@ -244,8 +236,8 @@ impl<const D: usize> Deformed<D> {
     pub fn state(&self) -> Stress<D> {
         let (NeoHookean { lambda, mu }, unit) = (self.law, SMatrix::<f64, D, D>::identity());
         let pulled = self.gradient * self.gradient.transpose() * mu;
-        let cauchy_pa = (pulled + unit * (lambda * self.log - mu)) / self.ratio;
-        let across_pa = if D == 2 { lambda * self.log / self.ratio } else { 0.0 };
+        let cauchy_pa = (pulled + unit * (lambda * self.log - mu)) / self.volume_ratio;
+        let across_pa = if D == 2 { lambda * self.log / self.volume_ratio } else { 0.0 };
         Stress::new((self.gradient.transpose() * self.gradient - unit) * 0.5, cauchy_pa, across_pa)
     }
 }

@@ -46,8 +46,7 @@ pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Resu
     }
     let (lambda, mu) = model.lame();
     let gradient = simplex::gradient(cell);
-    // The shape function of corner a has the gradient (dS/da)/S; the block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb
-    // I + gb gaᵀ)).
+    // The block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)), with ga = (dS/da)/S.
     let element = |a: usize, b: usize| {
         let (ga, gb) = (gradient[a] / measure, gradient[b] / measure);
         (ga * gb.transpose() * lambda + (SMatrix::identity() * ga.dot(&gb) + gb * ga.transpose()) * mu)

@@ -62,8 +62,7 @@ pub struct Observation<const D: usize> {
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,
-    /// Factor of the residual in a fit, in one over the unit of the observable: 1 if all quantities are of one kind, otherwise one over
-    /// the standard deviation.
+    /// Factor of the residual, one over the observable's unit: 1 if all are of one kind, otherwise one over the standard deviation.
     pub weight: f64,
 }
 

@@ -42,8 +42,7 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Factorises `matrix`. Returns whether it is positive definite; if not, the factor must not be used: a pivot is at most
-    /// `SMALLEST_PIVOT` times the largest diagonal entry.
+    /// Factorises `matrix`; if it returns false, it is not positive definite to rounding, and the factor must not be used.
     #[inline(never)]
     pub fn factorise(&mut self, pattern: &Pattern, matrix: &BlockMatrix<D>) -> bool {
         match &mut self.supernodal {
@@ -66,8 +65,7 @@ impl<const D: usize> Factor<D> {
         failure.is_none()
     }
 
-    /// A direction `d` of negative or no curvature of the matrix that [`Factor::factorise`] refused, one vector for each unknown:
-    /// `dᵀ K d <= 0` up to the floor of the pivots.
+    /// A direction `d` with `dᵀ K d <= 0` of the matrix that [`Factor::factorise`] refused, one vector for each unknown.
     ///
     /// `d` is zero after the unknown that failed, at it the eigenvector `v` of the pivot block's smallest eigenvalue, and before it
     /// `-A⁻¹ b v` with the factorised part `A` and the column `b` beside it. After a failure of faer, which does not tell the unknown, the

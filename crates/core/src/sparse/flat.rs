@@ -135,8 +135,7 @@ impl Symbolic {
     }
 }
 
-/// The reciprocal of the root of a pivot, and the lanes in which the pivot exceeds the floor. The other lanes get 1, so that they stay
-/// finite.
+/// The reciprocal of the root of a pivot, 1 where it is too small, and the lanes in which the pivot exceeds the floor.
 #[inline(always)]
 fn pivot<const L: usize>(value: Simd<L>, floor: Simd<L>) -> (Simd<L>, [bool; L]) {
     let safe = value.above(floor);

@@ -96,8 +96,7 @@ impl Supernodal {
             let blocks = &matrix.blocks[pattern.column(j)];
             for c in 0..D {
                 let column = blocks.iter().flat_map(|b| b.as_slice()[c * D..(c + 1) * D].iter());
-                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds that the second
-                // one has ended.
+                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds the end.
                 column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
             }
         }

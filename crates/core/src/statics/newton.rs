@@ -1,10 +1,9 @@
 //! Newton's method on the energy, with a line search that prevents inverted cells.
 
-use crate::effect::Tangent;
-use crate::geometry;
-
 use super::state::SolveState;
 use super::{Connection, Solution, SolveSettings, SolveStatus, Stability};
+use crate::effect::Tangent;
+use crate::geometry;
 
 /// A step must achieve this part of the decrease that the slope predicts (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
@@ -23,8 +22,7 @@ pub(super) const NEGLIGIBLE_RESIDUAL: f64 = 1e-6;
 const NEGLIGIBLE_STEP: f64 = 1e-9;
 /// Largest number of corrections of a whole step.
 const MOST_CORRECTIONS: usize = 3;
-/// The factor is used again while each iteration reduces the residual to less than this part. A new factor costs about three times as much
-/// as an iteration with the old one.
+/// The factor is used again while each iteration reduces the residual to less than this part, since a new one costs more.
 pub(super) const REUSE_REDUCTION: f64 = 0.03;
 
 impl<const D: usize> SolveState<'_, D> {
@@ -92,8 +90,7 @@ impl<const D: usize> SolveState<'_, D> {
                 && geometry::largest(&w.step) <= NEGLIGIBLE_STEP * geometry::extent(self.system.rest()))
     }
 
-    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix, because
-    /// the convex one of a slack chain is singular.
+    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.done.rounding_force =

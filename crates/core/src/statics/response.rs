@@ -2,11 +2,10 @@
 
 use nalgebra::SVector;
 
-use crate::effect::{Configuration, Tangent};
-use crate::system::System;
-
 use super::Workspace;
 use super::state::SolveState;
+use crate::effect::{Configuration, Tangent};
+use crate::system::System;
 
 /// The factorised equilibrium that the last solve left in a workspace, and the motion of its nodes for the last change.
 #[derive(Debug)]

@@ -1,9 +1,8 @@
 //! Safeguards for solves in which Newton's method fails: load steps, and descent from unstable equilibria.
 
-use crate::system::System;
-
 use super::state::SolveState;
 use super::{Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace};
+use crate::system::System;
 
 const SHORTEST_LOAD_STEP: f64 = 1e-5;
 /// Largest number of unstable equilibria from which one solve descends.

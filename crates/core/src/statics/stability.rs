@@ -8,8 +8,7 @@ use crate::effect::Tangent;
 use crate::geometry;
 use crate::system::System;
 
-/// Eigenvalues whose magnitude is below this part of the largest diagonal entry count as zero, since rounding changes those of a slack
-/// chain.
+/// Smaller eigenvalues over the largest diagonal entry count as zero, since rounding changes those of a slack chain.
 const ZERO_EIGENVALUE: f64 = 1e-9;
 
 /// First step along a direction of negative curvature, over the size of the body, and the largest number of doublings.
@@ -61,8 +60,7 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
 }
 
 impl<const D: usize> SolveState<'_, D> {
-    /// Stability by the exact stiffness at the present positions; if it is unstable, `find_curvature` continues from the failed
-    /// factorisation.
+    /// Stability by the exact stiffness; if it is unstable, `find_curvature` continues from the failed factorisation.
     pub(super) fn classify(&mut self) -> Stability {
         self.assemble(Tangent::Exact);
         if self.try_factor() {

@@ -1,16 +1,14 @@
-//! The path of equilibria from rest to a load: how far it is one stable branch, how that branch ends, and to which shape the body then
-//! moves.
+//! The path of equilibria from rest to a load: how far it is one stable branch, how it ends, and where the body then moves.
 
 use nalgebra::SVector;
 use serde::Serialize;
 
-use crate::effect::Configuration;
-use crate::geometry;
-use crate::system::System;
-
 use super::{
     Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
 };
+use crate::effect::Configuration;
+use crate::geometry;
+use crate::system::System;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -120,15 +118,23 @@ pub fn trace<const D: usize>(
     settings: &SolveSettings,
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
-    let mut path = Path::new(system, workspace, tensions, &settings);
+    let mut path = Path {
+        system,
+        w: workspace,
+        tensions,
+        settings: &settings,
+        solves: 0,
+        cost: Solution::NONE,
+        reached: 0.0,
+        ends_at: None,
+    };
     let (mut shape, follow_and_return) = path.follow_from_rest();
     let critical = path.ends_at.map(|load| Critical { load, kind: path.critical_kind(&shape) });
     let (solution, another) = follow_and_return.unwrap_or_else(|| {
         let solution = path.solve_at(&shape, 1.0);
         shape.clone_from(&path.w.positions);
         let another = match &critical {
-            // Branches meet at the critical load. If the body reaches another shape when it is brought back from rest, another branch
-            // still exists at the whole load.
+            // If the body, brought back from rest, reaches another shape, another branch still exists at the whole load.
             Some(c) => c.kind == CriticalKind::Bifurcation || path.finds_another_shape(&shape, 0.0),
             None => settings.beyond && path.reached == 1.0 && path.finds_another_shape(&shape, 2.0),
         };
@@ -158,29 +164,20 @@ fn is_loaded<const D: usize>(system: &System<D>, tolerance: f64) -> bool {
     force.iter().any(|f| f.norm() > tolerance)
 }
 
-pub(super) struct Path<'a, const D: usize> {
+struct Path<'a, const D: usize> {
     system: &'a System<D>,
-    pub w: &'a mut Workspace<D>,
+    w: &'a mut Workspace<D>,
     tensions: &'a [f64],
     settings: &'a SolveSettings,
     solves: usize,
     cost: Solution,
     /// Part of the load up to which the branch was followed.
-    pub reached: f64,
+    reached: f64,
     /// The part to which the branch cannot be continued; `None` at the whole load, or if the solves were used up.
-    pub ends_at: Option<f64>,
+    ends_at: Option<f64>,
 }
 
-impl<'a, const D: usize> Path<'a, D> {
-    pub fn new(
-        system: &'a System<D>,
-        w: &'a mut Workspace<D>,
-        tensions: &'a [f64],
-        settings: &'a SolveSettings,
-    ) -> Self {
-        Self { system, w, tensions, settings, solves: 0, cost: Solution::NONE, reached: 0.0, ends_at: None }
-    }
-
+impl<const D: usize> Path<'_, D> {
     /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
     /// tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
     fn follow_from_rest(&mut self) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
@@ -226,7 +223,7 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     /// Solves at a part of the load from these positions, m.
-    pub fn solve_at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
+    fn solve_at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
         self.w.discard_factor();
         self.solve_with_factor(from, load, self.settings)
     }
@@ -237,8 +234,7 @@ impl<'a, const D: usize> Path<'a, D> {
         SolveSettings { max_iterations, load_steps: 0, ..*self.settings }
     }
 
-    /// Solves with the factor in the workspace, which must be one of the stiffness at `from`: the first step is then the linear response
-    /// to the change of the load.
+    /// Solves with the factor at `from` in the workspace: the first step is then the linear response to the change of the load.
     fn solve_with_factor(
         &mut self,
         from: &[SVector<f64, D>],

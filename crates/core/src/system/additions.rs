@@ -47,8 +47,7 @@ pub enum PrescribedDisplacement<const D: usize> {
     Turned {
         /// The joint, m.
         joint: SVector<f64, D>,
-        /// Angle from the first axis towards the second, rad. A positive angle opens the jaw of a face that looks to the left: the chin
-        /// moves down and back.
+        /// Angle from the first axis to the second, rad; a positive one opens the jaw of a face that looks to the left.
         angle: f64,
     },
     /// A displacement, m.

@@ -1,7 +1,6 @@
 //! Construction of a system from a mesh and a model: the effects of its tissue and muscles, or an error.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
@@ -22,9 +21,6 @@ use crate::sparse::Pattern;
 
 /// Smallest width of a muscle that scales the barrier of its strands, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
-
-/// Number of systems made so far, which is the number of the next one.
-static SYSTEM_COUNT: AtomicU64 = AtomicU64::new(0);
 
 impl<const D: usize> System<D> {
     /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can contract. All other connections are tissue.
@@ -51,9 +47,8 @@ impl<const D: usize> System<D> {
         // At a Poisson's ratio of 1/4 kappa is a rounding error in place of zero.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         if let Some(continuum) = &mesh.continuum {
-            let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
-                .chain(std::mem::take(&mut additions.effects))
-                .collect();
+            let mut effects = continuum_effects(mesh, continuum, model, &coefficients, contracting);
+            effects.append(&mut additions.effects);
             return Self::assemble(mesh, coefficients, effects, additions, Vec::new(), contracting);
         }
         if additions.incompressible && coefficients.kappa < -rounding {
@@ -145,7 +140,6 @@ impl<const D: usize> System<D> {
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
             contracting: contracting.to_vec(),
             cells,
-            number: SYSTEM_COUNT.fetch_add(1, Ordering::Relaxed),
             elements: OnceLock::new(),
             at_rest: OnceLock::new(),
         })
@@ -159,7 +153,7 @@ fn continuum_effects<const D: usize>(
     model: &Model,
     coefficients: &Coefficients,
     contracting: &[usize],
-) -> impl Iterator<Item = Box<dyn Effect<D>>> {
+) -> Vec<Box<dyn Effect<D>>> {
     let tissue = QuadraticElements::new(model.into(), model.viscosity, continuum.elements(), &mesh.nodes);
     let (settings, (lambda, mu)) = (&continuum.settings, model.lame());
     let upright = OrientationBarrier::new(lambda, continuum.elements(), &mesh.nodes);
@@ -175,7 +169,7 @@ fn continuum_effects<const D: usize>(
         let bundle = &continuum.bundles[muscle];
         effects.push(Box::new(Fibres::new(muscle, bundle, &mesh.nodes, contraction_time, bar)));
     }
-    effects.into_iter()
+    effects
 }
 
 /// The nodes of each stencil of a layout.
@@ -224,8 +218,7 @@ pub(super) fn effects<const D: usize>(
     stiffness: &[f64],
     paths: &[StraightPath],
 ) -> Vec<Box<dyn Effect<D>>> {
-    // Each connection is a spring of the contracting muscle along it, otherwise of the tissue. A straight path counts as one connection in
-    // place of its chain.
+    // Each connection, or straight path in place of its chain, is a spring of the contracting muscle along it, or else of the tissue.
     let mut in_path = vec![false; mesh.nodes.len()];
     paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
     let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();

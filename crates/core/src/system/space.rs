@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::{Additions, Model, System, SystemError, coefficients};
 use crate::body::space::{Half, Segment};
 use crate::body::{Body, Muscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
@@ -9,14 +10,11 @@ use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
 use crate::material::{Coefficients, MooneyRivlin};
 
-use super::{Additions, Model, System, SystemError, coefficients};
-
 /// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MusclesAs {
-    /// Stress along the fibres at the points of every element of a muscle's region, and lines outside the tissue. It converges as the mesh
-    /// is refined.
+    /// Stress along the fibres in every element of a muscle, and lines outside the tissue; it converges under refinement.
     #[default]
     Stress,
     /// Forces along the segments of fibres between nodes, as in ArtiSynth, which do not converge as the mesh is refined.

@@ -150,8 +150,7 @@ impl<const D: usize> Continuum<D> {
         for f in &mut moved.followers {
             f.offset = nodes[f.node] - f.mean(nodes);
         }
-        // Strands need no change: coefficients inversely and weights directly proportional to the length at rest would give the same
-        // energy.
+        // The strands need no change, since longer weights and as much smaller coefficients would give the same energy.
         moved
     }
 }

@@ -1,5 +1,4 @@
-//! The anatomy of a tongue, from which a mesh is made: its outline, its muscle lines, and its points on bone. It is read from TOML in
-//! millimetres and held in metres.
+//! The anatomy from which a mesh is made: outline, muscle lines and points on bone, in TOML in millimetres, held in metres.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,5 +1,4 @@
-//! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each function, whatever the number of
-//! parameters.
+//! Derivatives of functions of the shape by tensions, bones and constants, by one back-substitution for each function.
 
 use nalgebra::SVector;
 
@@ -30,9 +29,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         let mut pulls = Vec::new();
         if stable.contains(&true) {
             for (lane, gradient) in gradients.iter().enumerate().take(LANES) {
-                for (g, &node) in wide.iter_mut().zip(&elements.node) {
-                    (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
-                }
+                elements.put_into_lane(lane, gradient, &mut wide);
             }
             pulls = work.adjoint(elements, &mut wide);
         }
@@ -42,9 +39,7 @@ impl<const D: usize> LaneGroup<'_, D> {
                 return adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane]);
             }
             let mut by_node = vec![SVector::zeros(); system.rest().len()];
-            for (g, &node) in wide.iter().zip(&elements.node) {
-                (0..2).for_each(|axis| by_node[node][axis] = g[axis].0[lane]);
-            }
+            elements.take_from_lane(lane, &wide, &mut by_node);
             let mut by_tension = vec![0.0; system.muscle_count()];
             elements.pulls.iter().zip(&pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
             Some(Adjoint { by_node, by_tension })
@@ -52,8 +47,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         adjoints.collect()
     }
 
-    /// The derivatives of the lengths of all muscles in each of the last equilibria: one [`Adjoint`] for each muscle of the mesh, in
-    /// metres.
+    /// The derivatives of the lengths of all muscles in each of the last equilibria, m: one [`Adjoint`] for each muscle.
     pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.equilibria.len()];
@@ -93,9 +87,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         };
         Vec::from_iter(self.equilibria.iter().enumerate().map(|(lane, shape)| {
             let mut motion = vec![SVector::zeros(); shape.positions.len()];
-            for (u, &node) in wide.iter().zip(&elements.node) {
-                (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
-            }
+            elements.take_from_lane(lane, &wide, &mut motion);
             match change {
                 UnitChange::Tension(_) => {}
                 UnitChange::Bone(nodes, axis) => nodes.iter().for_each(|&node| motion[node][axis] = 1.0),
@@ -116,7 +108,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         let mut stable = [false; LANES];
         if let Some((elements, work)) = &mut self.work {
             for (lane, shape) in self.equilibria.iter().enumerate().filter(|(_, shape)| shape.alone) {
-                work.set_positions(elements, lane, &shape.positions);
+                elements.put_into_lane(lane, &shape.positions, &mut work.positions);
             }
             stable = work.factorise_exactly(elements);
             for (lane, shape) in self.equilibria.iter().enumerate() {

@@ -1,8 +1,7 @@
 //! The equilibria to which loads lead from rest, for several loads at once.
 
-use crate::statics::{Connection, Solution, SolveSettings, SolveStatus};
-
 use super::{LANES, LaneEquilibrium, LaneGroup, Load};
+use crate::statics::{Connection, Solution, SolveSettings, SolveStatus};
 
 /// Numbers of load steps, tried in this order. With a single step 1 of 200 draws of S1 /i/ ended at another equilibrium.
 const STEPS: [usize; 2] = [5, 25];
@@ -65,8 +64,7 @@ impl<const D: usize> LaneGroup<'_, D> {
             let equilibria = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
             for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(equilibria) {
                 let Solution { status, connection, guarded, .. } = answer.solution;
-                // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that
-                // the loads grow again in more steps.
+                // Descent from a saddle is allowed in a body of springs, as a jump is; other bodies try again in more steps.
                 let is_direct = is_of_springs || connection != Connection::Downhill;
                 *is_good &= status == SolveStatus::Converged && guarded == 0 && is_direct;
                 *end = Some(answer);

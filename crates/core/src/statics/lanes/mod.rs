@@ -164,8 +164,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
-    /// Solves `count` loads and returns the results of `keep` for every equilibrium, in the order of the loads. The shapes are not kept,
-    /// since those of a million loads would fill the memory.
+    /// Solves `count` loads and returns the results of `keep` in their order, without the shapes, which would fill the memory.
     pub fn map<'l, R: Send>(
         &self,
         count: usize,
@@ -216,7 +215,7 @@ impl<const D: usize> LaneGroup<'_, D> {
                 let body = load.system.unwrap_or(system);
                 let Ok(solution) = work.solution(lane) else { return solve_scalar(body, load, settings) };
                 let mut positions = body.rest().to_vec();
-                work.positions(elements, lane, &mut positions);
+                elements.take_from_lane(lane, &work.positions, &mut positions);
                 body.place_path_nodes(&mut positions);
                 if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
                     return solve_scalar(body, load, settings);

@@ -2,12 +2,11 @@
 
 use nalgebra::SVector;
 
+use super::{Adjoint, LaneEquilibrium, Load};
 use crate::effect::Configuration;
 use crate::geometry;
 use crate::statics::{Response, Solution, SolveSettings, SolveStatus, Workspace, solve};
 use crate::system::System;
-
-use super::{Adjoint, LaneEquilibrium, Load};
 
 pub(super) fn solve_scalar<const D: usize>(
     system: &System<D>,
@@ -99,8 +98,7 @@ pub(super) fn adjoint_scalar<const D: usize>(
     Some(adjoint_of(system, Response::new(system, &mut w)?, gradient, 1e-3))
 }
 
-/// Step of the differences of forces on bones, over the size of the body. It is small because fibres between a bone and the tissue can be
-/// short.
+/// Step of the differences of forces on bones, over the size of the body; small, because fibres at a bone can be short.
 const BONE_FORCE_STEP: f64 = 1e-4;
 
 fn adjoint_of<const D: usize>(

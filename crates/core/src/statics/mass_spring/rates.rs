@@ -1,12 +1,10 @@
-//! Response of an equilibrium to small changes, and derivatives of functions of it by all parameters, with the present factor of the
-//! stiffness.
+//! Response of an equilibrium to small changes, and derivatives by all parameters, with the present factor.
 
+use super::SimdNewton;
 use crate::sparse::simd::{LANES, Simd, SimdPair, difference, vectorised};
 use crate::statics::lanes::Reshaped;
 use crate::system::elements::Elements;
 use crate::system::elements::local::evaluate;
-
-use super::SimdNewton;
 
 impl<const L: usize> SimdNewton<L> {
     /// Replaces forces on the unknowns, N, by the motion that they cause, m.

@@ -1,31 +1,12 @@
-//! The solver of one mass-spring body in the plane at a time, and its start: half of the linear response to the tensions at rest.
+//! The start of a mass-spring body in the plane: half of the linear response to the tensions at rest.
 //!
 //! From this start Newton's method takes a fifth less work than from rest, and meets fewer shapes with an indefinite stiffness. The solve
 //! starts from rest if the energy is lower there or a cell is inverted at this start.
-
-use std::sync::Arc;
 
 use super::SimdNewton;
 use crate::sparse::simd::Simd;
 use crate::system::System;
 use crate::system::elements::{AtRest, Elements};
-
-/// The lane in which the equilibria of a mass-spring body in the plane are solved one after another.
-#[derive(Debug)]
-pub(in crate::statics) struct Single {
-    pub elements: Arc<Elements>,
-    pub work: SimdNewton<1>,
-    /// Number of the system whose body is in the lane.
-    pub system: Option<u64>,
-}
-
-impl Single {
-    /// `None` if the system has other effects.
-    pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
-        let elements = system.elements()?;
-        Some(Self { elements: elements.clone(), work: SimdNewton::new(elements), system: None })
-    }
-}
 
 /// Part of the linear response at which a solve starts.
 const START_FRACTION: f64 = 0.5;
