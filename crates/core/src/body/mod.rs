@@ -121,16 +121,16 @@ impl<const D: usize> Body<D> {
 
 impl<const D: usize> Origin<D> {
     fn into_continuum(self, settings: &ContinuumSettings) -> Result<Body<D>, BodyError> {
-        let continuum = continuum::from_mesh(&self.body.mesh, self.lines.as_deref(), settings)?;
+        let (mesh, replaced) = continuum::from_mesh(&self.body.mesh, self.lines.as_deref(), settings)?;
         let mut bones = self.body.bones.clone();
         for bone in &mut bones {
-            let replacements = continuum.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
+            let replacements = replaced.iter().filter(|(node, _)| bone.nodes.contains(node));
             bone.nodes = replacements.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
             bone.nodes.sort_unstable();
         }
         Ok(Body {
             what: format!("{}, a continuum", self.body.what),
-            mesh: continuum.mesh,
+            mesh,
             bones,
             palate: self.body.palate.clone(),
             origin: Some(Arc::new(self)),

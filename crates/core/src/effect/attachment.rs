@@ -6,9 +6,8 @@ use super::{Configuration, Effect, Tangent};
 use crate::body::Tie;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// `1/2 integral κ |u - v|² ds` over parts of the surface, with the displacements `u` of the tissue and `v` of the bone. Each [`Tie`] is a
-/// constant quadratic form in the displacements of the nodes of both, the same in all directions. The force on the bone's nodes is the
-/// reaction, as for nodes that are held directly.
+/// `1/2 integral κ |u - v|² ds` over parts of the surface, with the displacements `u` of the tissue and `v` of the bone: for each [`Tie`] a
+/// constant quadratic form, the same in all directions. The force on the bone's nodes is the reaction.
 #[derive(Debug, Clone)]
 pub struct Attachment<const D: usize> {
     ties: Vec<(Tie, Vec<Slot>)>,

@@ -145,9 +145,8 @@ impl<const D: usize> Effect<D> for Connections {
     }
 }
 
-/// The states are the length changes `c` of the contractile elements, m, one for each connection and 0 at first. With `e = l - l0` the
-/// branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign of the damper by which a lengthening
-/// element resists).
+/// The states are the length changes `c` of the contractile elements, m, 0 at first. With `e = l - l0` the branch pulls with
+/// `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign by which a lengthening element resists).
 impl<const D: usize> Internal<D> for Contractile {
     fn count(&self) -> usize {
         self.series.len()

@@ -81,8 +81,7 @@ impl Contact {
         self.outline.windows(2).map(|w| [w[0], w[1]])
     }
 
-    /// Sums the barriers of the outline near `p`: that of each segment with its nearest point inside, and at each corner one for each
-    /// segment that has its nearest point there, minus one where two segments meet.
+    /// Sums the barriers near `p`: of segments with their nearest point inside, and of corners, minus one where two segments meet.
     fn repulsion(&self, p: Vector2<f64>) -> Repulsion {
         let mut sum = Repulsion::default();
         let mut ended_before = 1;

@@ -34,8 +34,7 @@ impl<const D: usize> Gravity<D> {
 
 /// The mass of every node of the tissue, kg (2D: per metre of thickness): each cell gives equal shares of its mass to its corners.
 ///
-/// The thesis (eq. 4.1) and motions give all nodes the same mass, with the same sum. By that rule a corner of the outline would weigh as
-/// much as an inner node with twice the tissue around it, on finer meshes too.
+/// With equal masses, the rule of the thesis (eq. 4.1) and of motions, a corner of the outline would weigh as much as an inner node.
 pub fn lumped_masses<const D: usize>(mesh: &Mesh<D>, density: f64) -> Vec<(usize, f64)> {
     let mut mass = vec![0.0; mesh.nodes.len()];
     for cell in mesh.cells.iter() {

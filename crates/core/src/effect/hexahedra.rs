@@ -14,8 +14,7 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
 
-/// How contracting muscles stiffen their tissue: all constants of an element are multiplied by
-/// `1 + gain min(1, sum of the activations of its muscles)`.
+/// How contracting muscles stiffen an element: all its constants are multiplied by `1 + gain min(1, sum of activations)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffening {
     /// Additional stiffness at full activation over the passive stiffness (ArtiSynth: 9).
@@ -93,7 +92,7 @@ impl Hexahedra {
 
     fn energy_of(&self, e: &HexahedronElement, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
         let points = self.at_points(e, positions);
-        if !points.iter().all(TissuePoint::is_upright) {
+        if !points.iter().all(|p| p.growth > -1.0 && p.growth.is_finite()) {
             return f64::INFINITY;
         }
         let distortion =
@@ -360,12 +359,6 @@ impl TissuePoint {
         // This is q tr FᵀF - 3 without cancellation for small displacements.
         let distortion = 3.0 * less + q * beyond;
         Self { f: Matrix3::identity() + h, growth, distortion, q, i1: 3.0 + beyond }
-    }
-
-    /// Whether `J` is positive and finite.
-    #[inline(always)]
-    pub(crate) fn is_upright(&self) -> bool {
-        self.growth > -1.0 && self.growth.is_finite()
     }
 
     /// `det F F⁻ᵀ`.

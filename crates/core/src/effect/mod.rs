@@ -163,9 +163,8 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     }
 }
 
-/// The part of an effect with internal states `s`, `ds/dt = rate(x, s)`. Each equation is linear in its own state and coupled to others
-/// only through the positions, so that an implicit step can eliminate the states one by one, and the stiffness keeps its pattern. Only
-/// motions use it.
+/// The part of an effect with internal states `s`, `ds/dt = rate(x, s)`, which only motions use. Each equation is linear in its own state
+/// and coupled by positions only, so that an implicit step eliminates states one by one and the stiffness keeps its pattern.
 ///
 /// In motion this replaces the tension terms of the effect: its other methods are called with zero tensions, and the tensions enter here.
 pub trait Internal<const D: usize>: Debug {
@@ -183,8 +182,7 @@ pub trait Internal<const D: usize>: Debug {
     /// Solves `s = known + step rate(x, s)`; `states` holds `known` before and `s` after. `step` in s.
     fn update_internal_state(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]);
 
-    /// Adds minus the derivative of the force by the positions, N/m, with states that follow the positions as in
-    /// [`Internal::update_internal_state`], or are constant if `step` is zero.
+    /// Adds minus the derivative of the force by the positions, N/m, with states that follow them over `step`, or constant if it is 0.
     fn add_stiffness(
         &self,
         at: Configuration<'_, D>,

@@ -46,8 +46,7 @@ type Shapes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// Elements of a law and a viscosity (N s/m²) with these nodes (corners, then the middles of [`quadratic::edges`]) and positions at
-    /// rest, m. Sides are straight at rest, so that only the positions of corners are used.
+    /// Elements of these nodes (corners, then middles of [`quadratic::edges`]) with straight sides at rest, m; viscosity in N s/m².
     pub fn new<'a>(
         law: NeoHookean,
         viscosity: f64,

@@ -11,8 +11,7 @@
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //! | [`Midsagittal`] | one of the above in the midsagittal plane of a body in space | its unit |
 //!
-//! A test compares the gradients of all of them with differences, each in the dimensions that it has. The frequency of a formant, in Hz, is
-//! an observable too (`FormantFrequency` in `tongue-infer`).
+//! Tests compare all gradients with differences. The frequency of a formant, Hz, is an observable too (`FormantFrequency`).
 
 mod contour;
 mod length;

@@ -1,5 +1,4 @@
-//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once: left-looking by blocks for the few hundred unknowns of the plane,
-//! and by faer's supernodes where the factor is so full that dense blocks are faster.
+//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ`: left-looking by blocks, or by faer's supernodes where the factor is full.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -132,8 +131,7 @@ impl<const D: usize> Factor<D> {
     }
 }
 
-/// Factorises by blocks. Returns the unknown whose pivot is too small, if there is one. pulp compiles it for the widest registers of the
-/// processor: it takes two thirds of the time and gives the same bits.
+/// Factorises by blocks, with pulp in two thirds of the time. Returns the unknown whose pivot is too small, if there is one.
 #[inline(always)]
 fn left_looking<const D: usize>(
     pattern: &Pattern,
@@ -222,8 +220,7 @@ fn invert_lower_cholesky<const D: usize>(a: &SMatrix<f64, D, D>, floor: f64) -> 
     Some(inverse)
 }
 
-/// The eigenvector of the smallest eigenvalue of a small symmetric matrix, whose lower triangle alone is read. The power method on
-/// `c I - A` is accurate enough for a direction of descent.
+/// The eigenvector of the smallest eigenvalue of a matrix, given by its lower triangle, by the power method on `c I - A`.
 fn lowest_mode<const D: usize>(a: &SMatrix<f64, D, D>) -> SVector<f64, D> {
     let mut whole = *a;
     for r in 0..D {

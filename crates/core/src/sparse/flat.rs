@@ -56,8 +56,7 @@ impl Symbolic {
         vec![[Simd::ZERO; 4]; self.pattern.blocks()]
     }
 
-    /// Factorises the matrices whose blocks are `pairs`, off the diagonal, and `diagonal`. Returns for each lane whether every pivot
-    /// exceeds its floor; if not, that lane of the factor must not be used.
+    /// Factorises matrices of blocks `pairs` and `diagonal`. Returns the lanes in which every pivot exceeds its floor; others are invalid.
     #[inline(always)]
     pub fn factorise<const L: usize>(
         &self,

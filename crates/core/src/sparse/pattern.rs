@@ -48,7 +48,7 @@ const NONE: u32 = u32::MAX;
 
 impl Pattern {
     /// The pattern of `nodes` nodes, of which those with `is_unknown` are coupled within each of `cliques`.
-    pub fn new(nodes: usize, is_unknown: &[bool], cliques: impl IntoIterator<Item = Vec<usize>>) -> Self {
+    pub fn new(nodes: usize, is_unknown: &[bool], cliques: &[Vec<usize>]) -> Self {
         let mut number = vec![NONE; nodes];
         let free: Vec<usize> = (0..nodes).filter(|&i| is_unknown[i]).collect();
         for (u, &i) in free.iter().enumerate() {
@@ -56,8 +56,8 @@ impl Pattern {
         }
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); free.len()];
         for clique in cliques {
-            for &a in &clique {
-                for &b in &clique {
+            for &a in clique {
+                for &b in clique {
                     if number[a] != NONE && number[b] != NONE && a != b {
                         neighbours[number[a] as usize].push(number[b]);
                     }

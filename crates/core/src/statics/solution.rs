@@ -10,14 +10,12 @@ pub struct SolveSettings {
     pub max_iterations: usize,
     /// Largest number of load steps after a direct solve that failed. Default 60; with 0 there are none.
     pub load_steps: usize,
-    /// Whether the exact stiffness is factorised at every solution to check its stability. Default false: the last factorisation, a step
-    /// or two before the solution, shows the stability if it was exact.
+    /// Whether the exact stiffness is factorised at every solution to check its stability, not just a step or two before. Default false.
     pub certify: bool,
     /// Largest number of solves of a [`trace()`](super::trace()), which then stops. Default 600.
     pub most_solves: usize,
-    /// Whether a [`trace()`](super::trace()) that reaches the whole load also searches for a second stable shape: the load is doubled and
-    /// reduced again, and the shapes before and after are compared. Default true; searches, which need only the shape that is reached from
-    /// rest, set it to false.
+    /// Whether a [`trace()`](super::trace()) that reaches the whole load also searches for a second stable shape, by doubling the load and
+    /// reducing it again. Default true; searches, which need only the shape reached from rest, set it to false.
     pub beyond: bool,
 }
 
@@ -94,8 +92,7 @@ pub struct Solution {
     pub safeguarded: usize,
     /// Largest residual force on a free node, N.
     pub max_residual_force: f64,
-    /// Rounding error of the force, N: the largest stiffness times the rounding of a coordinate. Newton's method cannot make the residual
-    /// force smaller. Zero if nothing was factorised.
+    /// Rounding error of the force, N, which Newton's method cannot reduce: the largest stiffness times the rounding of a coordinate.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,

@@ -80,15 +80,7 @@ impl<const D: usize> SolveState<'_, D> {
         w.factor.negative_curvature(self.system.pattern(), &w.stiffness, &mut w.curvature);
     }
 
-    /// Descends along the negative curvature of the stiffness whose factorisation failed. Returns false if the energy does not fall.
-    pub(super) fn escape(&mut self) -> bool {
-        self.find_curvature();
-        self.done.energy = self.energy();
-        self.follow_curvature()
-    }
-
-    /// Moves along the stored direction of negative curvature, to the side to which the force points, as far as doubling the step lowers
-    /// the energy. Returns false if not even the shortest step does.
+    /// Moves downhill along the stored negative curvature as far as doubling the step lowers the energy. Returns whether any step does.
     pub(super) fn follow_curvature(&mut self) -> bool {
         let pattern = self.system.pattern();
         let w = &mut *self.w;

@@ -77,9 +77,8 @@ pub struct Trace {
     pub solution: Solution,
     /// How the load leads from rest to the solution.
     pub from_rest: FromRest,
-    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one in which
-    /// the body stays after twice the load, or in [`super::solve_and_trace`] that of the direct solve. Without [`SolveSettings::beyond`]
-    /// twice the load is not tried.
+    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one after
+    /// twice the load (with [`SolveSettings::beyond`]), or in [`super::solve_and_trace`] that of the direct solve.
     pub another: bool,
     /// Whether Newton's method from the start in the workspace gives the same shape; [`trace`] does not check it.
     pub same_by_newton: bool,
@@ -92,8 +91,7 @@ const STEPS: usize = 10;
 /// Smallest number of steps along the branch of a continuum, whose solves cost twenty times as much as those of springs.
 const CONTINUUM_STEPS: usize = 4;
 
-/// Two shapes of a step and back are the same if no node differs by more than this part of the body's size. It is larger than
-/// [`super::SAME_SHAPE_M`], because these solves are less accurate.
+/// Shapes of a step and back are the same if no node differs by this part of the body's size, as accurate as these solves are.
 const RETURN_DISTANCE: f64 = 1e-6;
 /// Residual force, N, at which a solve back along the branch is accurate enough to compare shapes.
 const RETURN_TOLERANCE: f64 = 1e-6;
@@ -178,8 +176,7 @@ struct Path<'a, const D: usize> {
 }
 
 impl<const D: usize> Path<'_, D> {
-    /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
-    /// tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
+    /// Follows the branch from the equilibrium without tensions. Returns its last shape, and that of [`Path::follow_and_return`].
     fn follow_from_rest(&mut self) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
         let mut shape = self.system.rest().to_vec();
         if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
@@ -202,8 +199,7 @@ impl<const D: usize> Path<'_, D> {
         if self.system.tissue().is_expensive() { CONTINUUM_STEPS } else { STEPS }
     }
 
-    /// Follows the branch from `shape`, which has no tensions, and leaves the last shape on the branch there. A step that does not
-    /// continue the branch is halved until it is shorter than the resolution.
+    /// Follows the branch from `shape`, which has no tensions, to its last shape. Failed steps are halved down to the resolution.
     fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>) {
         let longest = 1.0 / self.steps() as f64;
         let mut step = longest;

@@ -53,7 +53,7 @@ impl<const D: usize> Workspace<D> {
             factor: Factor::new(system.pattern()),
             factor_ready: false,
             factor_is_exact: false,
-            displaced: system.displaced().to_vec(),
+            displaced: system.displaced.clone(),
             single: system.elements().map(|elements| (elements.clone(), SimdNewton::new(elements))),
         }
     }

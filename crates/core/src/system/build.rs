@@ -69,8 +69,7 @@ impl<const D: usize> System<D> {
         Self::assemble(mesh, coefficients, effects, additions, paths, contracting)
     }
 
-    /// A system of any effects on the nodes of `mesh`, without straight paths, for bodies that [`System::new`] cannot describe: uneven
-    /// stiffness, other laws. `coefficients` do not change the effects.
+    /// A system of any effects on the nodes of `mesh`, without straight paths; `coefficients` do not change the effects.
     #[inline(never)]
     pub fn from_effects(
         mesh: &Mesh<D>,
@@ -109,12 +108,9 @@ impl<const D: usize> System<D> {
         let displaced = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
         let mut stencils = Vec::new();
         for effect in &effects {
-            effect.stencils(&mut |nodes| {
-                stencils.push(nodes.len());
-                stencils.extend(nodes);
-            });
+            effect.stencils(&mut |nodes| stencils.push(nodes.to_vec()));
         }
-        let are_held = are_held(rest.len(), cliques(&stencils), &mesh.fixed);
+        let are_held = are_held(rest.len(), stencils.iter(), &mesh.fixed);
         if let Some(node) = (0..rest.len()).find(|&i| is_unknown[i] && !are_held[i]) {
             return Err(SystemError::Loose { node });
         }
@@ -123,7 +119,7 @@ impl<const D: usize> System<D> {
         }
         let known = additions.layout.filter(|l| l.is_unknown == is_unknown && l.stencils == stencils);
         let layout = known.unwrap_or_else(|| {
-            let pattern = Pattern::new(rest.len(), &is_unknown, cliques(&stencils).map(<[usize]>::to_vec));
+            let pattern = Pattern::new(rest.len(), &is_unknown, &stencils);
             Arc::new(Layout { is_unknown, stencils, pattern })
         });
         FACTOR_ENTRIES.check(layout.pattern.factor_entries::<D>() as f64)?;
@@ -170,16 +166,6 @@ fn continuum_effects<const D: usize>(
         effects.push(Box::new(Fibres::new(muscle, bundle, &mesh.nodes, contraction_time, bar)));
     }
     effects
-}
-
-/// The nodes of each stencil of a layout.
-fn cliques(stencils: &[usize]) -> impl Iterator<Item = &[usize]> {
-    let mut left = stencils;
-    std::iter::from_fn(move || {
-        let (clique, rest) = left.get(1..)?.split_at(*left.first()?);
-        left = rest;
-        Some(clique)
-    })
 }
 
 /// Whether each of `count` nodes is joined to a held one by cliques of nodes.

@@ -51,8 +51,7 @@ pub enum SystemError {
 #[derive(Debug)]
 pub struct Layout {
     is_unknown: Vec<bool>,
-    /// For every stencil the number of its nodes, then these nodes.
-    stencils: Vec<usize>,
+    stencils: Vec<Vec<usize>>,
     pattern: Pattern,
 }
 
@@ -62,7 +61,7 @@ pub struct System<const D: usize> {
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
     /// Displaced nodes of bones and their positions, m.
-    displaced: Vec<(usize, SVector<f64, D>)>,
+    pub(crate) displaced: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
     /// Shared by bodies that differ only in the positions of their nodes.
     layout: Arc<Layout>,
@@ -89,11 +88,6 @@ impl<const D: usize> System<D> {
     /// Positions of all nodes at rest, m.
     pub fn rest(&self) -> &[SVector<f64, D>] {
         &self.rest
-    }
-
-    /// Displaced nodes of bones and their positions, m.
-    pub fn displaced(&self) -> &[(usize, SVector<f64, D>)] {
-        &self.displaced
     }
 
     /// The position of a node of a bone, m, which may be displaced.

@@ -8,7 +8,7 @@ use crate::body::{Body, Muscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
 use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
-use crate::material::{Coefficients, MooneyRivlin};
+use crate::material::MooneyRivlin;
 
 /// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -103,7 +103,10 @@ impl System<3> {
         }
         effects.append(&mut additions.effects);
         let contracting: Vec<usize> = (0..body.muscles.len()).collect();
-        let coefficients = spring_coefficients(body, law)?;
+        // Motions use the mass of a node in the coefficients of springs equivalent to the tissue.
+        let poisson_ratio = law.poisson_ratio();
+        let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
+        let coefficients = coefficients(mesh, &Model { young_modulus, poisson_ratio, ..Model::default() })?;
         Self::assemble(mesh, coefficients, effects, additions, Vec::new(), &contracting)
     }
 }
@@ -133,11 +136,4 @@ fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
         }
     }
     strands
-}
-
-/// Coefficients of springs equivalent to the tissue, of which motions use the mass of a node.
-fn spring_coefficients(body: &Body<3>, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
-    let poisson_ratio = law.poisson_ratio();
-    let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
-    coefficients(&body.mesh, &Model { young_modulus, poisson_ratio, ..Model::default() })
 }

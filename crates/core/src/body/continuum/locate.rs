@@ -55,11 +55,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         best.map(|(e, at, _)| (e, at))
     }
 
-    /// Elements whose bounding box is nearer to a point than `reach`, m, along every axis.
-    fn all_near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
-        (0..self.boxes.len()).filter(|&e| self.is_near(e, p, reach)).collect()
-    }
-
+    /// Whether the bounding box of an element is nearer to a point than `reach`, m, along every axis.
     fn is_near(&self, element: usize, p: &SVector<f64, D>, reach: f64) -> bool {
         let [low, high] = &self.boxes[element];
         (0..D).all(|d| p[d] >= low[d] - reach && p[d] <= high[d] + reach)
@@ -68,7 +64,8 @@ impl<'a, const D: usize> Locator<'a, D> {
     /// Weights of nodes that give the mean of a field over the tissue within `radius`, m, of a point, where tissue at the distance d counts
     /// `(1 - d²/radius²)²`; with radius 0 the field at the point. `None` without tissue there.
     pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
-        let among = self.all_near(centre, radius);
+        let all = 0..self.boxes.len();
+        let among: Vec<usize> = all.filter(|&e| self.is_near(e, centre, radius)).collect();
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
         for (offset, weight) in ball::<D>(if radius > 0.0 { RINGS } else { 0 }) {
             let Some((e, at)) = self.find(&(centre + offset * radius), &among) else { continue };

@@ -242,7 +242,7 @@ struct MidsagittalSection<'a> {
 
 impl<'a> MidsagittalSection<'a> {
     fn new(file: &SpaceFile, outline: &'a ClosedSpline) -> Self {
-        let whole = outline.perimeter();
+        let whole = outline.perimeter;
         let way = |[x, y]: [f64; 2]| outline.nearest(Point::new(x, y) * 1e-3).0;
         let first = way(file.corners_mm[0]);
         let mut ways = [first; 5];
@@ -255,7 +255,7 @@ impl<'a> MidsagittalSection<'a> {
             ways[1..4].iter_mut().for_each(|way| *way -= whole);
             ways[4] = first - whole;
         }
-        let polygon = outline.polygon();
+        let polygon = &outline.polygon;
         let middle = polygon.iter().sum::<Point>() / polygon.len() as f64;
         Self { outline, ways, middle }
     }
@@ -263,7 +263,7 @@ impl<'a> MidsagittalSection<'a> {
     /// The point of the outline at `part` between corner `side` and the next one, m.
     fn on(&self, side: usize, part: f64) -> Point {
         let [from, to] = [self.ways[side], self.ways[side + 1]];
-        self.outline.point((from + part * (to - from)).rem_euclid(self.outline.perimeter()))
+        self.outline.point((from + part * (to - from)).rem_euclid(self.outline.perimeter))
     }
 
     /// The point at u, v between the four sides (transfinite interpolation, Gordon and Hall 1973), m.

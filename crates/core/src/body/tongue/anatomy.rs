@@ -86,7 +86,11 @@ impl Anatomy {
 
     fn checked(file: &AnatomyFile) -> ParsedText<Self> {
         let outline = outline(&file.outline)?;
-        let bones = bones(&file.bones)?;
+        let bones = file.bones.iter().map(|(name, points)| {
+            let points = points.iter().map(metres).collect::<ParsedText<_>>()?;
+            Ok(AnatomyBone { name: name.clone(), points })
+        });
+        let bones = bones.collect::<ParsedText<Vec<_>>>()?;
         // Muscles have the order of the file.
         let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
         given.sort_by_key(|(_, line)| line.span().start);
@@ -155,15 +159,8 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> ParsedText<ClosedSpline> {
     let crossed = || (given.span(), crossed.to_owned());
     let curve = ClosedSpline::through(points).ok_or_else(crossed)?;
     // A coarser polygon is enough, since the test compares every edge with every other.
-    let coarse: Vec<Point> = curve.polygon().iter().step_by(4).copied().collect();
+    let coarse: Vec<Point> = curve.polygon.iter().step_by(4).copied().collect();
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
-}
-
-fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> ParsedText<Vec<AnatomyBone>> {
-    let bones = given.iter().map(|(name, points)| {
-        Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<ParsedText<_>>()? })
-    });
-    bones.collect()
 }
 
 /// A muscle line with its part outside the tissue.
@@ -184,7 +181,7 @@ fn muscle_line(
         return Err(format!("the two ends of {name} are the same point"));
     }
     let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
-    let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
+    let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(&outline.polygon, ends[i]));
     // An end on the outline may be slightly to either side of it; a crossing near it is that end.
     let margin = on_outline.map(|on| if on { 2.0 * ON_OUTLINE_M / length } else { 0.0 });
     let mut meets = outline.crossings(ends);
@@ -200,7 +197,7 @@ fn muscle_line(
             return Err(format!("{name} does not reach the tissue: {message}"));
         }
         [false, false] => {
-            let inside = meets.is_empty() && plane::encloses(outline.polygon(), at(0.5));
+            let inside = meets.is_empty() && plane::encloses(&outline.polygon, at(0.5));
             return if inside { Ok(line(None)) } else { Err(leaves) };
         }
         [true, false] => 0,

@@ -77,9 +77,9 @@ impl OutlineFrame {
         if stops.is_empty() {
             stops.push((0.0, None));
         }
-        let wanted = (curve.perimeter() / (OUTLINE_SPACING * self.h)).round().max(3.0);
+        let wanted = (curve.perimeter / (OUTLINE_SPACING * self.h)).round().max(3.0);
         let first = stops[0].0;
-        let ends = stops.iter().skip(1).map(|s| s.0).chain([first + curve.perimeter()]);
+        let ends = stops.iter().skip(1).map(|s| s.0).chain([first + curve.perimeter]);
         let lengths: Vec<f64> = stops.iter().zip(ends).map(|((from, _), to)| to - from).collect();
         let parts = share(wanted as usize, &lengths);
         for (((from, anchor), length), parts) in stops.into_iter().zip(lengths).zip(parts) {

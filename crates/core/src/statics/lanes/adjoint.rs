@@ -10,9 +10,8 @@ use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// The derivatives of a function of the shape in each of the last equilibria, from `gradients`, its derivatives by the positions of
-    /// all nodes: one for each equilibrium. `None` for an equilibrium that is not stable, and if the barrier acts in a body other than the
-    /// group's.
+    /// The derivatives of a function of the shape in each of the last equilibria, from its derivatives by the positions of all nodes there.
+    /// `None` where it is not stable, and if the barrier acts in a body other than the group's.
     ///
     /// # Panics
     /// If there are fewer gradients than equilibria, or a gradient has not as many entries as there are nodes.
@@ -151,8 +150,7 @@ impl<const D: usize> Reshaped<D> {
 }
 
 impl<const D: usize> Lanes<'_, D> {
-    /// The direction in which all nodes at rest move by `motion` per unit. `changed` is the body after `part` of a unit, small enough that
-    /// its forces change linearly. `None` for bodies that lanes cannot solve.
+    /// The direction `motion` of nodes at rest per unit; `changed` is the body after a small `part` of it. `None` for other bodies.
     #[inline(never)]
     pub fn reshaped(
         &self,

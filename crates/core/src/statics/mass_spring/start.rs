@@ -1,7 +1,6 @@
 //! The start of a mass-spring body in the plane: half of the linear response to the tensions at rest.
 //!
-//! From this start Newton's method takes a fifth less work than from rest, and meets fewer shapes with an indefinite stiffness. The solve
-//! starts from rest if the energy is lower there or a cell is inverted at this start.
+//! From this start, unless its energy is higher or a cell is inverted, Newton's method takes a fifth less work than from rest.
 
 use super::SimdNewton;
 use crate::sparse::simd::Simd;
@@ -18,7 +17,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 ) -> Option<&'a AtRest> {
     let at_rest = system.at_rest.get_or_init(|| {
         let mut work = SimdNewton::<1>::new(elements);
-        if !work.set_body(elements, 0, system) || !system.displaced().is_empty() {
+        if !work.set_body(elements, 0, system) || !system.displaced.is_empty() {
             return None;
         }
         work.set_load(elements, 0, &vec![0.0; system.muscle_count()], system.rest(), |n| system.rest()[n]);

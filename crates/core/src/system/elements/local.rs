@@ -82,8 +82,7 @@ pub(crate) fn evaluate<const L: usize>(
     Local { energy: energy + half * cell_energy, residual_squared, upright }
 }
 
-/// Computes the `h` of every triangle that the linear response to the step from `from` predicts: `h` at `x` without the term of second
-/// order, the area of the triangle that the steps of its corners form.
+/// Computes the `h` of every triangle that is linear in the step from `from`: `h` at `x` without the area of the corners' steps.
 #[inline(always)]
 pub(crate) fn predict_pressure<const L: usize>(
     elements: &Elements,
