@@ -180,7 +180,6 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// Adds `weight` times the damping matrix, N s/m.
     pub(super) fn add_damping(&self, state: &State<D>, weight: f64, matrix: &mut BlockMatrix<D>) {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         self.system.effects().iter().for_each(|e| e.add_damping(slack, weight, matrix));

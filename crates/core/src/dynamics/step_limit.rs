@@ -72,8 +72,7 @@ impl<const D: usize> Growth<D> {
         Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
     }
 
-    /// Whether the nodes move much more than they advance while the step exceeds the stability limit. To be called after every step, with
-    /// its number `steps` and the states before and after it, and at the end. In Verlet an alternating motion shows in the positions only.
+    /// Whether the nodes move much more than they advance while the step exceeds the limit; to be called after every step.
     pub(super) fn is_detected(
         &mut self,
         motion: &Motion<'_, D>,

@@ -19,9 +19,7 @@
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
-use super::{
-    Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StateRates, StepCounts, after, cut,
-};
+use super::{Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StateRates, StepCounts, cut};
 
 /// Tolerance of the corrections of Newton's method at a fixed step, m.
 const FIXED_STEP_TOLERANCE: f64 = 1e-12;
@@ -200,8 +198,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             };
         }
         loop {
-            let h = cut(self.step, state.time, until);
-            let end = after(h, state.time, until);
+            let (h, end) = cut(self.step, state.time, until);
             let mut solved = self.stages(motion, state, h, end, counts);
             if let (false, Control::Fixed(_)) = (solved, self.control) {
                 counts.rejected += 1;

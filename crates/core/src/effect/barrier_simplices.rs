@@ -14,7 +14,7 @@ pub type SimplexNodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
 /// The simplices of any element, each with its share of the element's area or volume at rest.
 #[derive(Debug, Clone)]
-pub struct BarrierSimplices<const D: usize>(Vec<([SimplexEdge; 3], f64)>);
+pub struct BarrierSimplices<const D: usize>(Vec<(Vec<SimplexEdge>, f64)>);
 
 impl<const D: usize> Default for BarrierSimplices<D> {
     fn default() -> Self {
@@ -28,18 +28,12 @@ impl<const D: usize> Default for BarrierSimplices<D> {
             if D == 3 && i % 2 == 1 {
                 others.swap(0, 1);
             }
-            let mut edges = [[(0, 0.0); 3]; 3];
-            for (edge, &j) in edges.iter_mut().zip(&others) {
-                *edge = [(middle(i, j), 4.0), (i, -3.0), (j, -1.0)];
-            }
-            (edges, 1.0)
+            let edges = others.into_iter().map(|j| [(middle(i, j), 4.0), (i, -3.0), (j, -1.0)]);
+            (edges.collect(), 1.0)
         });
         let parts = quadratic::parts::<D>().iter().map(|part| {
-            let mut edges = [[(0, 0.0); 3]; 3];
-            for (edge, &j) in edges.iter_mut().zip(&part[1..]) {
-                *edge = [(j, 1.0), (part[0], -1.0), (part[0], 0.0)];
-            }
-            (edges, 1.0 / f64::from(1 << D))
+            let edges = part[1..].iter().map(|&j| [(j, 1.0), (part[0], -1.0), (part[0], 0.0)]);
+            (edges.collect(), 1.0 / f64::from(1 << D))
         });
         Self(corners.chain(parts).collect())
     }
@@ -68,7 +62,7 @@ impl<const D: usize> BarrierSimplices<D> {
 }
 
 pub struct BarrierSimplex<'a, const D: usize> {
-    edges: &'a [SimplexEdge; 3],
+    edges: &'a [SimplexEdge],
     pub corners: Corners<D>,
     pub rest: f64,
 }
@@ -85,7 +79,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
     /// The coefficient of each node of the element in each of the edges.
     pub fn counts(&self) -> [[f64; 3]; MAX_NODES] {
         let mut counts = [[0.0; 3]; MAX_NODES];
-        for (d, edge) in self.edges.iter().enumerate().take(D) {
+        for (d, edge) in self.edges.iter().enumerate() {
             edge.iter().for_each(|&(node, c)| counts[node][d] += c);
         }
         counts

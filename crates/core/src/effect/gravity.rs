@@ -6,28 +6,20 @@ use super::{Configuration, Effect};
 use crate::body::Mesh;
 use crate::geometry::simplex;
 
-#[derive(Debug, Clone)]
-struct NodeLoad<const D: usize> {
-    node: usize,
-    /// N (2D: per metre of thickness).
-    weight: SVector<f64, D>,
-    /// The position at which its potential energy is zero, m.
-    origin: SVector<f64, D>,
-}
-
 /// `W = - sum m_i g·(x_i - X_i)` with the positions `X` at rest, so that rounding hides no difference of energies.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
-    loads: Vec<NodeLoad<D>>,
+    /// Nodes, their weights, N (2D: per metre of thickness), and the positions at which their energy is zero, m.
+    loads: Vec<(usize, SVector<f64, D>, SVector<f64, D>)>,
 }
 
 impl<const D: usize> Gravity<D> {
     /// Weight of masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; the energy is zero at `rest`, the positions of
     /// all nodes, m. Masses of nodes that do not exist are ignored.
     pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
-        let loads = masses.iter().filter_map(|&(node, mass)| {
-            rest.get(node).map(|&origin| NodeLoad { node, weight: acceleration * mass, origin })
-        });
+        let loads = masses
+            .iter()
+            .filter_map(|&(node, mass)| rest.get(node).map(|&origin| (node, acceleration * mass, origin)));
         Self { loads: loads.collect() }
     }
 }
@@ -57,10 +49,12 @@ impl<const D: usize> Effect<D> for Gravity<D> {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        -self.loads.iter().map(|l| l.weight.dot(&(at.positions[l.node] - l.origin))).sum::<f64>()
+        let work =
+            self.loads.iter().map(|(node, weight, origin)| weight.dot(&(at.positions[*node] - origin)));
+        -work.sum::<f64>()
     }
 
     fn add_force(&self, _at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
-        self.loads.iter().for_each(|l| force[l.node] += l.weight);
+        self.loads.iter().for_each(|(node, weight, _)| force[*node] += weight);
     }
 }

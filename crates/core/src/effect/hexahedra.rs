@@ -70,7 +70,6 @@ impl Hexahedra {
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
     }
 
-    /// Multiplies the constants of each element by its factor.
     pub(crate) fn scale(&mut self, factors: &[f64]) {
         self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
     }
@@ -196,8 +195,7 @@ fn add_exact(
     }
 }
 
-/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019). In the
-/// axes of the principal stretches that has a 3 x 3 block for the stretches and a 2 x 2 block for each pair of axes.
+/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019).
 #[inline(never)]
 fn add_convex(
     blocks: &mut [Matrix3<f64>; PAIRS],

@@ -82,21 +82,12 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        let strain_squares: f64 = self
-            .cells
-            .iter()
-            .map(|c| {
-                let x = c.corners(at.positions);
-                let strain = (simplex::measure(&x) - c.rest) / c.rest;
-                let square = strain * strain;
-                if strain < barrier::THRESHOLD - 1.0 {
-                    square + 2.0 * barrier(strain + 1.0).value
-                } else {
-                    square
-                }
-            })
-            .sum();
-        0.5 * self.kappa * strain_squares
+        let strain_squares = self.cells.iter().map(|c| {
+            let strain = (simplex::measure(&c.corners(at.positions)) - c.rest) / c.rest;
+            let is_flat = strain < barrier::THRESHOLD - 1.0;
+            strain * strain + if is_flat { 2.0 * barrier(strain + 1.0).value } else { 0.0 }
+        });
+        0.5 * self.kappa * strain_squares.sum::<f64>()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
@@ -153,10 +144,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
-        let flat = self.cells.iter().filter(|c| {
-            let x = c.corners(at.positions);
-            simplex::measure(&x) < barrier::THRESHOLD * c.rest
-        });
-        flat.count()
+        let least = |c: &Cell<D>| barrier::THRESHOLD * c.rest;
+        self.cells.iter().filter(|c| simplex::measure(&c.corners(at.positions)) < least(c)).count()
     }
 }

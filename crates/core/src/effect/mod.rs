@@ -81,10 +81,7 @@ pub enum Tangent {
 
 /// A force on the body. Its energy is in J (2D: per metre of thickness).
 ///
-/// Force and stiffness are the negative first and the second derivatives of the energy.
-/// `tests/library/effects_are_derivatives_of_their_energy.rs` checks this for every effect, and fails for an effect that is missing there.
-/// A new effect is a file in this folder that implements the parts of the trait that are not zero, and a line where
-/// [`crate::system::Additions`] adds it to a system.
+/// Force and stiffness are the negative first and the second derivatives of the energy, which a test checks for every effect.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Short name in plans and reports.
     fn name(&self) -> &'static str;

@@ -6,7 +6,6 @@ use super::barrier::barrier;
 use super::barrier_simplices::{BarrierSimplex, BarrierSimplices};
 use super::quadratic_element::gather;
 use super::{Configuration, Effect, Tangent};
-use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex;
 use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
@@ -27,7 +26,7 @@ pub struct OrientationBarrier<const D: usize> {
 
 #[derive(Debug, Clone)]
 struct BarrierElement {
-    nodes: [usize; MAX_NODES],
+    nodes: Vec<usize>,
     /// Area, m², or volume, m³, at rest.
     measure: f64,
     /// A slot for each pair of nodes, with those of a node with itself.
@@ -35,19 +34,15 @@ struct BarrierElement {
 }
 
 impl<const D: usize> OrientationBarrier<D> {
-    const NODES: usize = quadratic::nodes::<D>();
-
-    /// Elements of these nodes (corners, then middles of [`quadratic::edges`]), positions at rest, m, and Lamé's `lambda`, Pa.
+    /// Elements of these nodes (corners, then middles of edges), positions at rest, m, and Lamé's constant `lambda`, Pa.
     pub fn new<'a>(
         lambda: f64,
         elements: impl Iterator<Item = &'a [usize]>,
         rest_positions: &[SVector<f64, D>],
     ) -> Self {
-        let elements = elements.map(|given| {
-            let mut nodes = [0; MAX_NODES];
-            nodes[..Self::NODES].copy_from_slice(given);
-            let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
-            BarrierElement { nodes, measure, slots: Vec::new() }
+        let elements = elements.map(|nodes| {
+            let measure = simplex::measure(&simplex::corners(rest_positions, &nodes[..=D]));
+            BarrierElement { nodes: nodes.to_vec(), measure, slots: Vec::new() }
         });
         Self { lambda, elements: elements.collect(), simplices: BarrierSimplices::default() }
     }
@@ -75,12 +70,12 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
     }
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
-        self.elements.iter().for_each(|e| couple(&e.nodes[..Self::NODES]));
+        self.elements.iter().for_each(|e| couple(&e.nodes));
     }
 
     fn bind(&mut self, pattern: &Pattern) {
         for e in &mut self.elements {
-            e.slots = pattern.pair_slots(&e.nodes[..Self::NODES]).collect();
+            e.slots = pattern.pair_slots(&e.nodes).collect();
         }
     }
 
@@ -94,7 +89,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
         self.for_each_active(at.positions, |e, guarded, ratio, scale| {
             let push = scale * barrier(ratio).slope;
             let slopes = guarded.slopes(&guarded.counts());
-            for (&node, slope) in e.nodes[..Self::NODES].iter().zip(&slopes) {
+            for (&node, slope) in e.nodes.iter().zip(&slopes) {
                 force[node] -= slope * push;
             }
         });
@@ -107,7 +102,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
             let counts = guarded.counts();
             let slopes = guarded.slopes(&counts);
             let bend = if tangent == Tangent::Exact { scale * b.slope / guarded.rest } else { 0.0 };
-            for (slot, (i, j)) in e.slots.iter().zip(pairs(Self::NODES)) {
+            for (slot, (i, j)) in e.slots.iter().zip(pairs(e.nodes.len())) {
                 let mut block: SMatrix<f64, D, D> = slopes[i] * slopes[j].transpose() * (scale * b.curvature);
                 for (p, q) in (0..D).flat_map(|p| (0..D).map(move |q| (p, q))) {
                     let count = counts[i][p] * counts[j][q] * bend;

@@ -72,7 +72,7 @@ impl<const D: usize> QuadraticElements<D> {
 
     #[inline(always)]
     fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
-        gather(&e.nodes, |node| positions[node] - self.rest[node])
+        gather(e.nodes(), |node| positions[node] - self.rest[node])
     }
 
     /// Adds the convex stiffness of an element by the eigenvalues of the moduli at each point.
@@ -180,11 +180,11 @@ impl<const D: usize> Element<D> {
 /// A vector of each of an element's nodes.
 #[inline(always)]
 pub(super) fn gather<const D: usize>(
-    nodes: &[usize; MAX_NODES],
+    nodes: &[usize],
     of_node: impl Fn(usize) -> SVector<f64, D>,
 ) -> Shapes<D> {
     let mut own = [SVector::zeros(); MAX_NODES];
-    for (own, &node) in own.iter_mut().zip(&nodes[..quadratic::nodes::<D>()]) {
+    for (own, &node) in own.iter_mut().zip(nodes) {
         *own = of_node(node);
     }
     own
@@ -285,7 +285,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         force: &mut [SVector<f64, D>],
     ) {
         for e in &self.elements {
-            let moving = gather(&e.nodes, |node| velocities[node]);
+            let moving = gather(e.nodes(), |node| velocities[node]);
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
                 let gradient = gradient(deformed, &moving);
                 let stress =
@@ -335,7 +335,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
-            let (x, p) = (gather(&e.nodes, |node| at.positions[node]), gather(&e.nodes, |node| step[node]));
+            let (x, p) = (gather(e.nodes(), |node| at.positions[node]), gather(e.nodes(), |node| step[node]));
             for shape in e.shapes() {
                 let x = simplex::of_columns(&gradient(shape, &x));
                 let p = simplex::of_columns(&(gradient(shape, &p) * limit));

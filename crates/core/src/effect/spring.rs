@@ -6,7 +6,6 @@ use super::Tangent;
 use super::barrier::{Barrier, THRESHOLD, barrier};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// A linear spring between two nodes.
 #[derive(Debug, Clone)]
 pub struct Spring {
     pub nodes: [usize; 2],
@@ -34,7 +33,6 @@ pub(crate) fn direction_of<const D: usize>(d: &SVector<f64, D>) -> (f64, SVector
 }
 
 impl Spring {
-    /// A spring without slots.
     pub fn new(nodes: [usize; 2], stiffness: f64, rest_length: f64) -> Self {
         Self { nodes, stiffness, rest_length, slots: [Slot::UNBOUND; 3] }
     }

@@ -284,7 +284,6 @@ impl MooneyRivlin {
         (3.0 * self.bulk - 2.0 * shear) / (2.0 * (3.0 * self.bulk + shear))
     }
 
-    /// The law with all constants multiplied by a factor.
     #[inline(always)]
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { c10: self.c10 * factor, c20: self.c20 * factor, bulk: self.bulk * factor }

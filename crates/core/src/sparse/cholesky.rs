@@ -66,10 +66,9 @@ impl<const D: usize> Factor<D> {
 
     /// A direction `d` with `dᵀ K d <= 0` of the matrix that [`Factor::factorise`] refused, one vector for each unknown.
     ///
-    /// `d` is zero after the unknown that failed, at it the eigenvector `v` of the pivot block's smallest eigenvalue, and before it
-    /// `-A⁻¹ b v` with the factorised part `A` and the column `b` beside it. After a failure of faer, which does not tell the unknown, the
-    /// matrix is factorised again by blocks, which takes many times as long in large bodies. If that succeeds, as it may for a matrix that
-    /// is singular up to rounding, the last unknown counts as the one that failed.
+    /// `d` is zero after the unknown that failed, at it the lowest mode `v` of the pivot block, and before it `-A⁻¹ b v` with the
+    /// factorised part `A` and the column `b` beside it. After a failure of faer, which does not tell the unknown, the matrix is
+    /// factorised again by blocks; if that succeeds by rounding, the last unknown counts as the one that failed.
     #[inline(never)]
     pub fn negative_curvature(
         &mut self,

@@ -1,5 +1,4 @@
-//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of several matrices at once, one in each lane. Each block of
-//! `L` is written once, from a flat list of its products, so that the sums stay in registers (dot form).
+//! Block Cholesky factorisation `K = L Lᵀ` of 2 x 2 blocks, one matrix in each lane; each block of `L` is written once.
 
 use super::Pattern;
 use super::cholesky::SMALLEST_PIVOT;

@@ -80,7 +80,6 @@ impl<'a, const D: usize> Response<'a, D> {
         nodes.iter().for_each(|&n| self.motion[n][axis] += 1.0);
     }
 
-    /// Multiplies the last response by `unit`.
     pub fn scale(&mut self, unit: f64) {
         if unit != 1.0 {
             self.motion.iter_mut().for_each(|m| *m *= unit);

@@ -97,7 +97,6 @@ pub struct Solution {
     /// Potential energy, J.
     pub energy: f64,
     pub stability: Stability,
-    /// How the solution is connected to rest.
     pub connection: Connection,
     /// Part of the tensions at which the positions are an equilibrium: 1 if converged, 0 if none was found.
     pub load_reached: f64,

@@ -99,7 +99,6 @@ fn solve_with_fixed_bones<const D: usize>(
     done
 }
 
-/// How far bones have moved towards their places.
 pub(super) enum BoneProgress {
     Complete,
     Partial,
@@ -134,8 +133,7 @@ pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D
     BoneProgress::Partial
 }
 
-/// Solves a mass-spring body in the plane in a lane, and leaves the result in the workspace. An error has the counts of work until the
-/// body turned out to have other effects or to need a safeguard; the positions in the workspace are then unchanged.
+/// Solves a mass-spring body in the plane in a lane. An error has the counts of work; the positions are then unchanged.
 fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,
@@ -144,7 +142,7 @@ fn solve_single<const D: usize>(
 ) -> Result<Solution, Solution> {
     let Some((elements, work)) = &mut w.single else { return Err(Solution::NONE) };
     let is_sound = tensions.len() == w.tensions.len() && tensions.iter().all(|t| t.is_finite());
-    if !is_sound || !work.set_body(elements, 0, system) {
+    if !is_sound || !elements.fill(system, 0, &mut work.numbers) {
         return Err(Solution::NONE);
     }
     work.set_load(elements, 0, tensions, &w.positions, |node| {

@@ -15,8 +15,7 @@ const ZERO_EIGENVALUE: f64 = 1e-9;
 const FIRST_CURVATURE_STEP: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
-/// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the last solve, by inverse
-/// iteration on the stiffness plus a shift that makes it positive definite. `None` without unknowns, or if the stiffness is not finite.
+/// Smallest eigenvalue, N/m, of the exact stiffness after the last solve, by inverse iteration; `None` without unknowns.
 #[inline(never)]
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
     const ITERATIONS: usize = 300;

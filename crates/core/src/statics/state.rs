@@ -53,7 +53,6 @@ impl<'a, const D: usize> SolveState<'a, D> {
         self.w.factor_ready
     }
 
-    /// Largest part of the step that all effects allow.
     pub(super) fn step_limit(&self) -> f64 {
         self.system.step_limit(self.w.configuration(), &self.w.step)
     }

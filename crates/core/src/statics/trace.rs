@@ -75,7 +75,6 @@ impl Default for FromRest {
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
     pub solution: Solution,
-    /// How the load leads from rest to the solution.
     pub from_rest: FromRest,
     /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one after
     /// twice the load (with [`SolveSettings::beyond`]), or in [`super::solve_and_trace`] that of the direct solve.
@@ -247,10 +246,8 @@ impl<const D: usize> Path<'_, D> {
 
     /// Follows the branch from rest in equal steps up to the whole load and back, for tissue whose solves are expensive.
     ///
-    /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and
-    /// whether the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`.
-    /// Each solve begins with the factor of the one before, so that this costs less than half of [`Path::continued`] and
-    /// [`Path::finds_another_shape`].
+    /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and whether
+    /// the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`.
     fn follow_and_return(&mut self, rest: &[SVector<f64, D>]) -> Option<(Solution, bool)> {
         if !self.system.tissue().is_expensive() {
             return None;
@@ -299,10 +296,7 @@ impl<const D: usize> Path<'_, D> {
         let settings = self.step_settings();
         self.w.discard_factor();
         let up = self.solve_with_factor(from, load, &settings);
-        if up.status != SolveStatus::Converged
-            || up.escapes + up.ridges > 0
-            || up.stability == Stability::Unstable
-        {
+        if !stays_stable(&up) {
             return None;
         }
         let there = self.w.positions.clone();
@@ -359,7 +353,10 @@ impl<const D: usize> Path<'_, D> {
 
 /// Whether a solve met only positive definite stiffnesses. Beyond a fold it does not, and shorter steps show whether the branch continues.
 fn stays_definite(s: &Solution) -> bool {
-    s.status == SolveStatus::Converged
-        && s.safeguarded + s.escapes + s.ridges == 0
-        && s.stability != Stability::Unstable
+    s.safeguarded == 0 && stays_stable(s)
+}
+
+/// Whether a solve converged without a descent from an unstable state.
+fn stays_stable(s: &Solution) -> bool {
+    s.status == SolveStatus::Converged && s.escapes + s.ridges == 0 && s.stability != Stability::Unstable
 }

@@ -235,7 +235,7 @@ pub(super) fn effects<const D: usize>(
             };
             pulled.insert(key, (k, l0));
             springs.push(Spring::new(key, q1, l0));
-            series.push(Spring::new(key, k * in_series, l0));
+            series.push(k * in_series);
         }
         effects.push(Box::new(Connections::muscle(muscle, springs, series, contraction_time)));
     }

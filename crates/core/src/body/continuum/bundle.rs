@@ -17,7 +17,6 @@ pub(super) struct MuscleCourse<const D: usize> {
     points: Vec<SVector<f64, D>>,
     /// The node of the bone at each end, if there is one.
     bones: [Option<usize>; 2],
-    /// Whether each end is outside the tissue.
     outside: [bool; 2],
     /// Whether the tension fades out at each end, because it is in the tissue and neither on a bone nor on the surface.
     fades: [bool; 2],

@@ -13,7 +13,6 @@ const SHORTEST: f64 = 1e-9;
 const RINGS: usize = 12;
 const AROUND: usize = 48;
 
-/// The elements, with their corners and bounding boxes.
 pub struct Locator<'a, const D: usize> {
     pub elements: &'a [Vec<usize>],
     corners: Vec<Corners<D>>,

@@ -31,7 +31,6 @@ pub struct MuscleLine {
     pub name: String,
     /// First and second end, m.
     pub ends: [Point; 2],
-    /// The part outside the tissue, if there is one.
     pub outside: Option<OutsidePart>,
 }
 
@@ -109,8 +108,20 @@ impl Anatomy {
         }
         for (name, given) in &file.bones {
             for spanned in given {
-                check_bone_point(name, metres(spanned)?, &outline, &muscles)
-                    .map_err(|p| (spanned.span(), p))?;
+                let point = metres(spanned)?;
+                let from_ends = muscles.iter().flat_map(|m| m.ends).map(|end| (end - point).norm());
+                let from_end = from_ends.fold(f64::INFINITY, f64::min);
+                let from_outline = outline.nearest(point).1;
+                if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
+                    continue;
+                }
+                let (x, y) = (point.x * 1e3, point.y * 1e3);
+                let away_mm = from_end.min(from_outline) * 1e3;
+                let message = format!(
+                    "the point [{x}, {y}] of bone \"{name}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
+                     a bone holds ends of muscles or points of the outline"
+                );
+                return Err((spanned.span(), message));
             }
         }
         Ok(Self { outline, muscles, bones })
@@ -163,7 +174,6 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> ParsedText<ClosedSpline> {
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
 }
 
-/// A muscle line with its part outside the tissue.
 fn muscle_line(
     name: &str,
     given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,
@@ -215,24 +225,4 @@ fn muscle_line(
         return Err(format!("the end [{x}, {y}] of {name} {message}"));
     }
     Ok(line(Some(OutsidePart { end, entry })))
-}
-
-fn check_bone_point(
-    bone: &str,
-    point: Point,
-    outline: &ClosedSpline,
-    muscles: &[MuscleLine],
-) -> Result<(), String> {
-    let from_end =
-        muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
-    let from_outline = outline.nearest(point).1;
-    if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
-        return Ok(());
-    }
-    let away_mm = from_end.min(from_outline) * 1e3;
-    let (x, y) = (point.x * 1e3, point.y * 1e3);
-    Err(format!(
-        "the point [{x}, {y}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
-         a bone holds ends of muscles or points of the outline"
-    ))
 }

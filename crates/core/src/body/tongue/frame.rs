@@ -69,8 +69,7 @@ impl OutlineFrame {
         frame
     }
 
-    /// Cuts the outline between its anchors, then moves the nodes between them outwards until the polygon has the area of the curve, on
-    /// which the stiffness depends. A polygon with its corners on the curve has up to 2 % less.
+    /// Cuts the outline between its anchors, and moves the nodes between them outwards until the polygon has the area of the curve.
     fn add_outline(&mut self, curve: &ClosedSpline, anchors: &Anchors) {
         let mut stops: Vec<(f64, Option<usize>)> =
             anchors.on_outline.iter().map(|(along, anchor)| (*along, Some(*anchor))).collect();

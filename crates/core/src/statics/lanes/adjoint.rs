@@ -2,10 +2,11 @@
 
 use nalgebra::SVector;
 
-use super::scalar_fallback::adjoint_scalar;
+use super::scalar_fallback::adjoint_of;
 use super::{Adjoint, LANES, LaneGroup, Lanes};
 use crate::parallel;
 use crate::sparse::simd::{Simd, SimdPair};
+use crate::statics::{Response, Workspace};
 use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
@@ -35,7 +36,9 @@ impl<const D: usize> LaneGroup<'_, D> {
         let equilibria = self.equilibria.iter().zip(tensions).enumerate();
         let adjoints = equilibria.map(|(lane, (shape, tensions))| {
             if !stable[lane] {
-                return adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane]);
+                let mut w = Workspace::new(system);
+                w.set(&shape.positions, tensions.as_ref()?)?;
+                return Some(adjoint_of(system, Response::new(system, &mut w)?, &gradients[lane], 1e-3));
             }
             let mut by_node = vec![SVector::zeros(); system.rest().len()];
             elements.take_from_lane(lane, &wide, &mut by_node);
@@ -120,7 +123,6 @@ impl<const D: usize> LaneGroup<'_, D> {
     }
 }
 
-/// A unit of a small change of a load or of the body.
 #[derive(Debug, Clone, Copy)]
 pub enum UnitChange<'a, const D: usize> {
     /// The tension in the muscle of this number, by 1 N (2D: per metre of thickness).
@@ -158,7 +160,7 @@ impl<const D: usize> Lanes<'_, D> {
         motion: Vec<SVector<f64, D>>,
         part: f64,
     ) -> Option<Reshaped<D>> {
-        let elements = self.elements?;
+        let elements = self.system.elements()?;
         let mut numbers = elements.numbers();
         let is_same = elements.fill(changed, 0, &mut numbers);
         numbers.copy_first_lane();

@@ -2,8 +2,7 @@
 //!
 //! [`Lanes`] does for any number of loads what [`solve`](super::solve) does for one: draws of a posterior, candidates of a search, frames
 //! of a recording. Each load has its own tensions, displaced bones and start, and may have its own body with the same edges and triangles;
-//! each solution has its own status, iterations and line search. With AVX2 (detected at run time) an equilibrium from a neighbour takes
-//! less than half of the time of a single solve (`cargo bench many`).
+//! each solution has its own status, iterations and line search.
 //!
 //! # Differences from single solves
 //! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same. The bits differ, since sums have
@@ -19,8 +18,6 @@
 mod adjoint;
 mod from_rest;
 mod scalar_fallback;
-
-use std::sync::Arc;
 
 use nalgebra::SVector;
 
@@ -99,18 +96,16 @@ impl<const D: usize> Adjoint<D> {
 #[derive(Debug)]
 pub struct Lanes<'s, const D: usize> {
     system: &'s System<D>,
-    elements: Option<&'s Elements>,
 }
 
 impl<'s, const D: usize> Lanes<'s, D> {
-    /// Prepares a system for lanes, once for each system.
     pub fn new(system: &'s System<D>) -> Self {
-        Self { system, elements: system.elements().map(Arc::as_ref) }
+        Self { system }
     }
 
     /// Whether lanes can solve the system; otherwise every load is solved by itself.
     pub fn are_used(&self) -> bool {
-        self.elements.is_some()
+        self.system.elements().is_some()
     }
 
     /// A group that repeatedly solves up to [`LANES`] loads at once, such as the chains of one thread.
@@ -118,7 +113,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
     pub fn group(&self) -> LaneGroup<'s, D> {
         LaneGroup {
             system: self.system,
-            work: self.elements.map(|elements| (elements, SimdNewton::new(elements))),
+            work: self.system.elements().map(|elements| (elements.as_ref(), SimdNewton::new(elements))),
             fallbacks: Vec::new(),
             equilibria: Vec::new(),
             tensions: Vec::new(),
@@ -217,7 +212,8 @@ impl<const D: usize> LaneGroup<'_, D> {
         for (lane, load) in loads.iter().enumerate() {
             let body = load.system.unwrap_or(system);
             let start = load.start.unwrap_or(body.rest());
-            let same = load.system.is_none() && holds_system[lane] || work.set_body(elements, lane, body);
+            let same =
+                load.system.is_none() && holds_system[lane] || elements.fill(body, lane, &mut work.numbers);
             holds_system[lane] = same && load.system.is_none();
             set[lane] = same
                 && start.len() == body.rest().len()

@@ -1,5 +1,4 @@
-//! Equilibria of mass-spring bodies in the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search
-//! and a status in each lane. Loads that it cannot solve are left to the solver for any body.
+//! Equilibria of mass-spring bodies in the plane, one or several in lanes; difficult loads are left to the solver for any body.
 
 mod newton;
 mod rates;
@@ -12,7 +11,6 @@ use crate::sparse::flat::{FlatFactor, Lower, MatrixBlock};
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::solution::{BONE_STEP_TOLERANCE, MOST_BONE_STEPS, SHORTEST_BONE_STEP};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
-use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
 pub(super) use start::at_rest;
@@ -44,7 +42,7 @@ struct Lane {
 
 #[derive(Debug)]
 pub(crate) struct SimdNewton<const L: usize> {
-    numbers: ElementNumbers<L>,
+    pub numbers: ElementNumbers<L>,
     tension: Vec<Simd<L>>,
     /// Positions of all nodes, m.
     pub positions: Vec<SimdPair<L>>,
@@ -83,11 +81,6 @@ impl<const L: usize> SimdNewton<L> {
             targets: vec![[Simd::ZERO; 2]; nodes - elements.unknowns],
             lanes: [Lane::default(); L],
         }
-    }
-
-    /// Puts a body into a lane. Returns false if its elements are different.
-    pub fn set_body<const D: usize>(&mut self, elements: &Elements, lane: usize, system: &System<D>) -> bool {
-        elements.fill(system, lane, &mut self.numbers)
     }
 
     /// Puts tensions, the start and the places of the bones into a lane that is to be solved.
@@ -135,7 +128,6 @@ impl<const L: usize> SimdNewton<L> {
         self.lanes[to] = Lane { phase: Phase::GivenUp, is_set: false, ..self.lanes[from] };
     }
 
-    /// Makes the next solve begin with a new factor.
     pub fn discard_factor(&mut self) {
         self.factor_ready = false;
         self.lanes.iter_mut().for_each(|l| l.exact = false);

@@ -17,7 +17,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 ) -> Option<&'a AtRest> {
     let at_rest = system.at_rest.get_or_init(|| {
         let mut work = SimdNewton::<1>::new(elements);
-        if !work.set_body(elements, 0, system) || !system.displaced.is_empty() {
+        if !elements.fill(system, 0, &mut work.numbers) || !system.displaced.is_empty() {
             return None;
         }
         work.set_load(elements, 0, &vec![0.0; system.muscle_count()], system.rest(), |n| system.rest()[n]);
@@ -33,7 +33,6 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 }
 
 impl<const L: usize> SimdNewton<L> {
-    /// Moves a lane from rest to its start.
     pub fn start_from_linear_response(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
         self.lanes[lane].energy_at_rest = Some(at_rest.energy);
         for (x, rest) in self.positions.iter().zip(&mut self.trial) {
