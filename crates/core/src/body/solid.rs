@@ -75,12 +75,9 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
         }
     }
     mesh.fixed = (0..per_layer).collect();
-    mesh.muscles = (0..per_layer)
-        .map(|n| MuscleChain {
-            name: "axial".to_owned(),
-            nodes: (0..=layers).map(|layer| layer * per_layer + n).collect(),
-        })
-        .collect();
+    let nodes = |n: usize| (0..=layers).map(|layer| layer * per_layer + n).collect();
+    let fibres = (0..per_layer).map(|n| MuscleChain { name: "axial".to_owned(), nodes: nodes(n) });
+    mesh.muscles = fibres.collect();
     mesh.connect();
     mesh
 }

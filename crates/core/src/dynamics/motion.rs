@@ -58,16 +58,12 @@ impl<'a, const D: usize> Motion<'a, D> {
             positive("contractile damping b_cc of a muscle (N s/m)", c.contractile_damping)?;
         }
         let mut end = 0;
-        let ranges = system
-            .effects()
-            .iter()
-            .map(|e| {
-                let start = end;
-                end += e.internal().map_or(0, |i| i.count());
-                start..end
-            })
-            .collect();
-        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, ranges })
+        let ranges = system.effects().iter().map(|e| {
+            let start = end;
+            end += e.internal().map_or(0, |i| i.count());
+            start..end
+        });
+        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, ranges: ranges.collect() })
     }
 
     /// The state at time zero, at rest and without contraction.

@@ -17,10 +17,8 @@ impl<const D: usize> Gravity<D> {
     /// Weight of masses (node, kg; 2D: per metre of thickness) under an acceleration, m/s²; the energy is zero at `rest`, the positions of
     /// all nodes, m. Masses of nodes that do not exist are ignored.
     pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
-        let loads = masses
-            .iter()
-            .filter_map(|&(node, mass)| rest.get(node).map(|&origin| (node, acceleration * mass, origin)));
-        Self { loads: loads.collect() }
+        let load = |&(node, mass): &(usize, f64)| Some((node, acceleration * mass, *rest.get(node)?));
+        Self { loads: masses.iter().filter_map(load).collect() }
     }
 }
 

@@ -44,12 +44,11 @@ impl ClosedSpline {
     pub fn area(&self) -> f64 {
         let reach = (0.6_f64).sqrt() / 2.0;
         let rule = [(0.5 - reach, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + reach, 5.0 / 18.0)];
-        (0..self.points.len())
-            .flat_map(|span| rule.map(|(u, weight)| (span, u, weight)))
-            .map(|(span, u, weight)| {
-                0.5 * weight * self.at_parameter(span, u).perp(&self.slope_at_parameter(span, u))
-            })
-            .sum()
+        let places = (0..self.points.len()).flat_map(|span| rule.map(|(u, weight)| (span, u, weight)));
+        let parts = places.map(|(span, u, weight)| {
+            0.5 * weight * self.at_parameter(span, u).perp(&self.slope_at_parameter(span, u))
+        });
+        parts.sum()
     }
 
     /// The point at `distance` (m) along the curve from its first point, modulo the perimeter.
@@ -77,11 +76,9 @@ impl ClosedSpline {
 
     /// Where a segment crosses the curve, as ascending fractions of the segment.
     pub fn crossings(&self, line: [Point; 2]) -> Vec<f64> {
-        let mut found: Vec<f64> = plane::edges(&self.polygon)
-            .filter_map(|(a, b)| plane::crossing(line, [a, b]))
-            .filter(|[t, u]| (0.0..=1.0).contains(t) && (0.0..1.0).contains(u))
-            .map(|[t, _]| t)
-            .collect();
+        let meets = plane::edges(&self.polygon).filter_map(|(a, b)| plane::crossing(line, [a, b]));
+        let meets = meets.filter(|[t, u]| (0.0..=1.0).contains(t) && (0.0..1.0).contains(u));
+        let mut found: Vec<f64> = meets.map(|[t, _]| t).collect();
         found.sort_by(f64::total_cmp);
         found
     }

@@ -70,9 +70,8 @@ impl<const D: usize> BlockMatrix<D> {
 
     /// Smallest trace of a diagonal block: the stiffness of the softest node. Infinite without unknowns.
     pub fn smallest_trace(&self, pattern: &Pattern) -> f64 {
-        (0..pattern.unknowns())
-            .map(|j| self.blocks[pattern.column(j).start].trace())
-            .fold(f64::INFINITY, f64::min)
+        let traces = (0..pattern.unknowns()).map(|j| self.blocks[pattern.column(j).start].trace());
+        traces.fold(f64::INFINITY, f64::min)
     }
 
     /// `out = self * v`, both with one vector for each unknown in the pattern's order.

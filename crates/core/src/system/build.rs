@@ -99,12 +99,8 @@ impl<const D: usize> System<D> {
         }
         let mut is_unknown = vec![true; rest.len()];
         let followers = mesh.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
-        paths
-            .iter()
-            .flat_map(StraightPath::inner_nodes)
-            .chain(followers)
-            .chain(held.keys().copied())
-            .for_each(|n| is_unknown[n] = false);
+        let placed = paths.iter().flat_map(StraightPath::inner_nodes).chain(followers);
+        placed.chain(held.keys().copied()).for_each(|n| is_unknown[n] = false);
         let displaced = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
         let mut stencils = Vec::new();
         for effect in &effects {

@@ -99,9 +99,8 @@ impl<const D: usize> System<D> {
         let inner = self.paths.iter().flat_map(StraightPath::inner_nodes);
         let followers = self.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
         let placed: Vec<usize> = inner.chain(followers).collect();
-        (0..self.rest.len())
-            .filter(|n| self.layout.pattern.unknown(*n).is_none() && !placed.contains(n))
-            .collect()
+        let is_held = |n: &usize| self.layout.pattern.unknown(*n).is_none() && !placed.contains(n);
+        (0..self.rest.len()).filter(is_held).collect()
     }
 
     /// The layout, for [`Additions::layout`] of a body that differs only in the positions of its nodes.

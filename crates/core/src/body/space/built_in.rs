@@ -198,7 +198,7 @@ impl Body<3> {
     }
 }
 
-/// The tissue of so many elements along u, v, and t on both sides, with the coordinates [u, v, t] of its nodes and of its elements' middles.
+/// The tissue of so many elements along u, v, and t on both sides, and the coordinates [u, v, t] of its nodes and of elements' middles.
 fn hexahedra(
     file: &SpaceFile,
     outline: &ClosedSpline,
