@@ -45,7 +45,7 @@ fn an_identity_changes_no_bit() {
     let anatomy = Anatomy::reference().unwrap();
     let body = Body::tongue(5.5e-3).unwrap();
     let mut own = landmarks(&body, |p| p);
-    own.contour = anatomy.outline().points()[3..14].to_vec();
+    own.contour = anatomy.outline().points[3..14].to_vec();
     own.named.insert("uvula".to_owned(), Point::new(0.06, 0.04));
     let adapted = basis(&body, &anatomy).adapt_to_landmarks(&own).unwrap();
     assert_eq!(adapted.body, body);
@@ -56,7 +56,7 @@ fn an_identity_changes_no_bit() {
 fn exchanged_bones_and_points_out_of_order_are_told() {
     let anatomy = Anatomy::reference().unwrap();
     let body = Body::tongue(5.5e-3).unwrap();
-    let contour = anatomy.outline().points()[3..18].to_vec();
+    let contour = anatomy.outline().points[3..18].to_vec();
     let read = |rows: Vec<(String, Point)>, side: f64| {
         let row = |(name, p): &(String, Point)| format!("{name},{},{}\n", side * 1e3 * p.x, 1e3 * p.y);
         let text = "point,x_mm,y_mm\n".to_owned() + &rows.iter().map(row).collect::<String>();

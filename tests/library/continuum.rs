@@ -21,7 +21,7 @@ fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
 fn held_all_around<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
     mesh.fixed = mesh.surface_nodes();
     mesh.muscles.clear();
-    continuum::from_mesh(&mesh, None, &ContinuumSettings::default()).unwrap().mesh
+    continuum::from_mesh(&mesh, None, &ContinuumSettings::default()).unwrap().0
 }
 
 fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64, D, D>) {
@@ -244,7 +244,7 @@ fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let axial: Vec<MuscleChain> = base.muscles.iter().filter(|m| on_axis(m.nodes[0])).cloned().collect();
     base.muscles = axial;
     let settings = ContinuumSettings { bundle_width_m: 12e-3, fibres: 30, ..Default::default() };
-    let mesh = continuum::from_mesh(&base, None, &settings).unwrap().mesh;
+    let mesh = continuum::from_mesh(&base, None, &settings).unwrap().0;
     let model = Model { poisson_ratio: 0.499, ..Model::default() };
     let system = System::new(&mesh, &model, &[0]).unwrap();
     let (solution, workspace) = fixtures::solve(&system, &[0.3]);
@@ -313,7 +313,7 @@ fn a_patch_on_a_straight_edge_holds_with_sixteen_fifteenths_of_its_radius() {
     mesh.fixed = vec![4];
     mesh.muscles.clear();
     let settings = ContinuumSettings { patch_radius_m: 12e-3, ..ContinuumSettings::default() };
-    let mesh = continuum::from_mesh(&mesh, None, &settings).unwrap().mesh;
+    let mesh = continuum::from_mesh(&mesh, None, &settings).unwrap().0;
     let ties = &mesh.continuum.as_ref().unwrap().ties;
     // If all tissue is displaced by one, the sum is the integral of the profile.
     let pairs = (0..9).map(|n| (n / 3, n % 3));

@@ -46,8 +46,7 @@ impl<'de> Deserializer<'de> for Variants<'_> {
     }
 }
 
-/// The candidate with the least edit distance to `name`, without regard to case. At most half of the letters of `name`, and at least one,
-/// may differ.
+/// The candidate with the least edit distance to `name` without regard to case, at most half of its letters and at least one.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = name.to_lowercase();
     let limit = (wanted.chars().count() / 2).max(1);

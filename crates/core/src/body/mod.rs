@@ -121,20 +121,18 @@ impl<const D: usize> Body<D> {
 
 impl<const D: usize> Origin<D> {
     fn into_continuum(self, settings: &ContinuumSettings) -> Result<Body<D>, BodyError> {
-        let continuum = continuum::from_mesh(&self.body.mesh, self.lines.as_deref(), settings)?;
-        let Body { what, bones, palate, .. } = &self.body;
-        let mut bones = bones.clone();
+        let (mesh, replaced) = continuum::from_mesh(&self.body.mesh, self.lines.as_deref(), settings)?;
+        let mut bones = self.body.bones.clone();
         for bone in &mut bones {
-            let replacements = continuum.bones.iter().filter(|(node, _)| bone.nodes.contains(node));
+            let replacements = replaced.iter().filter(|(node, _)| bone.nodes.contains(node));
             bone.nodes = replacements.flat_map(|(_, nodes)| nodes.iter().copied()).collect();
             bone.nodes.sort_unstable();
         }
-        let (what, palate) = (format!("{what}, a continuum"), palate.clone());
         Ok(Body {
-            what,
-            mesh: continuum.mesh,
+            what: format!("{}, a continuum", self.body.what),
+            mesh,
             bones,
-            palate,
+            palate: self.body.palate.clone(),
             origin: Some(Arc::new(self)),
             ..Body::default()
         })
@@ -149,8 +147,7 @@ impl Body<2> {
         Ok(Self { what, palate: Some(tongue::palate()?), ..body })
     }
 
-    /// The reference tongue as a continuum at a mesh spacing, m. With the default settings a ratio has an error of 0.002 at 4 mm, and of
-    /// 0.01 at 8 mm.
+    /// The reference tongue as a continuum at a spacing, m. By default a ratio has an error of 0.002 at 4 mm, and of 0.01 at 8 mm.
     pub fn continuum(spacing_m: f64, settings: &ContinuumSettings) -> Result<Self, BodyError> {
         Self::tongue(spacing_m)?.into_continuum_of(&Anatomy::reference()?, settings)
     }

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Mesh, MuscleChain};
+use crate::geometry::simplex;
 
 /// A block with a corner at the origin: `counts` cubes along x, y, z of six tetrahedra each (Kuhn's division, in which neighbouring cubes
 /// have the same diagonals of their common face). `size` in m.
@@ -67,17 +68,16 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
             let [d, e, f] = [a, b, c].map(|n| n + per_layer);
             // Since the corners are in ascending order, neighbouring prisms have the same diagonal of their common face.
             for cell in [[a, b, c, f], [a, b, f, e], [a, e, f, d]] {
-                mesh.cells.push(&upright(&mesh.nodes, cell));
+                let volume = simplex::measure::<3>(&simplex::corners(&mesh.nodes, &cell));
+                let [a, b, c, d] = cell;
+                mesh.cells.push(&if volume < 0.0 { [a, b, d, c] } else { cell });
             }
         }
     }
     mesh.fixed = (0..per_layer).collect();
-    mesh.muscles = (0..per_layer)
-        .map(|n| MuscleChain {
-            name: "axial".to_owned(),
-            nodes: (0..=layers).map(|layer| layer * per_layer + n).collect(),
-        })
-        .collect();
+    let nodes = |n: usize| (0..=layers).map(|layer| layer * per_layer + n).collect();
+    let fibres = (0..per_layer).map(|n| MuscleChain { name: "axial".to_owned(), nodes: nodes(n) });
+    mesh.muscles = fibres.collect();
     mesh.connect();
     mesh
 }
@@ -125,11 +125,4 @@ fn ring_points(ring: usize) -> usize {
 fn disc_point(ring: usize, i: usize) -> usize {
     let first = if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
     first + i % ring_points(ring)
-}
-
-/// The cell with its corners in an order for which its volume is positive.
-fn upright(nodes: &[Vector3<f64>], cell: [usize; 4]) -> [usize; 4] {
-    let [a, b, c, d] = cell;
-    let volume = crate::geometry::simplex::measure::<3>(&crate::geometry::simplex::corners(nodes, &cell));
-    if volume < 0.0 { [a, b, d, c] } else { cell }
 }

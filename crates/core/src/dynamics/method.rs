@@ -4,13 +4,12 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::choice;
-use crate::system::SystemError;
-
 use super::step_limit::step_limit;
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
 use super::{Control, Integrator, Motion, SHORTEST_STEP, Spectrum, State};
+use crate::choice;
+use crate::system::SystemError;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -82,8 +81,7 @@ impl IntegrationMethod {
         Ok(integrator)
     }
 
-    /// The longest stable step, s, at rest and at the equilibrium of the strongest tensions; `None` for methods that are stable with every
-    /// step.
+    /// The longest stable step, s, at rest and at the equilibrium of the strongest tensions; `None` if every step is stable.
     #[inline(never)]
     pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
         self.is_explicit().then(|| limit(motion).0)

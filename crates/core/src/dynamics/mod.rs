@@ -78,8 +78,7 @@ pub struct StepCounts {
 
 /// A method of time integration.
 ///
-/// An integrator keeps forces and factors from step to step, so that each trajectory needs its own, as does a state that was changed by
-/// hand.
+/// An integrator keeps forces and factors from step to step, so each trajectory, or state changed by hand, needs its own.
 pub trait Integrator<const D: usize>: Debug + Send {
     /// Takes one step, or the part of it that ends at `until` (s, later than the state's time), and counts its cost.
     ///
@@ -104,13 +103,9 @@ pub const SHORTEST_S: f64 = 1e-9;
 /// Shortest step, s. A shorter rest of a run, or before a kink of the tensions, is skipped.
 const SHORTEST_STEP: f64 = 1e-15;
 
-/// The step from `time` to at most `until`, chosen so that no very short step remains.
-fn cut(dt: f64, time: f64, until: f64) -> f64 {
+/// The step from `time` to at most `until`, chosen so that no very short step remains, and its end: exactly `until` if it reaches that.
+fn cut(dt: f64, time: f64, until: f64) -> (f64, f64) {
     let left = until - time;
-    if left <= dt * (1.0 + 1e-9) { left } else { dt }
-}
-
-/// The time after a step of `dt` from [`cut`]: exactly `until` if the step reaches it.
-fn after(dt: f64, time: f64, until: f64) -> f64 {
-    if dt >= until - time { until } else { time + dt }
+    let step = if left <= dt * (1.0 + 1e-9) { left } else { dt };
+    (step, if step >= left { until } else { time + step })
 }

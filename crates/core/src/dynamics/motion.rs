@@ -4,13 +4,12 @@ use std::ops::Range;
 
 use nalgebra::SVector;
 
+use super::{State, StepCounts, Tensions};
 use crate::body::largest_distance;
 use crate::effect::{Configuration, Internal, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, SolveSettings, SolveStatus, Workspace};
 use crate::system::{System, SystemError};
-
-use super::{State, StepCounts, Tensions};
 
 /// Step over which contractile elements reach their equilibrium, s.
 const UNTIL_EQUILIBRIUM: f64 = 1e30;
@@ -59,16 +58,12 @@ impl<'a, const D: usize> Motion<'a, D> {
             positive("contractile damping b_cc of a muscle (N s/m)", c.contractile_damping)?;
         }
         let mut end = 0;
-        let ranges = system
-            .effects()
-            .iter()
-            .map(|e| {
-                let start = end;
-                end += e.internal().map_or(0, |i| i.count());
-                start..end
-            })
-            .collect();
-        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, ranges })
+        let ranges = system.effects().iter().map(|e| {
+            let start = end;
+            end += e.internal().map_or(0, |i| i.count());
+            start..end
+        });
+        Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, ranges: ranges.collect() })
     }
 
     /// The state at time zero, at rest and without contraction.
@@ -81,8 +76,7 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if all tensions are zero or no equilibrium is
-    /// found.
+    /// The equilibrium under the strongest tensions, found from rest; `None` if all tensions are zero or none is found.
     #[inline(never)]
     pub fn at_equilibrium(&self) -> Option<State<D>> {
         let tensions = self.tensions.strongest();
@@ -182,7 +176,6 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// Adds `weight` times the damping matrix, N s/m.
     pub(super) fn add_damping(&self, state: &State<D>, weight: f64, matrix: &mut BlockMatrix<D>) {
         let slack = Configuration { positions: &state.positions, tensions: &self.slack };
         self.system.effects().iter().for_each(|e| e.add_damping(slack, weight, matrix));

@@ -95,7 +95,8 @@ pub fn run<const D: usize>(
             status = failure;
             break;
         }
-        let is_finite = is_finite(state);
+        let vectors = state.positions.iter().chain(&state.velocities).flatten();
+        let is_finite = vectors.chain(&state.internal).all(|x| x.is_finite());
         if !is_finite || system.pattern().nodes().iter().any(|&i| state.positions[i].norm_squared() > far) {
             status = if is_finite { MotionStatus::Diverged } else { MotionStatus::NotFinite };
             std::mem::swap(state, &mut before);
@@ -115,11 +116,6 @@ pub fn run<const D: usize>(
     }
     system.place_path_nodes(&mut state.positions);
     MotionOutcome { status, time_s: state.time, counts }
-}
-
-fn is_finite<const D: usize>(state: &State<D>) -> bool {
-    let vectors = state.positions.iter().chain(&state.velocities).flatten();
-    vectors.chain(&state.internal).all(|x| x.is_finite())
 }
 
 /// Positions at a time between two states, by the cubic with their positions and velocities.

@@ -6,17 +6,15 @@
 //! x = x0 + g v      v = v0 + g F(x, v, c) / m      c = c0 + g dc/dt(x, c)
 //! ```
 //!
-//! `v` and `c` follow from `x`, so that the unknowns and the pattern of the matrix `m/g² + C/g + K` are those of the equilibrium; every
-//! contractile element is eliminated by itself.
+//! `v` and `c` follow from `x`, so that the unknowns and the pattern of `m/g² + C/g + K` are those of the equilibrium.
 
 use nalgebra::SVector;
 
+use super::{Motion, State, StepCounts};
 use crate::effect::{Configuration, Tangent};
 use crate::geometry;
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
-
-use super::{Motion, State, StepCounts};
 
 /// A factor is replaced if the ratio of two successive corrections is above this.
 const REFACTOR_RATIO: f64 = 0.2;
@@ -24,8 +22,7 @@ const REFACTOR_RATIO: f64 = 0.2;
 const CONTRACTION_EXPONENT: f64 = 0.8;
 /// Corrections below this part of the body's size count as rounding.
 const ROUNDING: f64 = 1e-15;
-/// Corrections that no longer shrink count as rounding below this part of the body's size, because the softest mode magnifies rounding in
-/// long steps.
+/// Corrections that no longer shrink count as rounding, which soft modes magnify, below this part of the body's size.
 const STALLED_ROUNDING: f64 = 1e-10;
 const MOST_ITERATIONS: usize = 25;
 /// A solve fails if its corrections grow more often than this, each time with a new factor.
@@ -34,6 +31,10 @@ const MOST_GROWTHS: usize = 3;
 /// Solves stages. It keeps its factor as long as Newton's method converges fast.
 #[derive(Debug)]
 pub(super) struct StageSolver<const D: usize> {
+    /// The known parts x0, v0 and c0.
+    pub known: State<D>,
+    /// The stage: the first guess before a solve, the result after it.
+    pub stage: State<D>,
     matrix: BlockMatrix<D>,
     factor: Factor<D>,
     /// The step of the factor; zero without a factor.
@@ -53,7 +54,10 @@ impl<const D: usize> StageSolver<D> {
         let system = motion.system;
         let zeros = vec![SVector::zeros(); system.rest().len()];
         let size = geometry::largest(system.rest());
+        let stage = motion.at_rest();
         Self {
+            known: stage.clone(),
+            stage,
             matrix: BlockMatrix::zeros(system.pattern()),
             factor: Factor::new(system.pattern()),
             factor_step: 0.0,
@@ -75,13 +79,11 @@ impl<const D: usize> StageSolver<D> {
         }
     }
 
-    /// Solves for `stage` at its time, starting from its positions, until the estimated error is below `tolerance`, m; `known` holds x0,
-    /// v0, c0. `None` if Newton's method does not converge, or finds a number that is not finite.
+    /// Solves for the stage at its time, starting from its positions, until the estimated error is below `tolerance`, m. `None` if
+    /// Newton's method does not converge, or finds a number that is not finite.
     pub(super) fn solve(
         &mut self,
         motion: &Motion<'_, D>,
-        known: &State<D>,
-        stage: &mut State<D>,
         g: f64,
         tolerance: f64,
         counts: &mut StepCounts,
@@ -91,13 +93,13 @@ impl<const D: usize> StageSolver<D> {
         let mut last = f64::INFINITY;
         let mut growths = 0;
         for _ in 0..MOST_ITERATIONS {
-            self.update_velocities(motion, known, stage, g);
-            motion.force(stage, &mut self.force);
+            self.update_velocities(motion, g);
+            motion.force(&self.stage, &mut self.force);
             counts.force_evaluations += 1;
             if self.factor_step != g {
-                self.factorise(motion, stage, g, counts)?;
+                self.factorise(motion, g, counts)?;
             }
-            let correction = self.correct(motion, known, stage, g)?;
+            let correction = self.correct(motion, g)?;
             if last.is_finite() {
                 self.contraction = correction / last;
             }
@@ -110,7 +112,7 @@ impl<const D: usize> StageSolver<D> {
                 && self.contraction > 0.5
                 && correction <= self.rounding * (STALLED_ROUNDING / ROUNDING);
             if left <= tolerance || correction <= self.rounding || stalled {
-                self.update_velocities(motion, known, stage, g);
+                self.update_velocities(motion, g);
                 return Some(());
             }
             if last.is_finite() && self.contraction > REFACTOR_RATIO {
@@ -128,7 +130,8 @@ impl<const D: usize> StageSolver<D> {
     }
 
     /// Computes velocities and internal states from the positions.
-    fn update_velocities(&mut self, motion: &Motion<'_, D>, known: &State<D>, stage: &mut State<D>, g: f64) {
+    fn update_velocities(&mut self, motion: &Motion<'_, D>, g: f64) {
+        let (known, stage) = (&self.known, &mut self.stage);
         for &i in motion.system.pattern().nodes() {
             stage.velocities[i] = (stage.positions[i] - known.positions[i]) / g;
         }
@@ -137,20 +140,14 @@ impl<const D: usize> StageSolver<D> {
         motion.update_internal_state(&self.tensions, g, stage);
     }
 
-    fn factorise(
-        &mut self,
-        motion: &Motion<'_, D>,
-        stage: &State<D>,
-        g: f64,
-        counts: &mut StepCounts,
-    ) -> Option<()> {
+    fn factorise(&mut self, motion: &Motion<'_, D>, g: f64, counts: &mut StepCounts) -> Option<()> {
         let pattern = motion.system.pattern();
         // With a long step the exact matrix can be indefinite near buckling; the convex one cannot.
         for tangent in [Tangent::Exact, Tangent::Convex] {
             // The matrix is symmetric, because the change of direction of the dampers is left out; later iterations correct for that.
             self.matrix.clear();
-            motion.add_stiffness(stage, g, tangent, &mut self.matrix);
-            motion.add_damping(stage, 1.0 / g, &mut self.matrix);
+            motion.add_stiffness(&self.stage, g, tangent, &mut self.matrix);
+            motion.add_damping(&self.stage, 1.0 / g, &mut self.matrix);
             self.matrix.shift(pattern, motion.mass / (g * g));
             counts.factorisations += 1;
             if self.factor.factorise(pattern, &self.matrix) {
@@ -163,17 +160,11 @@ impl<const D: usize> StageSolver<D> {
     }
 
     /// Moves the positions by one correction. Returns its largest length, m; `None` if that is not finite.
-    fn correct(
-        &mut self,
-        motion: &Motion<'_, D>,
-        known: &State<D>,
-        stage: &mut State<D>,
-        g: f64,
-    ) -> Option<f64> {
+    fn correct(&mut self, motion: &Motion<'_, D>, g: f64) -> Option<f64> {
         let pattern = motion.system.pattern();
         let inertia = motion.mass / g;
         for (u, &i) in self.unknowns.iter_mut().zip(pattern.nodes()) {
-            *u = self.force[i] - (stage.velocities[i] - known.velocities[i]) * inertia;
+            *u = self.force[i] - (self.stage.velocities[i] - self.known.velocities[i]) * inertia;
         }
         self.factor.solve(pattern, &mut self.unknowns);
         let mut largest: f64 = 0.0;
@@ -186,7 +177,7 @@ impl<const D: usize> StageSolver<D> {
             largest = largest.max(size);
             self.step[i] = *u;
         }
-        Self::predict(motion, stage, &self.step);
+        Self::predict(motion, &mut self.stage, &self.step);
         Some(largest.sqrt())
     }
 }

@@ -1,5 +1,4 @@
-/// Tensions of all muscles of the mesh over time, N (2D: per metre of thickness): linear between given times, constant before the first
-/// and after the last.
+/// Tensions of all muscles over time, N (2D: per metre of thickness): linear between times, constant before and after.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tensions {
     /// At least one time, in ascending order, s.
@@ -44,8 +43,7 @@ impl Tensions {
         strongest.map_or(&[], Vec::as_slice)
     }
 
-    /// The first time after `time` at which a tension changes its slope, s, across which a method of high order must not step; infinite
-    /// without one.
+    /// The first time after `time` at which a tension changes its slope, s; infinite without one.
     pub fn next_kink(&self, time: f64) -> f64 {
         self.times.get(self.times.partition_point(|&t| t <= time)).copied().unwrap_or(f64::INFINITY)
     }

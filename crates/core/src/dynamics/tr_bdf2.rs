@@ -19,9 +19,7 @@
 use nalgebra::SVector;
 
 use super::stage::StageSolver;
-use super::{
-    Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StateRates, StepCounts, after, cut,
-};
+use super::{Control, Integrator, Motion, MotionStatus, SHORTEST_STEP, State, StateRates, StepCounts, cut};
 
 /// Tolerance of the corrections of Newton's method at a fixed step, m.
 const FIXED_STEP_TOLERANCE: f64 = 1e-12;
@@ -64,8 +62,8 @@ struct Derivative<const D: usize> {
 }
 
 impl<const D: usize> Derivative<D> {
-    /// Sets it to that of a stage that was solved from the known parts `from` over the step `g`, s.
-    fn set(&mut self, nodes: &[usize], stage: &State<D>, from: &State<D>, g: f64) {
+    /// Sets it to that of a stage that was solved over the step `g`, s.
+    fn set(&mut self, nodes: &[usize], StageSolver { stage, known: from, .. }: &StageSolver<D>, g: f64) {
         for &i in nodes {
             self.velocity[i] = stage.velocities[i];
             self.acceleration[i] = (stage.velocities[i] - from.velocities[i]) / g;
@@ -82,30 +80,18 @@ pub struct TrBdf2<const D: usize> {
     /// The next step to try, s; zero before the first one.
     step: f64,
     solver: StageSolver<D>,
-    stage: State<D>,
-    known: State<D>,
     derivatives: [Derivative<D>; STAGES],
 }
 
 impl<const D: usize> TrBdf2<D> {
     pub fn new(motion: &Motion<'_, D>, control: Control) -> Self {
-        let stage = motion.at_rest();
-        let zero = Derivative {
-            velocity: stage.velocities.clone(),
-            acceleration: stage.velocities.clone(),
-            internal: vec![0.0; stage.internal.len()],
-        };
-        Self {
-            control,
-            step: 0.0,
-            solver: StageSolver::new(motion),
-            known: stage.clone(),
-            stage,
-            derivatives: std::array::from_fn(|_| zero.clone()),
-        }
+        let State { velocities, internal, .. } = motion.at_rest();
+        let zero = Derivative { velocity: velocities.clone(), acceleration: velocities, internal };
+        let derivatives = std::array::from_fn(|_| zero.clone());
+        Self { control, step: 0.0, solver: StageSolver::new(motion), derivatives }
     }
 
-    /// Computes all stages of a step of `h` that ends at `end`, with the result in `self.stage`. Returns whether they were solved.
+    /// Computes all stages of a step of `h` that ends at `end`, with the result in the solver. Returns whether they were solved.
     fn stages(
         &mut self,
         motion: &Motion<'_, D>,
@@ -123,7 +109,7 @@ impl<const D: usize> TrBdf2<D> {
         for (before, weights) in WEIGHTS.into_iter().enumerate() {
             let number = before + 1;
             let (done, later) = self.derivatives.split_at_mut(number);
-            let (known, stage) = (&mut self.known, &mut self.stage);
+            let StageSolver { known, stage, .. } = &mut self.solver;
             known.clone_from(state);
             for (weight, k) in weights.iter().zip(&*done) {
                 let w = weight * h;
@@ -143,15 +129,15 @@ impl<const D: usize> TrBdf2<D> {
             }
             StageSolver::predict(motion, stage, &current.velocity);
             stage.time = if number == WEIGHTS.len() { end } else { state.time + NODES[number] * h };
-            if self.solver.solve(motion, known, stage, g, tolerance, counts).is_none() {
+            if self.solver.solve(motion, g, tolerance, counts).is_none() {
                 return false;
             }
-            current.set(nodes, stage, known, g);
+            current.set(nodes, &self.solver, g);
         }
         true
     }
 
-    /// Makes a step of backward Euler, with the result in `self.stage`. Returns whether it was solved.
+    /// Makes a step of backward Euler, with the result in the solver. Returns whether it was solved.
     fn backward_euler(
         &mut self,
         motion: &Motion<'_, D>,
@@ -160,13 +146,14 @@ impl<const D: usize> TrBdf2<D> {
         end: f64,
         counts: &mut StepCounts,
     ) -> bool {
-        let Self { solver, stage, derivatives: [.., last], .. } = self;
-        stage.clone_from(state);
-        stage.time = end;
-        if solver.solve(motion, state, stage, h, FIXED_STEP_TOLERANCE, counts).is_none() {
+        let Self { solver, derivatives: [.., last], .. } = self;
+        solver.known.clone_from(state);
+        solver.stage.clone_from(state);
+        solver.stage.time = end;
+        if solver.solve(motion, h, FIXED_STEP_TOLERANCE, counts).is_none() {
             return false;
         }
-        last.set(motion.system.pattern().nodes(), stage, state, h);
+        last.set(motion.system.pattern().nodes(), solver, h);
         counts.damped += 1;
         true
     }
@@ -184,7 +171,7 @@ impl<const D: usize> TrBdf2<D> {
             }
             largest = largest.max(x.norm()).max(g * v.norm());
         }
-        for n in 0..self.stage.internal.len() {
+        for n in 0..self.solver.stage.internal.len() {
             let c: f64 = weighted.clone().map(|(w, k)| w * k.internal[n]).sum();
             largest = largest.max(c.abs());
         }
@@ -211,8 +198,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
             };
         }
         loop {
-            let h = cut(self.step, state.time, until);
-            let end = after(h, state.time, until);
+            let (h, end) = cut(self.step, state.time, until);
             let mut solved = self.stages(motion, state, h, end, counts);
             if let (false, Control::Fixed(_)) = (solved, self.control) {
                 counts.rejected += 1;
@@ -240,7 +226,7 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
                     self.step = if h < self.step { next.max(self.step) } else { next };
                 }
                 self.derivatives.swap(0, STAGES - 1);
-                std::mem::swap(state, &mut self.stage);
+                std::mem::swap(state, &mut self.solver.stage);
                 counts.steps += 1;
                 return Ok(());
             }

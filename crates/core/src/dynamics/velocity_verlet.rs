@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{Integrator, Motion, MotionStatus, State, StateRates, StepCounts, after, cut};
+use super::{Integrator, Motion, MotionStatus, State, StateRates, StepCounts, cut};
 
 #[derive(Debug)]
 pub struct VelocityVerlet<const D: usize> {
@@ -41,7 +41,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
             motion.evaluate(state, &mut self.now, counts);
             self.known = true;
         }
-        let dt = cut(self.dt, state.time, until);
+        let (dt, end) = cut(self.dt, state.time, until);
         let nodes = motion.system.pattern().nodes();
         for &i in nodes {
             let (v, a) = (state.velocities[i], self.now.acceleration[i]);
@@ -51,7 +51,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
         for (c, rate) in state.internal.iter_mut().zip(&self.now.internal) {
             *c += dt * rate;
         }
-        state.time = after(dt, state.time, until);
+        state.time = end;
         motion.evaluate(state, &mut self.next, counts);
         for &i in nodes {
             state.velocities[i] += (self.next.acceleration[i] - self.now.acceleration[i]) * (0.5 * dt);
@@ -69,8 +69,7 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
     }
 }
 
-/// The matrix by which one step multiplies the state (x, v dt, a dt²) of `x'' = -k x - c x'`, with the acceleration of the step before.
-/// `stiffness` is `k dt²` and `damping` is `c dt`.
+/// The matrix of one step for (x, v dt, a dt²) of `x'' = -k x - c x'`; `stiffness` is `k dt²` and `damping` is `c dt`.
 pub(super) fn amplification(stiffness: f64, damping: f64) -> DMatrix<f64> {
     let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];
     dmatrix![

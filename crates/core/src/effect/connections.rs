@@ -2,10 +2,9 @@
 
 use nalgebra::SVector;
 
-use crate::sparse::{BlockMatrix, Pattern};
-
 use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Internal, PrimitiveElement, Tangent};
+use crate::sparse::{BlockMatrix, Pattern};
 
 /// Connections of tissue, or those of one contracting muscle.
 ///
@@ -16,55 +15,44 @@ use super::{Configuration, Effect, Internal, PrimitiveElement, Tangent};
 pub struct Connections {
     /// In a muscle the springs Q1.
     springs: Vec<Spring>,
-    parallel: ParallelBranch,
-}
-
-/// What acts in parallel with each spring. Its time constant is the same for all connections, so that a straight path that replaces
-/// connections in series moves as they do.
-#[derive(Debug, Clone)]
-enum ParallelBranch {
-    /// b/k, s.
-    Damper(f64),
-    Contractile(Contractile),
-}
-
-#[derive(Debug, Clone)]
-struct Contractile {
-    muscle: usize,
-    /// Q2, in series with the contractile element, for each of the springs.
-    series: Vec<Spring>,
-    /// b_cc/k2, s.
-    contraction_time: f64,
+    /// The muscle that contracts along them; `None` in tissue.
+    muscle: Option<usize>,
+    /// In a muscle the stiffness k2 of Q2, in series with the contractile element, beside each spring, N/m.
+    series: Vec<f64>,
+    /// Time constant of what acts beside each spring, b/k of dampers and b_cc/k2 of contractile elements, s. It is the same for all, so
+    /// that a straight path that replaces connections in series moves as they do.
+    time: f64,
 }
 
 impl Connections {
     /// Tissue, whose connections have a damper `b = retardation * k` (s) in parallel with the spring.
     pub fn tissue(springs: Vec<Spring>, retardation: f64) -> Self {
-        Self { springs, parallel: ParallelBranch::Damper(retardation) }
+        Self { springs, muscle: None, series: Vec::new(), time: retardation }
     }
 
-    /// Muscle number `muscle` of the mesh: each connection has a spring Q1, and in parallel Q2 in series with the contractile element,
-    /// whose damper is `b_cc = contraction_time * k2` (s).
-    pub fn muscle(muscle: usize, springs: Vec<Spring>, series: Vec<Spring>, contraction_time: f64) -> Self {
-        let contractile = Contractile { muscle, series, contraction_time };
-        Self { springs, parallel: ParallelBranch::Contractile(contractile) }
-    }
-
-    fn number(&self) -> Option<usize> {
-        match &self.parallel {
-            ParallelBranch::Damper(_) => None,
-            ParallelBranch::Contractile(c) => Some(c.muscle),
-        }
+    /// Muscle number `muscle` of the mesh, whose contractile elements have dampers `b_cc = contraction_time * k2` (s).
+    pub fn muscle(muscle: usize, springs: Vec<Spring>, series: Vec<f64>, contraction_time: f64) -> Self {
+        Self { springs, muscle: Some(muscle), series, time: contraction_time }
     }
 
     fn tension<const D: usize>(&self, at: Configuration<'_, D>) -> f64 {
-        self.number().map_or(0.0, |muscle| at.tensions[muscle])
+        self.muscle.map_or(0.0, |muscle| at.tensions[muscle])
+    }
+
+    /// The springs of tissue, which have dampers.
+    fn damped(&self) -> &[Spring] {
+        if self.muscle.is_none() { &self.springs } else { &[] }
+    }
+
+    /// The springs of a muscle, each with its k2 and the state of its contractile element.
+    fn contractile<'a>(&'a self, states: &'a [f64]) -> impl Iterator<Item = (&'a Spring, f64, f64)> {
+        self.springs.iter().zip(&self.series).zip(states).map(|((s, k2), c)| (s, *k2, *c))
     }
 }
 
 impl<const D: usize> Effect<D> for Connections {
     fn name(&self) -> &'static str {
-        if self.number().is_some() { "muscle" } else { "tissue" }
+        if self.muscle.is_some() { "muscle" } else { "tissue" }
     }
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
@@ -72,25 +60,19 @@ impl<const D: usize> Effect<D> for Connections {
     }
 
     fn parts(&self, visit: &mut dyn FnMut(PrimitiveElement<'_>)) -> bool {
-        let muscle = self.number();
-        self.springs.iter().for_each(|spring| visit(PrimitiveElement::Line { spring, muscle }));
+        self.springs.iter().for_each(|s| visit(PrimitiveElement::Line { spring: s, muscle: self.muscle }));
         true
     }
 
     fn bind(&mut self, pattern: &Pattern) {
         self.springs.iter_mut().for_each(|s| s.bind(pattern));
-        if let ParallelBranch::Contractile(c) = &mut self.parallel {
-            c.series.iter_mut().for_each(|s| s.bind(pattern));
-        }
     }
 
-    #[inline(never)]
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
         let tension = self.tension(at);
         self.springs.iter().map(|s| s.energy(at.positions, tension)).sum()
     }
 
-    #[inline(never)]
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         let tension = self.tension(at);
         for s in &self.springs {
@@ -98,7 +80,6 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    #[inline(never)]
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         let tension = self.tension(at);
         for s in &self.springs {
@@ -107,7 +88,7 @@ impl<const D: usize> Effect<D> for Connections {
     }
 
     fn add_force_per_tension(&self, at: Configuration<'_, D>, muscle: usize, rate: &mut [SVector<f64, D>]) {
-        if self.number() == Some(muscle) {
+        if self.muscle == Some(muscle) {
             for s in &self.springs {
                 let (_, n) = length_and_direction(at.positions, s.nodes);
                 s.add_pull(n, 1.0, rate);
@@ -115,7 +96,6 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    #[inline(never)]
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         self.springs.iter().filter(|s| s.barrier_is_active(at.positions)).count()
     }
@@ -126,66 +106,59 @@ impl<const D: usize> Effect<D> for Connections {
         velocities: &[SVector<f64, D>],
         force: &mut [SVector<f64, D>],
     ) {
-        let ParallelBranch::Damper(retardation) = self.parallel else { return };
-        for s in &self.springs {
+        for s in self.damped() {
             let [a, b] = s.nodes;
             let (_, n) = length_and_direction(at.positions, s.nodes);
-            let pull = retardation * s.stiffness * n.dot(&(velocities[b] - velocities[a]));
+            let pull = self.time * s.stiffness * n.dot(&(velocities[b] - velocities[a]));
             s.add_pull(n, pull, force);
         }
     }
 
     fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
-        let ParallelBranch::Damper(retardation) = self.parallel else { return };
-        for s in &self.springs {
+        for s in self.damped() {
             let (length, n) = length_and_direction(at.positions, s.nodes);
-            let slope = weight * retardation * s.stiffness;
+            let slope = weight * self.time * s.stiffness;
             s.add_line(length, n, slope, 0.0, Tangent::Convex, damping);
         }
     }
 
     fn internal(&self) -> Option<&dyn Internal<D>> {
-        match &self.parallel {
-            ParallelBranch::Damper(_) => None,
-            ParallelBranch::Contractile(c) => Some(c),
-        }
+        self.muscle.map(|_| self as &dyn Internal<D>)
     }
 }
 
-/// The states are the length changes `c` of the contractile elements, m, one for each connection and 0 at first. With `e = l - l0` the
-/// branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign of the damper by which a lengthening
-/// element resists).
-impl<const D: usize> Internal<D> for Contractile {
+/// The states are the length changes `c` of the contractile elements, m, 0 at first. With `e = l - l0` the branch pulls with
+/// `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign by which a lengthening element resists).
+impl<const D: usize> Internal<D> for Connections {
     fn count(&self) -> usize {
         self.series.len()
     }
 
     fn energy(&self, positions: &[SVector<f64, D>], states: &[f64]) -> f64 {
-        let stretches =
-            self.series.iter().zip(states).map(|(s, c)| (s.stiffness, elongation(s, positions) - c));
+        let stretches = self.contractile(states).map(|(s, k2, c)| (k2, elongation(s, positions) - c));
         stretches.map(|(k2, stretch)| 0.5 * k2 * stretch * stretch).sum()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, states: &[f64], force: &mut [SVector<f64, D>]) {
-        for (s, c) in self.series.iter().zip(states) {
+        for (s, k2, c) in self.contractile(states) {
             // The barrier belongs to the parallel spring.
             let (length, n) = length_and_direction(at.positions, s.nodes);
-            s.add_pull(n, s.stiffness * (length - s.rest_length - c), force);
+            s.add_pull(n, k2 * (length - s.rest_length - c), force);
         }
     }
 
     fn rates(&self, at: Configuration<'_, D>, states: &[f64], rates: &mut [f64]) {
-        let tension = at.tensions[self.muscle];
-        for ((s, c), rate) in self.series.iter().zip(states).zip(rates) {
-            *rate = (elongation(s, at.positions) - c - tension / s.stiffness) / self.contraction_time;
+        let tension = self.tension(at);
+        for ((s, k2, c), rate) in self.contractile(states).zip(rates) {
+            *rate = (elongation(s, at.positions) - c - tension / k2) / self.time;
         }
     }
 
     fn update_internal_state(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]) {
-        let tension = at.tensions[self.muscle];
-        let a = step / self.contraction_time;
-        for (s, c) in self.series.iter().zip(states) {
-            *c = (*c + a * (elongation(s, at.positions) - tension / s.stiffness)) / (1.0 + a);
+        let tension = self.tension(at);
+        let a = step / self.time;
+        for ((s, k2), c) in self.springs.iter().zip(&self.series).zip(states) {
+            *c = (*c + a * (elongation(s, at.positions) - tension / k2)) / (1.0 + a);
         }
     }
 
@@ -197,10 +170,10 @@ impl<const D: usize> Internal<D> for Contractile {
         tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        for (s, c) in self.series.iter().zip(states) {
+        for (s, k2, c) in self.contractile(states) {
             let (length, n) = length_and_direction(at.positions, s.nodes);
-            let slope = s.stiffness / (1.0 + step / self.contraction_time);
-            s.add_line(length, n, slope, s.stiffness * (length - s.rest_length - c), tangent, stiffness);
+            let slope = k2 / (1.0 + step / self.time);
+            s.add_line(length, n, slope, k2 * (length - s.rest_length - c), tangent, stiffness);
         }
     }
 }

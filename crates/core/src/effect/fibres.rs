@@ -2,14 +2,13 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::barrier::{THRESHOLD, barrier};
+use super::spring::direction_of;
+use super::{Configuration, Effect, Internal, Tangent};
 use crate::body::Strand;
 use crate::geometry::quadratic::MAX_NODES;
 use crate::sparse::simd::vectorised;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
-
-use super::barrier::{THRESHOLD, barrier};
-use super::spring::direction_of;
-use super::{Configuration, Effect, Internal, Tangent};
 
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
@@ -54,24 +53,15 @@ struct FibresAtRest<const D: usize> {
     length: f64,
 }
 
-struct StrandPull {
-    /// N.
-    tension: f64,
-    /// Derivative of the tension by the length, N/m.
-    slope: f64,
-}
-
 impl<const D: usize> FibresAtRest<D> {
+    /// The tension with that of the barrier, N, and its derivative by the length, N/m.
     #[inline(always)]
-    fn pull(&self, length: f64, tension: f64, barrier_tension: f64) -> StrandPull {
+    fn pull(&self, length: f64, tension: f64, barrier_tension: f64) -> (f64, f64) {
         if barrier_tension > 0.0 && length < THRESHOLD * self.length {
             let b = barrier(length / self.length);
-            return StrandPull {
-                tension: tension + barrier_tension * b.slope,
-                slope: barrier_tension * b.curvature / self.length,
-            };
+            return (tension + barrier_tension * b.slope, barrier_tension * b.curvature / self.length);
         }
-        StrandPull { tension, slope: 0.0 }
+        (tension, 0.0)
     }
 }
 
@@ -127,9 +117,9 @@ impl<const D: usize> Fibres<D> {
         lengths.filter(|(rest, length)| *length < THRESHOLD * rest.length)
     }
 
-    /// Adds `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, which is positive semidefinite without a barrier. [`Tangent::Convex`]
-    /// leaves out the first part where T is negative.
-    fn add_stiffness_of(
+    /// Adds `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`; [`Tangent::Convex`] leaves out the first part where T < 0.
+    #[inline(always)]
+    fn add_blocks(
         &self,
         positions: &[SVector<f64, D>],
         tension: f64,
@@ -137,15 +127,42 @@ impl<const D: usize> Fibres<D> {
         tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        if tension != 0.0 || barrier_tension != 0.0 {
-            vectorised(
-                #[inline(always)]
-                || {
-                    for g in &self.groups {
-                        g.add_stiffness(positions, tension, barrier_tension, tangent, stiffness);
+        if tension == 0.0 && barrier_tension == 0.0 {
+            return;
+        }
+        for g in &self.groups {
+            // A group with more nodes than an element has one strand, so that its blocks need no sum.
+            let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
+            let few = g.slots.len() <= MAX_PAIRS;
+            for (rest, coefficients, by) in g.strands(positions) {
+                let (length, n) = direction_of(&(rest.vector + by));
+                if length == 0.0 {
+                    continue;
+                }
+                let (tension, slope) = rest.pull(length, tension, barrier_tension);
+                let taut = if tangent == Tangent::Convex { tension.max(0.0) } else { tension } / length;
+                let along = n * n.transpose();
+                let across =
+                    ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
+                let mut pair = 0;
+                for (a, ca) in coefficients.iter().enumerate() {
+                    let row = across * *ca;
+                    for cb in &coefficients[a..] {
+                        let block = row * *cb;
+                        if few {
+                            blocks[pair] += block;
+                        } else {
+                            stiffness.add_symmetric(g.slots[pair], &block);
+                        }
+                        pair += 1;
                     }
-                },
-            );
+                }
+            }
+            if few {
+                for (slot, block) in g.slots.iter().zip(&blocks) {
+                    stiffness.add_symmetric(*slot, block);
+                }
+            }
         }
     }
 }
@@ -179,51 +196,10 @@ impl<const D: usize> StrandGroup<D> {
     ) {
         for (rest, coefficients, by) in self.strands(positions) {
             let (length, n) = direction_of(&(rest.vector + by));
-            let pull = n * (rest.pull(length, tension, barrier_tension).tension * rest.weight);
+            let (total_tension, _) = rest.pull(length, tension, barrier_tension);
+            let pull = n * (total_tension * rest.weight);
             for (&node, c) in self.nodes.iter().zip(coefficients) {
                 force[node] -= pull * *c;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn add_stiffness(
-        &self,
-        positions: &[SVector<f64, D>],
-        tension: f64,
-        barrier_tension: f64,
-        tangent: Tangent,
-        stiffness: &mut BlockMatrix<D>,
-    ) {
-        // A group with more nodes than an element has one strand, so that its blocks need no sum.
-        let mut blocks = [SMatrix::<f64, D, D>::zeros(); MAX_PAIRS];
-        let few = self.slots.len() <= MAX_PAIRS;
-        for (rest, coefficients, by) in self.strands(positions) {
-            let (length, n) = direction_of(&(rest.vector + by));
-            if length == 0.0 {
-                continue;
-            }
-            let StrandPull { tension, slope } = rest.pull(length, tension, barrier_tension);
-            let taut = if tangent == Tangent::Convex { tension.max(0.0) } else { tension } / length;
-            let along = n * n.transpose();
-            let across = ((SMatrix::<f64, D, D>::identity() - along) * taut + along * slope) * rest.weight;
-            let mut pair = 0;
-            for (a, ca) in coefficients.iter().enumerate() {
-                let row = across * *ca;
-                for cb in &coefficients[a..] {
-                    let block = row * *cb;
-                    if few {
-                        blocks[pair] += block;
-                    } else {
-                        stiffness.add_symmetric(self.slots[pair], &block);
-                    }
-                    pair += 1;
-                }
-            }
-        }
-        if few {
-            for (slot, block) in self.slots.iter().zip(&blocks) {
-                stiffness.add_symmetric(*slot, block);
             }
         }
     }
@@ -261,12 +237,10 @@ impl<const D: usize> Effect<D> for Fibres<D> {
     }
 
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        self.add_stiffness_of(
-            at.positions,
-            at.tensions[self.muscle],
-            self.barrier_tension,
-            tangent,
-            stiffness,
+        let (tension, barrier) = (at.tensions[self.muscle], self.barrier_tension);
+        vectorised(
+            #[inline(always)]
+            || self.add_blocks(at.positions, tension, barrier, tangent, stiffness),
         );
     }
 
@@ -316,6 +290,9 @@ impl<const D: usize> Internal<D> for Fibres<D> {
         tangent: Tangent,
         stiffness: &mut BlockMatrix<D>,
     ) {
-        self.add_stiffness_of(at.positions, states[0], 0.0, tangent, stiffness);
+        vectorised(
+            #[inline(always)]
+            || self.add_blocks(at.positions, states[0], 0.0, tangent, stiffness),
+        );
     }
 }

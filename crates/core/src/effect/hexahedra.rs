@@ -14,8 +14,7 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
 
-/// How contracting muscles stiffen their tissue: all constants of an element are multiplied by
-/// `1 + gain min(1, sum of the activations of its muscles)`.
+/// How contracting muscles stiffen an element: all its constants are multiplied by `1 + gain min(1, sum of activations)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffening {
     /// Additional stiffness at full activation over the passive stiffness (ArtiSynth: 9).
@@ -71,7 +70,6 @@ impl Hexahedra {
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
     }
 
-    /// Multiplies the constants of each element by its factor.
     pub(crate) fn scale(&mut self, factors: &[f64]) {
         self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
     }
@@ -93,7 +91,7 @@ impl Hexahedra {
 
     fn energy_of(&self, e: &HexahedronElement, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
         let points = self.at_points(e, positions);
-        if !points.iter().all(TissuePoint::is_upright) {
+        if !points.iter().all(|p| p.growth > -1.0 && p.growth.is_finite()) {
             return f64::INFINITY;
         }
         let distortion =
@@ -197,8 +195,7 @@ fn add_exact(
     }
 }
 
-/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019). In the
-/// axes of the principal stretches that has a 3 x 3 block for the stretches and a 2 x 2 block for each pair of axes.
+/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019).
 #[inline(never)]
 fn add_convex(
     blocks: &mut [Matrix3<f64>; PAIRS],
@@ -318,8 +315,7 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The gradient, times `scale`, of a field with `values` at the corners of an element, as a tetrahedron: its first corner is at the origin,
-/// the others are the columns of the gradient.
+/// The gradient, times `scale`, of a field with `values` at the corners, as a tetrahedron with its first corner at the origin.
 #[inline(always)]
 fn as_simplex(shape: &HexahedronCorners, values: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];
@@ -361,12 +357,6 @@ impl TissuePoint {
         // This is q tr FᵀF - 3 without cancellation for small displacements.
         let distortion = 3.0 * less + q * beyond;
         Self { f: Matrix3::identity() + h, growth, distortion, q, i1: 3.0 + beyond }
-    }
-
-    /// Whether `J` is positive and finite.
-    #[inline(always)]
-    pub(crate) fn is_upright(&self) -> bool {
-        self.growth > -1.0 && self.growth.is_finite()
     }
 
     /// `det F F⁻ᵀ`.

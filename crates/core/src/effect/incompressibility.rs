@@ -2,13 +2,12 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::barrier::{self, barrier};
+use super::{Configuration, Effect, PrimitiveElement, Tangent};
 use crate::body::Cells;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 use crate::sparse::pattern::pairs;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
-
-use super::barrier::{self, barrier};
-use super::{Configuration, Effect, PrimitiveElement, Tangent};
 
 /// Largest number of pairs of corners of a cell; a corner with itself counts as a pair.
 const MAX_PAIRS: usize = MAX_CORNERS * (MAX_CORNERS + 1) / 2;
@@ -82,26 +81,15 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         }
     }
 
-    #[inline(never)]
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        let strain_squares: f64 = self
-            .cells
-            .iter()
-            .map(|c| {
-                let x = c.corners(at.positions);
-                let strain = (simplex::measure(&x) - c.rest) / c.rest;
-                let square = strain * strain;
-                if strain < barrier::THRESHOLD - 1.0 {
-                    square + 2.0 * barrier(strain + 1.0).value
-                } else {
-                    square
-                }
-            })
-            .sum();
-        0.5 * self.kappa * strain_squares
+        let strain_squares = self.cells.iter().map(|c| {
+            let strain = (simplex::measure(&c.corners(at.positions)) - c.rest) / c.rest;
+            let is_flat = strain < barrier::THRESHOLD - 1.0;
+            strain * strain + if is_flat { 2.0 * barrier(strain + 1.0).value } else { 0.0 }
+        });
+        0.5 * self.kappa * strain_squares.sum::<f64>()
     }
 
-    #[inline(never)]
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
         for c in &self.cells {
             let x = c.corners(at.positions);
@@ -118,7 +106,6 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     /// `kappa/S0² (g gᵀ + (S - S0) d²S/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive semidefinite.
-    #[inline(never)]
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for c in &self.cells {
             let x = c.corners(at.positions);
@@ -146,7 +133,6 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         }
     }
 
-    #[inline(never)]
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         self.cells.iter().fold(1.0, |limit, c| {
             limit * simplex::safe_part(&c.corners(at.positions), &c.corners(step).map(|p| p * limit))
@@ -157,12 +143,8 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         true
     }
 
-    #[inline(never)]
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
-        let flat = self.cells.iter().filter(|c| {
-            let x = c.corners(at.positions);
-            simplex::measure(&x) < barrier::THRESHOLD * c.rest
-        });
-        flat.count()
+        let least = |c: &Cell<D>| barrier::THRESHOLD * c.rest;
+        self.cells.iter().filter(|c| simplex::measure(&c.corners(at.positions)) < least(c)).count()
     }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::{Configuration, Effect, Tangent};
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::law::{Deformed, contract};
@@ -9,8 +10,6 @@ use crate::material::{NeoHookean, Stress};
 use crate::sparse::pattern::pairs;
 use crate::sparse::simd::vectorised;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
-
-use super::{Configuration, Effect, Tangent};
 
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
@@ -47,8 +46,7 @@ type Shapes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// Elements of a law and a viscosity (N s/m²) with these nodes (corners, then the middles of [`quadratic::edges`]) and positions at
-    /// rest, m. Sides are straight at rest, so that only the positions of corners are used.
+    /// Elements of these nodes (corners, then middles of [`quadratic::edges`]) with straight sides at rest, m; viscosity in N s/m².
     pub fn new<'a>(
         law: NeoHookean,
         viscosity: f64,
@@ -74,7 +72,7 @@ impl<const D: usize> QuadraticElements<D> {
 
     #[inline(always)]
     fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
-        gather(&e.nodes, |node| positions[node] - self.rest[node])
+        gather(e.nodes(), |node| positions[node] - self.rest[node])
     }
 
     /// Adds the convex stiffness of an element by the eigenvalues of the moduli at each point.
@@ -94,8 +92,7 @@ impl<const D: usize> QuadraticElements<D> {
         }
     }
 
-    /// Adds the stiffness of every element. The part that does not depend on the shape was computed once (`products`); the rest is summed
-    /// over the integration points.
+    /// Adds the stiffness of every element: the part that does not depend on the shape (`products`), and sums over points.
     #[inline(always)]
     fn add_blocks(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         let NeoHookean { lambda, mu } = self.law;
@@ -159,8 +156,7 @@ impl<const D: usize> Element<D> {
         &self.shapes[..quadratic::points::<D>().len()]
     }
 
-    /// Calls `point` for every integration point with the gradients of the shape functions at rest and in the deformed shape (`F⁻ᵀ` times
-    /// those at rest), and the state of the law.
+    /// Calls `point` for every point with the gradients of the shape functions at rest and deformed (`F⁻ᵀ G`), and the law.
     #[inline(always)]
     fn at_points(
         &self,
@@ -171,7 +167,7 @@ impl<const D: usize> Element<D> {
         for shape in self.shapes() {
             let by = gradient(shape, displaced);
             let here = law.displaced(&by);
-            let inverse_transpose = cofactors(&(SMatrix::identity() + by)) * (1.0 / here.volume_ratio());
+            let inverse_transpose = cofactors(&(SMatrix::identity() + by)) * (1.0 / here.volume_ratio);
             let mut deformed = [SVector::zeros(); MAX_NODES];
             for (deformed, shape) in deformed[..Self::NODES].iter_mut().zip(shape) {
                 *deformed = inverse_transpose * shape;
@@ -184,11 +180,11 @@ impl<const D: usize> Element<D> {
 /// A vector of each of an element's nodes.
 #[inline(always)]
 pub(super) fn gather<const D: usize>(
-    nodes: &[usize; MAX_NODES],
+    nodes: &[usize],
     of_node: impl Fn(usize) -> SVector<f64, D>,
 ) -> Shapes<D> {
     let mut own = [SVector::zeros(); MAX_NODES];
-    for (own, &node) in own.iter_mut().zip(&nodes[..quadratic::nodes::<D>()]) {
+    for (own, &node) in own.iter_mut().zip(nodes) {
         *own = of_node(node);
     }
     own
@@ -261,7 +257,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
             for shape in e.shapes() {
                 let by = gradient(shape, &displaced);
                 let law = self.law.displaced(&by);
-                let inverse_transpose = cofactors(&(SMatrix::identity() + by)) * (1.0 / law.volume_ratio());
+                let inverse_transpose = cofactors(&(SMatrix::identity() + by)) * (1.0 / law.volume_ratio);
                 let stress = law.piola(&inverse_transpose);
                 for (pull, shape) in pull[..Self::NODES].iter_mut().zip(shape) {
                     *pull += stress * shape;
@@ -273,8 +269,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// `V0` times the block of `dP/dF` between the gradients of two shape functions for each point; [`Tangent::Convex`] leaves out the
-    /// negative eigenvalues of `dP/dF`.
+    /// `V0` times the block of `dP/dF` for each point; [`Tangent::Convex`] leaves out the negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         vectorised(
             #[inline(always)]
@@ -282,8 +277,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         );
     }
 
-    /// `-V 2 η d g` on each node for each point, with the deformed measure `V`, the rate of deformation `d` and the shape function's
-    /// gradient `g`.
+    /// `-V 2 η d g` on each node for each point, with the deformed measure `V` and the rate of deformation `d`.
     fn add_viscous_force(
         &self,
         at: Configuration<'_, D>,
@@ -291,11 +285,11 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         force: &mut [SVector<f64, D>],
     ) {
         for e in &self.elements {
-            let moving = gather(&e.nodes, |node| velocities[node]);
+            let moving = gather(e.nodes(), |node| velocities[node]);
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
                 let gradient = gradient(deformed, &moving);
                 let stress =
-                    (gradient + gradient.transpose()) * (self.viscosity * e.share * law.volume_ratio());
+                    (gradient + gradient.transpose()) * (self.viscosity * e.share * law.volume_ratio);
                 for (&node, shape) in e.nodes().iter().zip(deformed) {
                     force[node] -= stress * shape;
                 }
@@ -307,7 +301,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
         for e in &self.elements {
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
-                let scale = weight * self.viscosity * e.share * law.volume_ratio();
+                let scale = weight * self.viscosity * e.share * law.volume_ratio;
                 for (slot, (a, b)) in e.slots.iter().zip(pairs(Self::NODES)) {
                     let [ga, gb] = [&deformed[a], &deformed[b]];
                     let both = SMatrix::identity() * ga.dot(gb) + gb * ga.transpose();
@@ -341,7 +335,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
-            let (x, p) = (gather(&e.nodes, |node| at.positions[node]), gather(&e.nodes, |node| step[node]));
+            let (x, p) = (gather(e.nodes(), |node| at.positions[node]), gather(e.nodes(), |node| step[node]));
             for shape in e.shapes() {
                 let x = simplex::of_columns(&gradient(shape, &x));
                 let p = simplex::of_columns(&(gradient(shape, &p) * limit));

@@ -91,7 +91,7 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
 }
 
 /// Largest part of its area or volume that a simplex may lose in one step.
-pub(crate) const LARGEST_LOSS: f64 = 0.9;
+const LARGEST_LOSS: f64 = 0.9;
 
 /// The largest `t <= 1`, to 1/64, for which a simplex is known to keep a tenth of its measure on the whole straight path `x + s p`,
 /// `0 <= s <= t`. The measure is a polynomial of degree `D` in `s`, which its Bernstein coefficients bound from below.
@@ -142,8 +142,7 @@ pub fn safe_part<const D: usize>(x: &Corners<D>, p: &Corners<D>) -> f64 {
     safe
 }
 
-/// The part of the segment from `a` to `b` that lies in the cell, as fractions of the segment; `None` if it misses the cell. Points
-/// outside by at most `slack` in a barycentric coordinate count as inside, so that rounding does not exclude a segment along a face.
+/// The part of the segment from `a` to `b` in the cell, to `slack` in a barycentric coordinate, as fractions; `None` outside.
 pub fn part_inside<const D: usize>(
     x: &Corners<D>,
     a: &SVector<f64, D>,

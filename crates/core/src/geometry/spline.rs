@@ -4,67 +4,51 @@ use nalgebra::{DMatrix, DVector};
 
 use super::plane::{self, Point};
 
-/// Number of straight pieces of the polygon for each span. With spans of 8 mm and a radius of 3 mm the polygon is at most 3 µm from the
-/// curve.
+/// Number of straight pieces of the polygon for each span; with spans of 8 mm it is at most 3 µm from the curve.
 const PIECES: usize = 32;
 
-/// A closed cubic spline through points, twice continuously differentiable, whose parameter is the sum of the points' distances (de Boor
-/// 1978, chapter IV).
+/// A closed cubic spline through points (de Boor 1978, chapter IV), whose parameter is the sum of their distances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosedSpline {
-    points: Vec<Point>,
+    /// The points that it goes through, m, counter-clockwise.
+    pub points: Vec<Point>,
     /// Second derivative by the parameter at each point, 1/m.
     bends: Vec<Point>,
-    /// The polygon of [`PIECES`] corners a span, and the distance along it to each corner, m.
-    samples: Vec<Point>,
+    /// The curve as a polygon of [`PIECES`] corners a span, m, counter-clockwise.
+    pub polygon: Vec<Point>,
+    /// The distance along the polygon to each corner, m.
     distances: Vec<f64>,
-    perimeter: f64,
+    /// Length of the closed curve, m.
+    pub perimeter: f64,
 }
 
 impl ClosedSpline {
-    /// The curve through `points` (m, in either direction), counter-clockwise. `None` for fewer than three points, or if neighbours
-    /// coincide.
+    /// The curve through `points` (m), counter-clockwise; `None` for fewer than three points, or if neighbours coincide.
     pub fn through(mut points: Vec<Point>) -> Option<Self> {
         if plane::polygon_area(&points) < 0.0 {
             points.get_mut(1..)?.reverse();
         }
         let bends = bends(&points)?;
-        let mut curve = Self { points, bends, samples: Vec::new(), distances: Vec::new(), perimeter: 0.0 };
-        curve.samples = (0..curve.points.len() * PIECES)
+        let mut curve = Self { points, bends, polygon: Vec::new(), distances: Vec::new(), perimeter: 0.0 };
+        curve.polygon = (0..curve.points.len() * PIECES)
             .map(|i| curve.at_parameter(i / PIECES, (i % PIECES) as f64 / PIECES as f64))
             .collect();
-        for (a, b) in plane::edges(&curve.samples) {
+        for (a, b) in plane::edges(&curve.polygon) {
             curve.distances.push(curve.perimeter);
             curve.perimeter += (b - a).norm();
         }
         Some(curve)
     }
 
-    /// The points that the curve goes through, m, counter-clockwise.
-    pub fn points(&self) -> &[Point] {
-        &self.points
-    }
-
-    /// Length of the closed curve, m.
-    pub fn perimeter(&self) -> f64 {
-        self.perimeter
-    }
-
-    /// The curve as a fine polygon, m, counter-clockwise.
-    pub fn polygon(&self) -> &[Point] {
-        &self.samples
-    }
-
     /// Area, m²: half the integral of x dy - y dx, which Gauss's rule with three points a span gives exactly.
     pub fn area(&self) -> f64 {
         let reach = (0.6_f64).sqrt() / 2.0;
         let rule = [(0.5 - reach, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + reach, 5.0 / 18.0)];
-        (0..self.points.len())
-            .flat_map(|span| rule.map(|(u, weight)| (span, u, weight)))
-            .map(|(span, u, weight)| {
-                0.5 * weight * self.at_parameter(span, u).perp(&self.slope_at_parameter(span, u))
-            })
-            .sum()
+        let places = (0..self.points.len()).flat_map(|span| rule.map(|(u, weight)| (span, u, weight)));
+        let parts = places.map(|(span, u, weight)| {
+            0.5 * weight * self.at_parameter(span, u).perp(&self.slope_at_parameter(span, u))
+        });
+        parts.sum()
     }
 
     /// The point at `distance` (m) along the curve from its first point, modulo the perimeter.
@@ -80,7 +64,7 @@ impl ClosedSpline {
     /// The nearest place of the curve to `p`: its distance along the curve and its distance from `p`, m.
     pub fn nearest(&self, p: Point) -> (f64, f64) {
         let mut best = (0.0, f64::INFINITY);
-        for ((a, b), start) in plane::edges(&self.samples).zip(&self.distances) {
+        for ((a, b), start) in plane::edges(&self.polygon).zip(&self.distances) {
             let part = plane::nearest_fraction(p, a, b);
             let away = (a + (b - a) * part - p).norm();
             if away < best.1 {
@@ -92,11 +76,9 @@ impl ClosedSpline {
 
     /// Where a segment crosses the curve, as ascending fractions of the segment.
     pub fn crossings(&self, line: [Point; 2]) -> Vec<f64> {
-        let mut found: Vec<f64> = plane::edges(&self.samples)
-            .filter_map(|(a, b)| plane::crossing(line, [a, b]))
-            .filter(|[t, u]| (0.0..=1.0).contains(t) && (0.0..1.0).contains(u))
-            .map(|[t, _]| t)
-            .collect();
+        let meets = plane::edges(&self.polygon).filter_map(|(a, b)| plane::crossing(line, [a, b]));
+        let meets = meets.filter(|[t, u]| (0.0..=1.0).contains(t) && (0.0..1.0).contains(u));
+        let mut found: Vec<f64> = meets.map(|[t, _]| t).collect();
         found.sort_by(f64::total_cmp);
         found
     }

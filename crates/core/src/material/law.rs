@@ -10,8 +10,7 @@ const COMPONENTS: usize = 9;
 /// `dP/dF`; component `(i, j)` of `F` has number `i + D j`.
 pub type Moduli = SMatrix<f64, COMPONENTS, COMPONENTS>;
 
-/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` (Bonet and Wood, Nonlinear Continuum Mechanics, 2nd
-/// ed., eq. 6.27).
+/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` (Bonet and Wood 2008, eq. 6.27).
 ///
 /// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search rejects it, and a stress of NaN. At small strain it is
 /// linear elasticity with the same λ and μ. The plane has plane strain: the third principal stretch is 1.
@@ -28,8 +27,8 @@ pub struct Deformed<const D: usize> {
     law: NeoHookean,
     /// Deformation gradient `F`.
     gradient: SMatrix<f64, D, D>,
-    /// `J = det F`.
-    ratio: f64,
+    /// `J = det F`: the volume (in the plane: area) over that at rest.
+    pub volume_ratio: f64,
     /// `ln J`.
     log: f64,
 }
@@ -93,7 +92,7 @@ impl NeoHookean {
     pub fn displaced<const D: usize>(self, h: &SMatrix<f64, D, D>) -> Deformed<D> {
         let growth = h.trace() + beyond_trace(h);
         let (log, _) = log_and_rest(growth);
-        Deformed { law: self, gradient: SMatrix::identity() + h, ratio: 1.0 + growth, log }
+        Deformed { law: self, gradient: SMatrix::identity() + h, volume_ratio: 1.0 + growth, log }
     }
 
     /// Energy density `W` at the displacement gradient `H = F - I`, J/m³ of the body at rest.
@@ -125,8 +124,7 @@ fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
     minor(0, 1) + minor(0, 2) + minor(1, 2) + third
 }
 
-/// `ln(1 + x)` and `x - ln(1 + x)`, the second without cancellation for small `x`: with `r = x/(2 + x)` the logarithm is
-/// `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
+/// `ln(1 + x)` and `x - ln(1 + x)`, without cancellation for small `x`: with `r = x/(2 + x)` it is `2 (r + r³/3 + ..)`.
 #[inline(always)]
 fn log_and_rest(x: f64) -> (f64, f64) {
     if x.abs() > 0.1 {
@@ -142,12 +140,6 @@ fn log_and_rest(x: f64) -> (f64, f64) {
 }
 
 impl<const D: usize> Deformed<D> {
-    /// `J`: the volume (in the plane: area) over that at rest.
-    #[inline(always)]
-    pub fn volume_ratio(&self) -> f64 {
-        self.ratio
-    }
-
     /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.
     #[inline(always)]
     pub(crate) fn piola(&self, inverse_transpose: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
@@ -184,10 +176,10 @@ impl<const D: usize> Deformed<D> {
     pub fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
         let (f, turn) = (&self.gradient, self.transpose_modulus());
         // The condition is negated so that NaN gives `None`.
-        if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
+        if D != 2 || !(turn >= 0.0 && self.volume_ratio > 0.0) {
             return None;
         }
-        let twist = self.law.mu - turn / self.ratio;
+        let twist = self.law.mu - turn / self.volume_ratio;
         let (a, b) = (f[(0, 0)] + f[(1, 1)], f[(1, 0)] - f[(0, 1)]);
         let size = (0.5 * (-twist).max(0.0) / (a * a + b * b)).sqrt();
         let mut turned = SMatrix::zeros();
@@ -203,8 +195,7 @@ impl<const D: usize> Deformed<D> {
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative. In the plane only the 4 x 4 part is decomposed, which is
-    /// several times as fast and rounds differently.
+    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative; in the plane only of the 4 x 4 part, which is faster.
     pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
@@ -244,8 +235,8 @@ impl<const D: usize> Deformed<D> {
     pub fn state(&self) -> Stress<D> {
         let (NeoHookean { lambda, mu }, unit) = (self.law, SMatrix::<f64, D, D>::identity());
         let pulled = self.gradient * self.gradient.transpose() * mu;
-        let cauchy_pa = (pulled + unit * (lambda * self.log - mu)) / self.ratio;
-        let across_pa = if D == 2 { lambda * self.log / self.ratio } else { 0.0 };
+        let cauchy_pa = (pulled + unit * (lambda * self.log - mu)) / self.volume_ratio;
+        let across_pa = if D == 2 { lambda * self.log / self.volume_ratio } else { 0.0 };
         Stress::new((self.gradient.transpose() * self.gradient - unit) * 0.5, cauchy_pa, across_pa)
     }
 }
@@ -270,8 +261,7 @@ pub fn contract<const D: usize>(
 }
 
 /// The five-constant Mooney-Rivlin solid with the two constants that were measured for tongues:
-/// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, `Ī1 = J^(-2/3) tr FᵀF` (Gérard, Ohayon, Luboz, Perrier and Payan 2005; Buchaillard,
-/// Perrier and Payan 2009, eq. 1).
+/// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, `Ī1 = J^(-2/3) tr FᵀF` (Gérard et al. 2005; Buchaillard et al. 2009, eq. 1).
 ///
 /// At small strain the shear modulus is `2 C10` and the bulk modulus `K`. Valid for `J > 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -294,7 +284,6 @@ impl MooneyRivlin {
         (3.0 * self.bulk - 2.0 * shear) / (2.0 * (3.0 * self.bulk + shear))
     }
 
-    /// The law with all constants multiplied by a factor.
     #[inline(always)]
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { c10: self.c10 * factor, c20: self.c20 * factor, bulk: self.bulk * factor }

@@ -1,9 +1,7 @@
-//! The physical constants of tissue and their ranges (Kato 2014, table 4.1), and the coefficients of springs and area terms that follow
-//! from them (3.3.4 and table 4.2).
+//! Constants of tissue (Kato 2014, table 4.1), and the coefficients of springs and area terms that follow (3.3.4, table 4.2).
 //!
-//! By the stiffness matching of Lloyd, Székely and Harders (2007), `k` and `kappa` minimise `|K_CST - k K_springs - kappa K_measure|²`:
-//! the stiffness matrix of a simplex of springs, with a term for its area or volume, approximates that of the linear finite element of the
-//! same shape.
+//! By the stiffness matching of Lloyd, Székely and Harders (2007), `k` and `kappa` minimise `|K_CST - k K_springs - kappa K_measure|²`,
+//! the difference from the stiffness matrix of the linear finite element of the same shape.
 
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
@@ -31,8 +29,7 @@ pub struct Coefficients {
     pub node_mass: f64,
 }
 
-/// k of each edge, N/m, and kappa, J, of one cell (2D: per metre of thickness): eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48
-/// (misprints of the thesis, docs/model.md).
+/// k of each edge, N/m, and kappa, J, of one cell (2D: per metre of thickness), by eq. 3.49 without its misprints (docs/model.md).
 ///
 /// The plane has plane strain (eqs. 3.38-3.42), space the full elasticity matrix. On an equilateral triangle the match is exact. In space
 /// the cell is a regular tetrahedron with the mesh's mean connection length. A block of cubes cut into tetrahedra, which are not regular,
@@ -46,8 +43,7 @@ pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Resu
     }
     let (lambda, mu) = model.lame();
     let gradient = simplex::gradient(cell);
-    // The shape function of corner a has the gradient (dS/da)/S; the block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb
-    // I + gb gaᵀ)).
+    // The block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)), with ga = (dS/da)/S.
     let element = |a: usize, b: usize| {
         let (ga, gb) = (gradient[a] / measure, gradient[b] / measure);
         (ga * gb.transpose() * lambda + (SMatrix::identity() * ga.dot(&gb) + gb * ga.transpose()) * mu)
@@ -96,8 +92,7 @@ pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
 }
 
 impl Coefficients {
-    /// Coefficients of a body with connections of the mean length `side`, m, cells of the total area or volume `measure`, m² or m³, and
-    /// tissue of `nodes` nodes (thesis 4.1.1).
+    /// Coefficients of a body with connections of mean length `side`, m, cells of total `measure`, m² or m³, and `nodes` nodes (4.1.1).
     pub fn new<const D: usize>(
         model: &Model,
         side: f64,

@@ -72,10 +72,8 @@ impl Curve {
         let piece = self.knots.partition_point(|k| *k <= at).saturating_sub(1).min(last);
         let part = ((at - self.knots[piece]) / (self.knots[piece + 1] - self.knots[piece])).clamp(0.0, 1.0);
         let [place, ..] = self.weights_on(piece, part);
-        (0..place.len())
-            .filter_map(|i| Some((*self.nodes.get((piece + i).checked_sub(1)?)?, place[i])))
-            .filter(|(_, weight)| *weight != 0.0)
-            .collect()
+        let weights = self.around(piece).map(|(i, node)| (node, place[i]));
+        weights.filter(|(_, weight)| *weight != 0.0).collect()
     }
 
     /// The place at parameter `at`, m, if the nodes are at `positions`.
@@ -83,8 +81,7 @@ impl Curve {
         self.weights(at).iter().map(|&(node, weight)| positions[node] * weight).sum()
     }
 
-    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, and in its first and second derivative
-    /// by the part.
+    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1), and in its two derivatives by the part.
     fn weights_on(&self, piece: usize, part: f64) -> [[f64; 4]; 3] {
         let t = part;
         let h = self.knots[piece + 1] - self.knots[piece];
@@ -110,21 +107,19 @@ impl Curve {
         })
     }
 
+    /// The nodes `piece - 1 ..= piece + 2` that exist, each with its place among these four.
+    fn around(&self, piece: usize) -> impl Iterator<Item = (usize, usize)> {
+        (0..4).filter_map(move |i| Some((i, *self.nodes.get((piece + i).checked_sub(1)?)?)))
+    }
+
     /// Sum of the nodes around a piece with these weights.
     fn mean(&self, piece: usize, weights: &[f64; 4], positions: &[SVector<f64, 2>]) -> SVector<f64, 2> {
-        let mut mean = SVector::zeros();
-        for (i, weight) in weights.iter().enumerate() {
-            if let Some(&node) = (piece + i).checked_sub(1).and_then(|n| self.nodes.get(n)) {
-                mean += positions[node] * *weight;
-            }
-        }
-        mean
+        self.around(piece).map(|(i, node)| positions[node] * weights[i]).sum()
     }
 
     /// The piece and the part of it that are nearest to `point`.
     fn nearest(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> (usize, f64) {
-        // Pieces whose nodes are farther than the nearest node by twice their length are skipped, because a piece is less than its length
-        // from its chord.
+        // Pieces farther than the nearest node by twice their length are skipped, because a piece is near its chord.
         let far: Vec<f64> = self.nodes.iter().map(|&n| (positions[n] - point).norm()).collect();
         let nearest = far.iter().copied().fold(f64::INFINITY, f64::min);
         let mut best = (0, 0.0, f64::INFINITY);
@@ -171,8 +166,7 @@ impl Curve {
     }
 }
 
-/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at an end of the curve those of the straight line to the next
-/// node.
+/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at an end those of the line to the next node.
 fn slope(k: &[f64], knot: usize) -> [f64; 3] {
     match (knot.checked_sub(1), k.get(knot + 1)) {
         (Some(before), Some(after)) => {
@@ -222,10 +216,8 @@ impl Observable<2> for Contour {
         let away = self.point - self.curve.mean(piece, &place, positions);
         // At the foot of a perpendicular `beside` is zero; beyond an end of the curve the normal rotates too.
         let beside = away.dot(&along) / along.norm_squared();
-        for i in 0..place.len() {
-            if let Some(&node) = (piece + i).checked_sub(1).and_then(|n| self.curve.nodes.get(n)) {
-                part(node, -normal * (place[i] + beside * first[i]));
-            }
+        for (i, node) in self.curve.around(piece) {
+            part(node, -normal * (place[i] + beside * first[i]));
         }
         away.dot(&normal)
     }
@@ -241,8 +233,7 @@ pub struct TongueSurface {
 }
 
 impl TongueSurface {
-    /// The surface of a body, whose tip is its foremost point; the whole outline if the bones are not on it. `None` for a body without an
-    /// outline.
+    /// The surface of a body up to its foremost point; the whole outline if the bones are not on it; `None` without an outline.
     pub fn of(body: &Body<2>) -> Option<Self> {
         Self::with_tip(body, None)
     }

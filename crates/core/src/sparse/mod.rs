@@ -1,8 +1,7 @@
 //! Sparse symmetric matrices of `D x D` blocks, one block row and column for each unknown node.
 //!
-//! Factorisation and triangular solves are this crate's own, because they are faster than faer's sparse Cholesky on the same matrices
-//! (`cargo bench factorise`). From a few hundred unknowns in space, or a few thousand in the plane, faer's supernodal factorisation is
-//! faster and is used.
+//! Factorisation and triangular solves are this crate's own where they are faster (`cargo bench factorise`): up to a few hundred unknowns
+//! in space, or a few thousand in the plane, beyond which faer's supernodes are used.
 
 pub mod cholesky;
 mod dissection;
@@ -18,8 +17,7 @@ pub use pattern::{Pattern, Slot};
 
 /// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, with zeros for fill-in.
 ///
-/// Assembly writes to the places that the factorisation uses, so that a factorisation starts with one copy. The last block, the bin,
-/// collects the contributions of fixed nodes, so that assembly needs no branches.
+/// Assembly writes to the places of the factor; the last block, the bin, collects the contributions of fixed nodes.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const D: usize> {
     pub(crate) blocks: Vec<SMatrix<f64, D, D>>,
@@ -72,9 +70,8 @@ impl<const D: usize> BlockMatrix<D> {
 
     /// Smallest trace of a diagonal block: the stiffness of the softest node. Infinite without unknowns.
     pub fn smallest_trace(&self, pattern: &Pattern) -> f64 {
-        (0..pattern.unknowns())
-            .map(|j| self.blocks[pattern.column(j).start].trace())
-            .fold(f64::INFINITY, f64::min)
+        let traces = (0..pattern.unknowns()).map(|j| self.blocks[pattern.column(j).start].trace());
+        traces.fold(f64::INFINITY, f64::min)
     }
 
     /// `out = self * v`, both with one vector for each unknown in the pattern's order.

@@ -47,9 +47,8 @@ pub struct Pattern {
 const NONE: u32 = u32::MAX;
 
 impl Pattern {
-    /// The pattern of `nodes` nodes, those with `is_unknown` coupled within each of `cliques` (lists of nodes, in which fixed ones are
-    /// ignored).
-    pub fn new(nodes: usize, is_unknown: &[bool], cliques: impl IntoIterator<Item = Vec<usize>>) -> Self {
+    /// The pattern of `nodes` nodes, of which those with `is_unknown` are coupled within each of `cliques`.
+    pub fn new(nodes: usize, is_unknown: &[bool], cliques: &[Vec<usize>]) -> Self {
         let mut number = vec![NONE; nodes];
         let free: Vec<usize> = (0..nodes).filter(|&i| is_unknown[i]).collect();
         for (u, &i) in free.iter().enumerate() {
@@ -57,8 +56,8 @@ impl Pattern {
         }
         let mut neighbours: Vec<Vec<u32>> = vec![Vec::new(); free.len()];
         for clique in cliques {
-            for &a in &clique {
-                for &b in &clique {
+            for &a in clique {
+                for &b in clique {
                     if number[a] != NONE && number[b] != NONE && a != b {
                         neighbours[number[a] as usize].push(number[b]);
                     }
@@ -120,8 +119,7 @@ impl Pattern {
     pub fn factor_operations<const D: usize>(&self) -> usize {
         let columns = (0..self.unknowns()).map(|j| {
             let below = self.column(j).len() - 1;
-            // A multiplication and an addition for each product of two blocks below the diagonal, and for the division of each by the
-            // diagonal block.
+            // A product and an addition for each pair of blocks below the diagonal, and for the division of each block.
             D * D * D * (below * (below + 1) + 2 * below + 1)
         });
         columns.sum()
@@ -172,8 +170,7 @@ impl Pattern {
         }
     }
 
-    /// The slots of all pairs of nodes in this order: those of the first node with itself and the others, of the second with itself and
-    /// later ones, and so on.
+    /// The slots of all pairs of nodes: of the first node with itself and the others, of the second with itself and later ones.
     pub fn pair_slots<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = Slot> + 'a {
         pairs(nodes.len()).map(|(a, b)| self.slot(nodes[a], nodes[b]))
     }

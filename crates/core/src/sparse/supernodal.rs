@@ -8,14 +8,13 @@ use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky,
 };
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 use nalgebra::SVector;
 
 use super::{BlockMatrix, Pattern};
 
-/// Operations for each entry of the factor above which dense blocks are faster. In measurements (`cargo bench factorise`) both methods
-/// take the same time between 80 and 120, with 450 to 750 unknowns in space or some 4000 in the plane.
+/// Operations for each entry of the factor above which dense blocks are faster (`cargo bench factorise`: between 80 and 120).
 const OPERATIONS_PER_ENTRY: usize = 80;
 
 /// faer's factor of a matrix on a [`Pattern`], with the scratch space to compute it.
@@ -47,21 +46,17 @@ impl Supernodal {
     /// Space for the factor; `None` if faer cannot allocate its memory.
     pub fn new<const D: usize>(pattern: &Pattern) -> Option<Self> {
         let (mut start, mut row) = (vec![0], Vec::new());
-        let (mut upper_start, mut upper_row) = (vec![0], Vec::new());
         for j in 0..pattern.unknowns() {
             for c in 0..D {
                 row.extend(j * D + c..(j + 1) * D);
                 let below = pattern.rows(pattern.column(j)).iter().skip(1);
                 row.extend(below.flat_map(|&i| i as usize * D..(i as usize + 1) * D));
                 start.push(row.len());
-                let left = pattern.left_of(j).iter();
-                upper_row.extend(left.flat_map(|&(k, _)| k as usize * D..(k as usize + 1) * D));
-                upper_row.extend(j * D..=j * D + c);
-                upper_start.push(upper_row.len());
             }
         }
         let n = start.len() - 1;
-        let upper = SymbolicSparseColMat::new_checked(n, n, upper_start, None, upper_row);
+        let lower = SymbolicSparseColMatRef::new_checked(n, n, &start, None, &row);
+        let upper = lower.transpose().to_col_major().ok()?;
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..CholeskySymbolicParams::default()
@@ -96,8 +91,7 @@ impl Supernodal {
             let blocks = &matrix.blocks[pattern.column(j)];
             for c in 0..D {
                 let column = blocks.iter().flat_map(|b| b.as_slice()[c * D..(c + 1) * D].iter());
-                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds that the second
-                // one has ended.
+                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds the end.
                 column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
             }
         }

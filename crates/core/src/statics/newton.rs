@@ -1,17 +1,15 @@
 //! Newton's method on the energy, with a line search that prevents inverted cells.
 
-use crate::effect::Tangent;
-use crate::geometry;
-
 use super::state::SolveState;
 use super::{Connection, Solution, SolveSettings, SolveStatus, Stability};
+use crate::effect::Tangent;
+use crate::geometry;
 
 /// A step must achieve this part of the decrease that the slope predicts (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Relative difference below which two energies are equal to rounding.
 pub(super) const ENERGY_NOISE: f64 = 1e-13;
-/// Number of iterations in a row with a stiffness that is not positive definite after which its negative curvature is followed. Far from
-/// the solution the stiffness usually becomes positive definite, but not where a straight chain is compressed.
+/// Number of indefinite stiffnesses in a row, as where a straight chain is compressed, after which negative curvature is followed.
 pub(super) const MOST_INDEFINITE: usize = 3;
 /// Shortest part of a step that the line search tries.
 const SHORTEST_STEP: f64 = 1e-12;
@@ -21,10 +19,8 @@ pub(super) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 pub(super) const NEGLIGIBLE_RESIDUAL: f64 = 1e-6;
 /// A residual that rounding may explain is also accepted if an exact Newton step moves no node by more than this part of the body's size.
 const NEGLIGIBLE_STEP: f64 = 1e-9;
-/// Largest number of corrections of a whole step.
 const MOST_CORRECTIONS: usize = 3;
-/// The factor is used again while each iteration reduces the residual to less than this part. A new factor costs about three times as much
-/// as an iteration with the old one.
+/// The factor is used again while each iteration reduces the residual to less than this part, since a new one costs more.
 pub(super) const REUSE_REDUCTION: f64 = 0.03;
 
 impl<const D: usize> SolveState<'_, D> {
@@ -81,8 +77,7 @@ impl<const D: usize> SolveState<'_, D> {
         self.done
     }
 
-    /// Whether a residual above the tolerance that rounding can explain is negligible: below a millionth of the load, or too small to move
-    /// the body. Rounding alone is no reason, since it causes forces as large as the load in a very uneven body.
+    /// Whether a residual that rounding can explain is negligible: below a millionth of the load, or too small to move the body.
     fn residual_is_negligible(&self) -> bool {
         let w = &*self.w;
         // The reactions of the bones measure loads of any kind.
@@ -92,8 +87,7 @@ impl<const D: usize> SolveState<'_, D> {
                 && geometry::largest(&w.step) <= NEGLIGIBLE_STEP * geometry::extent(self.system.rest()))
     }
 
-    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix, because
-    /// the convex one of a slack chain is singular.
+    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.done.rounding_force =

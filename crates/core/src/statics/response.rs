@@ -2,11 +2,10 @@
 
 use nalgebra::SVector;
 
-use crate::effect::{Configuration, Tangent};
-use crate::system::System;
-
 use super::Workspace;
 use super::state::SolveState;
+use crate::effect::{Configuration, Tangent};
+use crate::system::System;
 
 /// The factorised equilibrium that the last solve left in a workspace, and the motion of its nodes for the last change.
 #[derive(Debug)]
@@ -81,7 +80,6 @@ impl<'a, const D: usize> Response<'a, D> {
         nodes.iter().for_each(|&n| self.motion[n][axis] += 1.0);
     }
 
-    /// Multiplies the last response by `unit`.
     pub fn scale(&mut self, unit: f64) {
         if unit != 1.0 {
             self.motion.iter_mut().for_each(|m| *m *= unit);
@@ -89,9 +87,8 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 }
 
-/// Derivatives of the positions of all nodes, those of straight paths too, by tensions, m/N, at an equilibrium (positions, m, and tensions
-/// of all muscles, N): one list for each of `muscles`, whose fibres have a common tension. `None` if the equilibrium is not stable, or the
-/// lists do not fit the system.
+/// Derivatives of the positions of all nodes, in straight paths too, by tensions, m/N, at an equilibrium (positions, m, tensions, N): one
+/// list for each of `muscles`, whose fibres have a common tension. `None` if it is not stable, or the lists do not fit the system.
 #[inline(never)]
 pub fn position_rates<const D: usize>(
     system: &System<D>,

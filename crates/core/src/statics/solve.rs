@@ -1,5 +1,4 @@
-//! One equilibrium: bones are moved to their places, Newton's method finds where the forces cancel, and safeguards act if it fails or ends
-//! in an unstable equilibrium.
+//! One equilibrium: bones move to their places, Newton's method finds where the forces cancel, and safeguards act if it fails.
 //!
 //! A bone (a jaw that opens, a hyoid that rises) that moved in one step would invert the cells beside it, which Newton's method cannot
 //! undo. So it moves in parts, each at most half of the step limit of the effects, with a solve after each.
@@ -100,7 +99,6 @@ fn solve_with_fixed_bones<const D: usize>(
     done
 }
 
-/// How far bones have moved towards their places.
 pub(super) enum BoneProgress {
     Complete,
     Partial,
@@ -135,21 +133,16 @@ pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D
     BoneProgress::Partial
 }
 
-/// Solves a mass-spring body in the plane in a lane, and leaves the result in the workspace. An error has the counts of work until the
-/// body turned out to have other effects or to need a safeguard; the positions in the workspace are then unchanged.
+/// Solves a mass-spring body in the plane in a lane. An error has the counts of work; the positions are then unchanged.
 fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,
     tensions: &[f64],
     settings: &SolveSettings,
 ) -> Result<Solution, Solution> {
-    let Some(single) = &mut w.single else { return Err(Solution::NONE) };
-    let (elements, work) = (&*single.elements, &mut single.work);
-    if single.system != Some(system.number) {
-        single.system = work.set_body(elements, 0, system).then_some(system.number);
-    }
+    let Some((elements, work)) = &mut w.single else { return Err(Solution::NONE) };
     let is_sound = tensions.len() == w.tensions.len() && tensions.iter().all(|t| t.is_finite());
-    if !is_sound || single.system.is_none() {
+    if !is_sound || !elements.fill(system, 0, &mut work.numbers) {
         return Err(Solution::NONE);
     }
     work.set_load(elements, 0, tensions, &w.positions, |node| {
@@ -164,12 +157,13 @@ fn solve_single<const D: usize>(
     work.solve(elements, settings);
     let solution = work.solution(0)?;
     let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
-    work.positions(elements, 0, &mut w.positions);
+    elements.take_from_lane(0, &work.positions, &mut w.positions);
     if let Some(before) = before.filter(|_| system.cell_ratios(&w.positions).0 <= 0.0) {
         w.positions = before;
         return Err(solution);
     }
-    work.forces(elements, 0, &mut w.force);
+    w.force.fill(SVector::zeros());
+    elements.take_from_lane(0, &work.force, &mut w.force);
     system.place_path_nodes(&mut w.positions);
     w.tensions.copy_from_slice(tensions);
     // The factor of the solver for any body belongs to another shape.

@@ -1,10 +1,9 @@
 //! State of a solve: energy, force, stiffness and its factor at the present positions.
 
+use super::{Solution, Workspace};
 use crate::effect::{Configuration, Tangent};
 use crate::geometry;
 use crate::system::System;
-
-use super::{Solution, Workspace};
 
 pub(super) struct SolveState<'a, const D: usize> {
     pub(super) system: &'a System<D>,
@@ -54,13 +53,11 @@ impl<'a, const D: usize> SolveState<'a, D> {
         self.w.factor_ready
     }
 
-    /// Largest part of the step that all effects allow.
     pub(super) fn step_limit(&self) -> f64 {
         self.system.step_limit(self.w.configuration(), &self.w.step)
     }
 
-    /// Smallest residual force that double precision allows at these positions, N: the rounding error of the largest force, and that of
-    /// the positions times the stiffness.
+    /// Smallest residual force that double precision allows at these positions, N, by the rounding of forces and positions.
     pub(super) fn rounding_level(&self) -> f64 {
         let w = &*self.w;
         let pull = w.tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs())).max(geometry::largest(&w.force));

@@ -1,16 +1,14 @@
-//! The path of equilibria from rest to a load: how far it is one stable branch, how that branch ends, and to which shape the body then
-//! moves.
+//! The path of equilibria from rest to a load: how far it is one stable branch, how it ends, and where the body then moves.
 
 use nalgebra::SVector;
 use serde::Serialize;
 
-use crate::effect::Configuration;
-use crate::geometry;
-use crate::system::System;
-
 use super::{
     Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
 };
+use crate::effect::Configuration;
+use crate::geometry;
+use crate::system::System;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -77,11 +75,9 @@ impl Default for FromRest {
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
     pub solution: Solution,
-    /// How the load leads from rest to the solution.
     pub from_rest: FromRest,
-    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one in which
-    /// the body stays after twice the load, or in [`super::solve_and_trace`] that of the direct solve. Without [`SolveSettings::beyond`]
-    /// twice the load is not tried.
+    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one after
+    /// twice the load (with [`SolveSettings::beyond`]), or in [`super::solve_and_trace`] that of the direct solve.
     pub another: bool,
     /// Whether Newton's method from the start in the workspace gives the same shape; [`trace`] does not check it.
     pub same_by_newton: bool,
@@ -94,8 +90,7 @@ const STEPS: usize = 10;
 /// Smallest number of steps along the branch of a continuum, whose solves cost twenty times as much as those of springs.
 const CONTINUUM_STEPS: usize = 4;
 
-/// Two shapes of a step and back are the same if no node differs by more than this part of the body's size. It is larger than
-/// [`super::SAME_SHAPE_M`], because these solves are less accurate.
+/// Shapes of a step and back are the same if no node differs by this part of the body's size, as accurate as these solves are.
 const RETURN_DISTANCE: f64 = 1e-6;
 /// Residual force, N, at which a solve back along the branch is accurate enough to compare shapes.
 const RETURN_TOLERANCE: f64 = 1e-6;
@@ -120,15 +115,23 @@ pub fn trace<const D: usize>(
     settings: &SolveSettings,
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
-    let mut path = Path::new(system, workspace, tensions, &settings);
+    let mut path = Path {
+        system,
+        w: workspace,
+        tensions,
+        settings: &settings,
+        solves: 0,
+        cost: Solution::NONE,
+        reached: 0.0,
+        ends_at: None,
+    };
     let (mut shape, follow_and_return) = path.follow_from_rest();
     let critical = path.ends_at.map(|load| Critical { load, kind: path.critical_kind(&shape) });
     let (solution, another) = follow_and_return.unwrap_or_else(|| {
         let solution = path.solve_at(&shape, 1.0);
         shape.clone_from(&path.w.positions);
         let another = match &critical {
-            // Branches meet at the critical load. If the body reaches another shape when it is brought back from rest, another branch
-            // still exists at the whole load.
+            // If the body, brought back from rest, reaches another shape, another branch still exists at the whole load.
             Some(c) => c.kind == CriticalKind::Bifurcation || path.finds_another_shape(&shape, 0.0),
             None => settings.beyond && path.reached == 1.0 && path.finds_another_shape(&shape, 2.0),
         };
@@ -158,31 +161,21 @@ fn is_loaded<const D: usize>(system: &System<D>, tolerance: f64) -> bool {
     force.iter().any(|f| f.norm() > tolerance)
 }
 
-pub(super) struct Path<'a, const D: usize> {
+struct Path<'a, const D: usize> {
     system: &'a System<D>,
-    pub w: &'a mut Workspace<D>,
+    w: &'a mut Workspace<D>,
     tensions: &'a [f64],
     settings: &'a SolveSettings,
     solves: usize,
     cost: Solution,
     /// Part of the load up to which the branch was followed.
-    pub reached: f64,
+    reached: f64,
     /// The part to which the branch cannot be continued; `None` at the whole load, or if the solves were used up.
-    pub ends_at: Option<f64>,
+    ends_at: Option<f64>,
 }
 
-impl<'a, const D: usize> Path<'a, D> {
-    pub fn new(
-        system: &'a System<D>,
-        w: &'a mut Workspace<D>,
-        tensions: &'a [f64],
-        settings: &'a SolveSettings,
-    ) -> Self {
-        Self { system, w, tensions, settings, solves: 0, cost: Solution::NONE, reached: 0.0, ends_at: None }
-    }
-
-    /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
-    /// tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
+impl<const D: usize> Path<'_, D> {
+    /// Follows the branch from the equilibrium without tensions. Returns its last shape, and that of [`Path::follow_and_return`].
     fn follow_from_rest(&mut self) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
         let mut shape = self.system.rest().to_vec();
         if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
@@ -205,8 +198,7 @@ impl<'a, const D: usize> Path<'a, D> {
         if self.system.tissue().is_expensive() { CONTINUUM_STEPS } else { STEPS }
     }
 
-    /// Follows the branch from `shape`, which has no tensions, and leaves the last shape on the branch there. A step that does not
-    /// continue the branch is halved until it is shorter than the resolution.
+    /// Follows the branch from `shape`, which has no tensions, to its last shape. Failed steps are halved down to the resolution.
     fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>) {
         let longest = 1.0 / self.steps() as f64;
         let mut step = longest;
@@ -226,7 +218,7 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     /// Solves at a part of the load from these positions, m.
-    pub fn solve_at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
+    fn solve_at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
         self.w.discard_factor();
         self.solve_with_factor(from, load, self.settings)
     }
@@ -237,8 +229,7 @@ impl<'a, const D: usize> Path<'a, D> {
         SolveSettings { max_iterations, load_steps: 0, ..*self.settings }
     }
 
-    /// Solves with the factor in the workspace, which must be one of the stiffness at `from`: the first step is then the linear response
-    /// to the change of the load.
+    /// Solves with the factor at `from` in the workspace: the first step is then the linear response to the change of the load.
     fn solve_with_factor(
         &mut self,
         from: &[SVector<f64, D>],
@@ -255,10 +246,8 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Follows the branch from rest in equal steps up to the whole load and back, for tissue whose solves are expensive.
     ///
-    /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and
-    /// whether the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`.
-    /// Each solve begins with the factor of the one before, so that this costs less than half of [`Path::continued`] and
-    /// [`Path::finds_another_shape`].
+    /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and whether
+    /// the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`.
     fn follow_and_return(&mut self, rest: &[SVector<f64, D>]) -> Option<(Solution, bool)> {
         if !self.system.tissue().is_expensive() {
             return None;
@@ -307,10 +296,7 @@ impl<'a, const D: usize> Path<'a, D> {
         let settings = self.step_settings();
         self.w.discard_factor();
         let up = self.solve_with_factor(from, load, &settings);
-        if up.status != SolveStatus::Converged
-            || up.escapes + up.ridges > 0
-            || up.stability == Stability::Unstable
-        {
+        if !stays_stable(&up) {
             return None;
         }
         let there = self.w.positions.clone();
@@ -367,7 +353,10 @@ impl<'a, const D: usize> Path<'a, D> {
 
 /// Whether a solve met only positive definite stiffnesses. Beyond a fold it does not, and shorter steps show whether the branch continues.
 fn stays_definite(s: &Solution) -> bool {
-    s.status == SolveStatus::Converged
-        && s.safeguarded + s.escapes + s.ridges == 0
-        && s.stability != Stability::Unstable
+    s.safeguarded == 0 && stays_stable(s)
+}
+
+/// Whether a solve converged without a descent from an unstable state.
+fn stays_stable(s: &Solution) -> bool {
+    s.status == SolveStatus::Converged && s.escapes + s.ridges == 0 && s.stability != Stability::Unstable
 }

@@ -1,13 +1,15 @@
 //! The memory of a solve.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
+use super::mass_spring::SimdNewton;
 use crate::effect::Configuration;
 use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::system::System;
-
-use super::mass_spring::Single;
+use crate::system::elements::Elements;
 
 /// The memory of a solve, which solves of the same system and thread use again without allocating.
 #[derive(Debug)]
@@ -30,8 +32,8 @@ pub struct Workspace<const D: usize> {
     pub(super) curvature: Vec<SVector<f64, D>>,
     /// Displaced nodes of bones, and the positions that they have in the next solve, m.
     pub(super) displaced: Vec<(usize, SVector<f64, D>)>,
-    /// The solver of mass-spring bodies in the plane.
-    pub(super) single: Option<Single>,
+    /// The solver of mass-spring bodies in the plane, with one lane.
+    pub(super) single: Option<(Arc<Elements>, SimdNewton<1>)>,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -51,8 +53,8 @@ impl<const D: usize> Workspace<D> {
             factor: Factor::new(system.pattern()),
             factor_ready: false,
             factor_is_exact: false,
-            displaced: system.displaced().to_vec(),
-            single: Single::new(system),
+            displaced: system.displaced.clone(),
+            single: system.elements().map(|elements| (elements.clone(), SimdNewton::new(elements))),
         }
     }
 
@@ -100,7 +102,7 @@ impl<const D: usize> Workspace<D> {
     pub(super) fn discard_factor(&mut self) {
         self.factor_ready = false;
         self.factor_is_exact = false;
-        self.single.iter_mut().for_each(|single| single.work.discard_factor());
+        self.single.iter_mut().for_each(|(_, work)| work.discard_factor());
     }
 
     /// Starts the next solve from the positions of all nodes, m, of a solved neighbour. It begins with the factor of the last solve.

@@ -1,7 +1,6 @@
 //! Construction of a system from a mesh and a model: the effects of its tissue and muscles, or an error.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
@@ -22,9 +21,6 @@ use crate::sparse::Pattern;
 
 /// Smallest width of a muscle that scales the barrier of its strands, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
-
-/// Number of systems made so far, which is the number of the next one.
-static SYSTEM_COUNT: AtomicU64 = AtomicU64::new(0);
 
 impl<const D: usize> System<D> {
     /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can contract. All other connections are tissue.
@@ -51,9 +47,8 @@ impl<const D: usize> System<D> {
         // At a Poisson's ratio of 1/4 kappa is a rounding error in place of zero.
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         if let Some(continuum) = &mesh.continuum {
-            let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
-                .chain(std::mem::take(&mut additions.effects))
-                .collect();
+            let mut effects = continuum_effects(mesh, continuum, model, &coefficients, contracting);
+            effects.append(&mut additions.effects);
             return Self::assemble(mesh, coefficients, effects, additions, Vec::new(), contracting);
         }
         if additions.incompressible && coefficients.kappa < -rounding {
@@ -74,8 +69,7 @@ impl<const D: usize> System<D> {
         Self::assemble(mesh, coefficients, effects, additions, paths, contracting)
     }
 
-    /// A system of any effects on the nodes of `mesh`, without straight paths, for bodies that [`System::new`] cannot describe: uneven
-    /// stiffness, other laws. `coefficients` do not change the effects.
+    /// A system of any effects on the nodes of `mesh`, without straight paths; `coefficients` do not change the effects.
     #[inline(never)]
     pub fn from_effects(
         mesh: &Mesh<D>,
@@ -105,21 +99,14 @@ impl<const D: usize> System<D> {
         }
         let mut is_unknown = vec![true; rest.len()];
         let followers = mesh.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
-        paths
-            .iter()
-            .flat_map(StraightPath::inner_nodes)
-            .chain(followers)
-            .chain(held.keys().copied())
-            .for_each(|n| is_unknown[n] = false);
+        let placed = paths.iter().flat_map(StraightPath::inner_nodes).chain(followers);
+        placed.chain(held.keys().copied()).for_each(|n| is_unknown[n] = false);
         let displaced = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
         let mut stencils = Vec::new();
         for effect in &effects {
-            effect.stencils(&mut |nodes| {
-                stencils.push(nodes.len());
-                stencils.extend(nodes);
-            });
+            effect.stencils(&mut |nodes| stencils.push(nodes.to_vec()));
         }
-        let are_held = are_held(rest.len(), cliques(&stencils), &mesh.fixed);
+        let are_held = are_held(rest.len(), stencils.iter(), &mesh.fixed);
         if let Some(node) = (0..rest.len()).find(|&i| is_unknown[i] && !are_held[i]) {
             return Err(SystemError::Loose { node });
         }
@@ -128,7 +115,7 @@ impl<const D: usize> System<D> {
         }
         let known = additions.layout.filter(|l| l.is_unknown == is_unknown && l.stencils == stencils);
         let layout = known.unwrap_or_else(|| {
-            let pattern = Pattern::new(rest.len(), &is_unknown, cliques(&stencils).map(<[usize]>::to_vec));
+            let pattern = Pattern::new(rest.len(), &is_unknown, &stencils);
             Arc::new(Layout { is_unknown, stencils, pattern })
         });
         FACTOR_ENTRIES.check(layout.pattern.factor_entries::<D>() as f64)?;
@@ -145,7 +132,6 @@ impl<const D: usize> System<D> {
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
             contracting: contracting.to_vec(),
             cells,
-            number: SYSTEM_COUNT.fetch_add(1, Ordering::Relaxed),
             elements: OnceLock::new(),
             at_rest: OnceLock::new(),
         })
@@ -159,7 +145,7 @@ fn continuum_effects<const D: usize>(
     model: &Model,
     coefficients: &Coefficients,
     contracting: &[usize],
-) -> impl Iterator<Item = Box<dyn Effect<D>>> {
+) -> Vec<Box<dyn Effect<D>>> {
     let tissue = QuadraticElements::new(model.into(), model.viscosity, continuum.elements(), &mesh.nodes);
     let (settings, (lambda, mu)) = (&continuum.settings, model.lame());
     let upright = OrientationBarrier::new(lambda, continuum.elements(), &mesh.nodes);
@@ -175,17 +161,7 @@ fn continuum_effects<const D: usize>(
         let bundle = &continuum.bundles[muscle];
         effects.push(Box::new(Fibres::new(muscle, bundle, &mesh.nodes, contraction_time, bar)));
     }
-    effects.into_iter()
-}
-
-/// The nodes of each stencil of a layout.
-fn cliques(stencils: &[usize]) -> impl Iterator<Item = &[usize]> {
-    let mut left = stencils;
-    std::iter::from_fn(move || {
-        let (clique, rest) = left.get(1..)?.split_at(*left.first()?);
-        left = rest;
-        Some(clique)
-    })
+    effects
 }
 
 /// Whether each of `count` nodes is joined to a held one by cliques of nodes.
@@ -224,8 +200,7 @@ pub(super) fn effects<const D: usize>(
     stiffness: &[f64],
     paths: &[StraightPath],
 ) -> Vec<Box<dyn Effect<D>>> {
-    // Each connection is a spring of the contracting muscle along it, otherwise of the tissue. A straight path counts as one connection in
-    // place of its chain.
+    // Each connection, or straight path in place of its chain, is a spring of the contracting muscle along it, or else of the tissue.
     let mut in_path = vec![false; mesh.nodes.len()];
     paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
     let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
@@ -256,7 +231,7 @@ pub(super) fn effects<const D: usize>(
             };
             pulled.insert(key, (k, l0));
             springs.push(Spring::new(key, q1, l0));
-            series.push(Spring::new(key, k * in_series, l0));
+            series.push(k * in_series);
         }
         effects.push(Box::new(Connections::muscle(muscle, springs, series, contraction_time)));
     }

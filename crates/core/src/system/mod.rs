@@ -51,8 +51,7 @@ pub enum SystemError {
 #[derive(Debug)]
 pub struct Layout {
     is_unknown: Vec<bool>,
-    /// For every stencil the number of its nodes, then these nodes.
-    stencils: Vec<usize>,
+    stencils: Vec<Vec<usize>>,
     pattern: Pattern,
 }
 
@@ -62,7 +61,7 @@ pub struct System<const D: usize> {
     coefficients: Coefficients,
     rest: Vec<SVector<f64, D>>,
     /// Displaced nodes of bones and their positions, m.
-    displaced: Vec<(usize, SVector<f64, D>)>,
+    pub(crate) displaced: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
     /// Shared by bodies that differ only in the positions of their nodes.
     layout: Arc<Layout>,
@@ -72,8 +71,6 @@ pub struct System<const D: usize> {
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
     pub(crate) cells: Vec<(Vec<usize>, f64)>,
-    /// A number that no other system of the program has.
-    pub(crate) number: u64,
     elements: OnceLock<Option<Arc<Elements>>>,
     /// The linear response of the body at rest to its muscles, made when it is first needed.
     pub(crate) at_rest: OnceLock<Option<AtRest>>,
@@ -93,11 +90,6 @@ impl<const D: usize> System<D> {
         &self.rest
     }
 
-    /// Displaced nodes of bones and their positions, m.
-    pub fn displaced(&self) -> &[(usize, SVector<f64, D>)] {
-        &self.displaced
-    }
-
     /// The position of a node of a bone, m, which may be displaced.
     pub(crate) fn bone_position(&self, node: usize) -> SVector<f64, D> {
         self.displaced.iter().find(|(n, _)| *n == node).map_or(self.rest[node], |(_, at)| *at)
@@ -107,9 +99,8 @@ impl<const D: usize> System<D> {
         let inner = self.paths.iter().flat_map(StraightPath::inner_nodes);
         let followers = self.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
         let placed: Vec<usize> = inner.chain(followers).collect();
-        (0..self.rest.len())
-            .filter(|n| self.layout.pattern.unknown(*n).is_none() && !placed.contains(n))
-            .collect()
+        let is_held = |n: &usize| self.layout.pattern.unknown(*n).is_none() && !placed.contains(n);
+        (0..self.rest.len()).filter(is_held).collect()
     }
 
     /// The layout, for [`Additions::layout`] of a body that differs only in the positions of its nodes.

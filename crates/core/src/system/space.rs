@@ -2,21 +2,19 @@
 
 use serde::Deserialize;
 
+use super::{Additions, Model, System, SystemError, coefficients};
 use crate::body::space::{Half, Segment};
 use crate::body::{Body, Muscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
 use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
-use crate::material::{Coefficients, MooneyRivlin};
-
-use super::{Additions, Model, System, SystemError, coefficients};
+use crate::material::MooneyRivlin;
 
 /// Model of the muscles of a body in space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MusclesAs {
-    /// Stress along the fibres at the points of every element of a muscle's region, and lines outside the tissue. It converges as the mesh
-    /// is refined.
+    /// Stress along the fibres in every element of a muscle, and lines outside the tissue; it converges under refinement.
     #[default]
     Stress,
     /// Forces along the segments of fibres between nodes, as in ArtiSynth, which do not converge as the mesh is refined.
@@ -105,7 +103,10 @@ impl System<3> {
         }
         effects.append(&mut additions.effects);
         let contracting: Vec<usize> = (0..body.muscles.len()).collect();
-        let coefficients = spring_coefficients(body, law)?;
+        // Motions use the mass of a node in the coefficients of springs equivalent to the tissue.
+        let poisson_ratio = law.poisson_ratio();
+        let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
+        let coefficients = coefficients(mesh, &Model { young_modulus, poisson_ratio, ..Model::default() })?;
         Self::assemble(mesh, coefficients, effects, additions, Vec::new(), &contracting)
     }
 }
@@ -135,11 +136,4 @@ fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
         }
     }
     strands
-}
-
-/// Coefficients of springs equivalent to the tissue, of which motions use the mass of a node.
-fn spring_coefficients(body: &Body<3>, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
-    let poisson_ratio = law.poisson_ratio();
-    let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
-    coefficients(&body.mesh, &Model { young_modulus, poisson_ratio, ..Model::default() })
 }

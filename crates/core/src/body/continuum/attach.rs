@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::SVector;
 
-use super::{ContinuumSettings, Tie};
+use super::{ContinuumSettings, ReplacedBones, Tie};
 use crate::body::Mesh;
 use crate::geometry::quadratic::{self, gauss_legendre};
 use crate::geometry::simplex::{self, MAX_CORNERS};
@@ -15,13 +15,6 @@ use crate::statistics::least_by;
 const PIECES: usize = 8;
 const POINTS: usize = 6;
 
-/// How the bones of a mesh hold its continuum.
-pub(super) struct Attachments {
-    /// For every fixed node of the given mesh, the nodes that replace it.
-    pub replacements: Vec<(usize, Vec<usize>)>,
-    pub ties: Vec<Tie>,
-}
-
 /// Adds the bones of `base` to the nodes of `mesh`, which has these elements; `number` has the new numbers of the nodes of `base`.
 pub(super) fn bones<const D: usize>(
     base: &Mesh<D>,
@@ -29,7 +22,7 @@ pub(super) fn bones<const D: usize>(
     elements: &[Vec<usize>],
     number: &[Option<usize>],
     settings: &ContinuumSettings,
-) -> Attachments {
+) -> (ReplacedBones, Vec<Tie>) {
     let faces = topology::surface(elements.iter().map(|element| &element[..=D]));
     let fixed: BTreeSet<usize> = base.fixed.iter().filter_map(|&n| number[n]).collect();
     let mut held: BTreeSet<usize> = BTreeSet::new();
@@ -72,7 +65,7 @@ pub(super) fn bones<const D: usize>(
         replacements.push((bone, nodes));
     }
     mesh.fixed.sort_unstable();
-    Attachments { replacements, ties }
+    (replacements, ties)
 }
 
 /// The places in an element's list of the nodes on the face opposite to a corner, its `D` corners first.
@@ -98,8 +91,7 @@ impl<const D: usize> Patches<'_, D> {
         })
     }
 
-    /// Ties the face of an element that is opposite to one of its corners to the centres within the radius, each place to the nearest
-    /// centre.
+    /// Ties the face of an element opposite to one of its corners to the centres within the radius, each place to the nearest.
     fn tie(&mut self, element: &[usize], opposite: usize, centres: &[usize], radius: f64) {
         let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
         let on_face: Vec<usize> = on_face::<D>(opposite).collect();

@@ -17,7 +17,6 @@ pub(super) struct MuscleCourse<const D: usize> {
     points: Vec<SVector<f64, D>>,
     /// The node of the bone at each end, if there is one.
     bones: [Option<usize>; 2],
-    /// Whether each end is outside the tissue.
     outside: [bool; 2],
     /// Whether the tension fades out at each end, because it is in the tissue and neither on a bone nor on the surface.
     fades: [bool; 2],
@@ -219,8 +218,7 @@ fn unattached(muscle: &str) -> BodyError {
     BodyError(format!("muscle {muscle} {problem}"))
 }
 
-/// Offsets of the fibres in the cross-section, in half widths, and their shares of the tension: Gauss points with the weights `(1 - t²)²`,
-/// in space on rings.
+/// Offsets of fibres in half widths, and shares of the tension: Gauss points with weights `(1 - t²)²`, in space on rings.
 fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)> {
     let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
     let mut fibres: Vec<([f64; 2], f64)> = Vec::new();

@@ -13,7 +13,6 @@ const SHORTEST: f64 = 1e-9;
 const RINGS: usize = 12;
 const AROUND: usize = 48;
 
-/// The elements, with their corners and bounding boxes.
 pub struct Locator<'a, const D: usize> {
     pub elements: &'a [Vec<usize>],
     corners: Vec<Corners<D>>,
@@ -55,11 +54,7 @@ impl<'a, const D: usize> Locator<'a, D> {
         best.map(|(e, at, _)| (e, at))
     }
 
-    /// Elements whose bounding box is nearer to a point than `reach`, m, along every axis.
-    fn all_near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
-        (0..self.boxes.len()).filter(|&e| self.is_near(e, p, reach)).collect()
-    }
-
+    /// Whether the bounding box of an element is nearer to a point than `reach`, m, along every axis.
     fn is_near(&self, element: usize, p: &SVector<f64, D>, reach: f64) -> bool {
         let [low, high] = &self.boxes[element];
         (0..D).all(|d| p[d] >= low[d] - reach && p[d] <= high[d] + reach)
@@ -68,7 +63,8 @@ impl<'a, const D: usize> Locator<'a, D> {
     /// Weights of nodes that give the mean of a field over the tissue within `radius`, m, of a point, where tissue at the distance d counts
     /// `(1 - d²/radius²)²`; with radius 0 the field at the point. `None` without tissue there.
     pub fn mean(&self, centre: &SVector<f64, D>, radius: f64) -> Option<Vec<(usize, f64)>> {
-        let among = self.all_near(centre, radius);
+        let all = 0..self.boxes.len();
+        let among: Vec<usize> = all.filter(|&e| self.is_near(e, centre, radius)).collect();
         let mut weights: std::collections::BTreeMap<usize, f64> = std::collections::BTreeMap::new();
         for (offset, weight) in ball::<D>(if radius > 0.0 { RINGS } else { 0 }) {
             let Some((e, at)) = self.find(&(centre + offset * radius), &among) else { continue };
@@ -81,8 +77,7 @@ impl<'a, const D: usize> Locator<'a, D> {
             .then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
     }
 
-    /// The parts of a straight line that lie in the tissue, in order and without overlap: the element of each, and its beginning and end
-    /// as fractions of the line.
+    /// The parts of a line that lie in the tissue, in order and without overlap: the element, beginning and end as fractions.
     pub fn cut(&self, a: &SVector<f64, D>, b: &SVector<f64, D>) -> Vec<(usize, [f64; 2])> {
         let (low, high) = (a.inf(b), a.sup(b));
         let meets = |[l, h]: &[SVector<f64, D>; 2]| (0..D).all(|d| high[d] >= l[d] && low[d] <= h[d]);

@@ -23,14 +23,12 @@ use locate::Locator;
 
 const MOST_FIBRES: usize = 256;
 
-/// Widths of muscles and attachment to bones. They are chosen, not measured, and never tuned on data for validation. `results/continuum`
-/// has their effect on the answers.
+/// Widths of muscles and attachment to bones, chosen and never tuned on validation data; `results/continuum` has their effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContinuumSettings {
     /// Width of a muscle, m; half of it at a bone. With 0 it is a line, for bodies whose muscles are given fibre by fibre.
     pub bundle_width_m: f64,
-    /// Number of fibres over the width on meshes with a spacing of a third of the width or more; on finer ones at least three for each
-    /// spacing.
+    /// Number of fibres over the width where the spacing is a third of it or more; on finer meshes at least three a spacing.
     pub fibres: usize,
     /// Radius of the patch around a point of bone, m. With 0 the bone holds its node alone, which does not converge.
     pub patch_radius_m: f64,
@@ -150,8 +148,7 @@ impl<const D: usize> Continuum<D> {
         for f in &mut moved.followers {
             f.offset = nodes[f.node] - f.mean(nodes);
         }
-        // Strands need no change: coefficients inversely and weights directly proportional to the length at rest would give the same
-        // energy.
+        // The strands need no change, since longer weights and as much smaller coefficients would give the same energy.
         moved
     }
 }
@@ -190,14 +187,8 @@ pub struct Tie {
     pub form: Vec<f64>,
 }
 
-/// The mesh of a continuum, and the nodes of its bones.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContinuumMesh<const D: usize> {
-    /// The mesh, whose nodes are the corners of the elements, then the middles of edges, bones, and points of muscles.
-    pub mesh: Mesh<D>,
-    /// For every fixed node of the given mesh the nodes that replace it, that with its position first.
-    pub bones: Vec<(usize, Vec<usize>)>,
-}
+/// For every fixed node of a mesh the nodes that replace it in the continuum, that with its position first.
+pub type ReplacedBones = Vec<(usize, Vec<usize>)>;
 
 /// Makes a mesh of linear cells a continuum: a node in the middle of every edge, a bundle of fibres along every muscle, and a patch around
 /// every bone that is a point of the surface. Bones that hold whole edges (in space: faces) of the surface are unchanged. `lines` has the
@@ -207,7 +198,7 @@ pub fn from_mesh<const D: usize>(
     base: &Mesh<D>,
     lines: Option<&[Vec<SVector<f64, D>>]>,
     settings: &ContinuumSettings,
-) -> Result<ContinuumMesh<D>, BodyError> {
+) -> Result<(Mesh<D>, ReplacedBones), BodyError> {
     settings.check()?;
     if base.continuum.is_some() {
         return Err(BodyError("the mesh is a continuum already".to_owned()));
@@ -221,7 +212,7 @@ pub fn from_mesh<const D: usize>(
         .check(base.cells.len() as f64)
         .map_err(|beyond| BodyError(beyond.to_string()))?;
     let (mut mesh, elements, number) = quadratic(base);
-    let held = attach::bones(base, &mut mesh, &elements, &number, settings);
+    let (bones, ties) = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);
     let edges = base.cells.edges();
     let spacing = edges.keys().map(|&edge| base.distance(edge)).sum::<f64>() / edges.len().max(1) as f64;
@@ -234,7 +225,7 @@ pub fn from_mesh<const D: usize>(
             Some(points) => points.clone(),
             None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
         };
-        let line = MuscleCourse::new(base, chain, course, &held.replacements)?;
+        let line = MuscleCourse::new(base, chain, course, &bones)?;
         bundles.push(line.strands(&locator, settings)?);
         let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
         muscles.push(MuscleChain { name: chain.name.clone(), nodes });
@@ -242,13 +233,12 @@ pub fn from_mesh<const D: usize>(
     mesh.muscles = muscles;
     mesh.connect();
     let elements = elements.concat();
-    let continuum = Continuum { settings: *settings, elements, followers, bundles, ties: held.ties };
+    let continuum = Continuum { settings: *settings, elements, followers, bundles, ties };
     mesh.continuum = Some(continuum.into());
-    Ok(ContinuumMesh { mesh, bones: held.replacements })
+    Ok((mesh, bones))
 }
 
-/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts of the elements, the
-/// elements, and the new number of every node in the tissue.
+/// The tissue with nodes in the middle of its edges: nodes and linear parts, elements, and the new number of each node.
 fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usize>>, Vec<Option<usize>>) {
     let mut nodes = Vec::new();
     let number: Vec<Option<usize>> =

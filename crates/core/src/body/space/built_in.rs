@@ -85,24 +85,15 @@ fn within(x: f64, [low, high]: [f64; 2]) -> bool {
     (low - TOLERANCE..=high + TOLERANCE).contains(&x)
 }
 
-struct NodeGrid {
-    /// Number of elements along u, v, and t on both sides.
-    counts: [usize; 3],
-    mesh: Mesh<3>,
-    /// Coordinates [u, v, t] of each node.
-    at: Vec<[f64; 3]>,
-    /// Coordinates of the middle of each element.
-    middles: Vec<[f64; 3]>,
-}
-
 impl Body<3> {
     /// The built-in tongue with `fine` times as many elements in each direction as in `targets/tongue_in_space.toml`, which has 672.
     pub fn tongue_in_space(fine: usize) -> Result<Self, BodyError> {
         let wrong = |problem: String| BodyError::file(FILE, problem);
         let file: SpaceFile = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
         let anatomy = Anatomy::reference()?;
-        let NodeGrid { counts, mut mesh, mut at, middles } =
-            NodeGrid::new(&file, anatomy.outline(), fine.max(1));
+        let [u, v, t] = file.elements.map(|n| n * fine.max(1));
+        let counts = [u, v, 2 * t];
+        let (mut mesh, mut at, middles) = hexahedra(&file, anatomy.outline(), counts);
         let in_tissue = at.len();
         let mut bones: Vec<Bone> = Vec::new();
         for BoneParts { name, parts } in &file.bone {
@@ -207,29 +198,30 @@ impl Body<3> {
     }
 }
 
-impl NodeGrid {
-    fn new(file: &SpaceFile, outline: &ClosedSpline, fine: usize) -> Self {
-        let [u, v, t] = file.elements.map(|n| n * fine);
-        let counts = [u, v, 2 * t];
-        let section = MidsagittalSection::new(file, outline);
-        let (mut mesh, mut at) = (Mesh::<3>::default(), Vec::new());
-        for steps in grid(counts.map(|n| n + 1)) {
-            let [u, v, t]: [f64; 3] = std::array::from_fn(|d| steps[d] as f64 / counts[d] as f64);
-            let place = [u, v, 2.0 * t - 1.0];
-            mesh.nodes.push(section.place(file, place));
-            at.push(place);
-        }
-        let mut middles = Vec::new();
-        for [i, j, k] in grid(counts) {
-            let floor = [[i, j, k], [i + 1, j, k], [i + 1, j, k + 1], [i, j, k + 1]];
-            let top = floor.map(|[i, j, k]| [i, j + 1, k]);
-            let corners = [floor, top].concat();
-            mesh.hexahedra.push(std::array::from_fn(|c| grid_node(counts, corners[c])));
-            let [a, b] = [at[grid_node(counts, floor[0])], at[grid_node(counts, top[2])]];
-            middles.push(std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
-        }
-        Self { counts, mesh, at, middles }
+/// The tissue of so many elements along u, v, and t on both sides, and the coordinates [u, v, t] of its nodes and of elements' middles.
+fn hexahedra(
+    file: &SpaceFile,
+    outline: &ClosedSpline,
+    counts: [usize; 3],
+) -> (Mesh<3>, Vec<[f64; 3]>, Vec<[f64; 3]>) {
+    let section = MidsagittalSection::new(file, outline);
+    let (mut mesh, mut at) = (Mesh::<3>::default(), Vec::new());
+    for steps in grid(counts.map(|n| n + 1)) {
+        let [u, v, t]: [f64; 3] = std::array::from_fn(|d| steps[d] as f64 / counts[d] as f64);
+        let place = [u, v, 2.0 * t - 1.0];
+        mesh.nodes.push(section.place(file, place));
+        at.push(place);
     }
+    let mut middles = Vec::new();
+    for [i, j, k] in grid(counts) {
+        let floor = [[i, j, k], [i + 1, j, k], [i + 1, j, k + 1], [i, j, k + 1]];
+        let top = floor.map(|[i, j, k]| [i, j + 1, k]);
+        let corners = [floor, top].concat();
+        mesh.hexahedra.push(std::array::from_fn(|c| grid_node(counts, corners[c])));
+        let [a, b] = [at[grid_node(counts, floor[0])], at[grid_node(counts, top[2])]];
+        middles.push(std::array::from_fn(|d| 0.5 * (a[d] + b[d])));
+    }
+    (mesh, at, middles)
 }
 
 /// The midsagittal section between its four corners.
@@ -242,7 +234,7 @@ struct MidsagittalSection<'a> {
 
 impl<'a> MidsagittalSection<'a> {
     fn new(file: &SpaceFile, outline: &'a ClosedSpline) -> Self {
-        let whole = outline.perimeter();
+        let whole = outline.perimeter;
         let way = |[x, y]: [f64; 2]| outline.nearest(Point::new(x, y) * 1e-3).0;
         let first = way(file.corners_mm[0]);
         let mut ways = [first; 5];
@@ -255,7 +247,7 @@ impl<'a> MidsagittalSection<'a> {
             ways[1..4].iter_mut().for_each(|way| *way -= whole);
             ways[4] = first - whole;
         }
-        let polygon = outline.polygon();
+        let polygon = &outline.polygon;
         let middle = polygon.iter().sum::<Point>() / polygon.len() as f64;
         Self { outline, ways, middle }
     }
@@ -263,7 +255,7 @@ impl<'a> MidsagittalSection<'a> {
     /// The point of the outline at `part` between corner `side` and the next one, m.
     fn on(&self, side: usize, part: f64) -> Point {
         let [from, to] = [self.ways[side], self.ways[side + 1]];
-        self.outline.point((from + part * (to - from)).rem_euclid(self.outline.perimeter()))
+        self.outline.point((from + part * (to - from)).rem_euclid(self.outline.perimeter))
     }
 
     /// The point at u, v between the four sides (transfinite interpolation, Gordon and Hall 1973), m.

@@ -45,42 +45,34 @@ pub struct Operated {
 impl Body<3> {
     /// Numbers of the elements of a region, on one side or on both.
     pub fn elements_in(&self, region: &Region, side: Option<Side>) -> Result<BTreeSet<usize>, BodyError> {
-        let of_muscles: BTreeSet<usize> = match region {
+        let middle = |element: usize| {
+            let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
+            x.iter().sum::<Vector3<f64>>() / x.len() as f64
+        };
+        let all = 0..self.mesh.hexahedra.len();
+        let (is_sound, mut found): (bool, BTreeSet<usize>) = match region {
+            Region::Box([low, high]) => (
+                low.iter().chain(high).all(|c| c.is_finite()) && (0..3).all(|d| low[d] < high[d]),
+                all.filter(|&e| (0..3).all(|d| (low[d]..=high[d]).contains(&middle(e)[d]))).collect(),
+            ),
+            Region::Ball(centre, radius) => (
+                centre.iter().all(|c| c.is_finite()) && radius.is_finite() && *radius > 0.0,
+                all.filter(|&e| (middle(e) - centre).norm() <= *radius).collect(),
+            ),
             Region::Muscle(name) => {
                 let muscles = self.both_sides(name)?;
-                muscles.iter().flat_map(|&m| self.muscles[m].region.iter().copied()).collect()
+                (true, muscles.iter().flat_map(|&m| self.muscles[m].region.iter().copied()).collect())
             }
-            _ => BTreeSet::new(),
         };
-        let sound = match region {
-            Region::Box([low, high]) => {
-                low.iter().chain(high).all(|c| c.is_finite()) && (0..3).all(|d| low[d] < high[d])
-            }
-            Region::Ball(centre, radius) => {
-                centre.iter().all(|c| c.is_finite()) && radius.is_finite() && *radius > 0.0
-            }
-            Region::Muscle(_) => true,
-        };
-        if !sound {
+        if !is_sound {
             let message = "the region has no extent or is not finite; give a box from low to high, or a positive radius";
             return Err(BodyError(message.to_owned()));
         }
-        let found = (0..self.mesh.hexahedra.len()).filter(|element| {
-            let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[*element]);
-            let middle = x.iter().sum::<Vector3<f64>>() / x.len() as f64;
-            let on_side = match side {
-                Some(Side::Left) => middle.y < 0.0,
-                Some(Side::Right) => middle.y > 0.0,
-                _ => true,
-            };
-            on_side
-                && match region {
-                    Region::Box([low, high]) => (0..3).all(|d| (low[d]..=high[d]).contains(&middle[d])),
-                    Region::Ball(centre, radius) => (middle - centre).norm() <= *radius,
-                    Region::Muscle(_) => of_muscles.contains(element),
-                }
-        });
-        let found: BTreeSet<usize> = found.collect();
+        match side {
+            Some(Side::Left) => found.retain(|&e| middle(e).y < 0.0),
+            Some(Side::Right) => found.retain(|&e| middle(e).y > 0.0),
+            _ => {}
+        }
         let none =
             "no element has its middle in the region; coordinates are millimetres in the frame of the body";
         if found.is_empty() { Err(BodyError(none.to_owned())) } else { Ok(found) }
@@ -102,6 +94,8 @@ impl Body<3> {
         let kept: Vec<usize> = (0..count).filter(|&e| !is_cut(e)).collect();
         let mut number: Vec<Option<usize>> = (0..count).map(Some).collect();
         let factor_of = |e: usize| self.factors.get(e).copied().unwrap_or(1.0);
+        let factors =
+            |of_cut: f64| (0..count).map(|e| if is_cut(e) { of_cut } else { factor_of(e) }).collect();
         match filling {
             Filling::Removed => {
                 for bone in &self.bones {
@@ -122,12 +116,8 @@ impl Body<3> {
                 body.mesh.fixed.sort_unstable();
                 body.mesh.connect();
             }
-            Filling::Scar(factor) => {
-                body.factors = (0..count).map(|e| if is_cut(e) { factor } else { factor_of(e) }).collect();
-            }
-            Filling::Flap if !self.factors.is_empty() => {
-                body.factors = (0..count).map(|e| if is_cut(e) { 1.0 } else { factor_of(e) }).collect();
-            }
+            Filling::Scar(factor) => body.factors = factors(factor),
+            Filling::Flap if !self.factors.is_empty() => body.factors = factors(1.0),
             Filling::Flap | Filling::Silent => {}
         }
         let mut muscles = Vec::new();

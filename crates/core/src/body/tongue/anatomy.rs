@@ -1,5 +1,4 @@
-//! The anatomy of a tongue, from which a mesh is made: its outline, its muscle lines, and its points on bone. It is read from TOML in
-//! millimetres and held in metres.
+//! The anatomy from which a mesh is made: outline, muscle lines and points on bone, in TOML in millimetres, held in metres.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -32,7 +31,6 @@ pub struct MuscleLine {
     pub name: String,
     /// First and second end, m.
     pub ends: [Point; 2],
-    /// The part outside the tissue, if there is one.
     pub outside: Option<OutsidePart>,
 }
 
@@ -87,7 +85,11 @@ impl Anatomy {
 
     fn checked(file: &AnatomyFile) -> ParsedText<Self> {
         let outline = outline(&file.outline)?;
-        let bones = bones(&file.bones)?;
+        let bones = file.bones.iter().map(|(name, points)| {
+            let points = points.iter().map(metres).collect::<ParsedText<_>>()?;
+            Ok(AnatomyBone { name: name.clone(), points })
+        });
+        let bones = bones.collect::<ParsedText<Vec<_>>>()?;
         // Muscles have the order of the file.
         let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
         given.sort_by_key(|(_, line)| line.span().start);
@@ -106,8 +108,20 @@ impl Anatomy {
         }
         for (name, given) in &file.bones {
             for spanned in given {
-                check_bone_point(name, metres(spanned)?, &outline, &muscles)
-                    .map_err(|p| (spanned.span(), p))?;
+                let point = metres(spanned)?;
+                let from_ends = muscles.iter().flat_map(|m| m.ends).map(|end| (end - point).norm());
+                let from_end = from_ends.fold(f64::INFINITY, f64::min);
+                let from_outline = outline.nearest(point).1;
+                if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
+                    continue;
+                }
+                let (x, y) = (point.x * 1e3, point.y * 1e3);
+                let away_mm = from_end.min(from_outline) * 1e3;
+                let message = format!(
+                    "the point [{x}, {y}] of bone \"{name}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
+                     a bone holds ends of muscles or points of the outline"
+                );
+                return Err((spanned.span(), message));
             }
         }
         Ok(Self { outline, muscles, bones })
@@ -156,18 +170,10 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> ParsedText<ClosedSpline> {
     let crossed = || (given.span(), crossed.to_owned());
     let curve = ClosedSpline::through(points).ok_or_else(crossed)?;
     // A coarser polygon is enough, since the test compares every edge with every other.
-    let coarse: Vec<Point> = curve.polygon().iter().step_by(4).copied().collect();
+    let coarse: Vec<Point> = curve.polygon.iter().step_by(4).copied().collect();
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
 }
 
-fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> ParsedText<Vec<AnatomyBone>> {
-    let bones = given.iter().map(|(name, points)| {
-        Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<ParsedText<_>>()? })
-    });
-    bones.collect()
-}
-
-/// A muscle line with its part outside the tissue.
 fn muscle_line(
     name: &str,
     given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,
@@ -185,7 +191,7 @@ fn muscle_line(
         return Err(format!("the two ends of {name} are the same point"));
     }
     let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
-    let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
+    let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(&outline.polygon, ends[i]));
     // An end on the outline may be slightly to either side of it; a crossing near it is that end.
     let margin = on_outline.map(|on| if on { 2.0 * ON_OUTLINE_M / length } else { 0.0 });
     let mut meets = outline.crossings(ends);
@@ -201,7 +207,7 @@ fn muscle_line(
             return Err(format!("{name} does not reach the tissue: {message}"));
         }
         [false, false] => {
-            let inside = meets.is_empty() && plane::encloses(outline.polygon(), at(0.5));
+            let inside = meets.is_empty() && plane::encloses(&outline.polygon, at(0.5));
             return if inside { Ok(line(None)) } else { Err(leaves) };
         }
         [true, false] => 0,
@@ -219,24 +225,4 @@ fn muscle_line(
         return Err(format!("the end [{x}, {y}] of {name} {message}"));
     }
     Ok(line(Some(OutsidePart { end, entry })))
-}
-
-fn check_bone_point(
-    bone: &str,
-    point: Point,
-    outline: &ClosedSpline,
-    muscles: &[MuscleLine],
-) -> Result<(), String> {
-    let from_end =
-        muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
-    let from_outline = outline.nearest(point).1;
-    if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
-        return Ok(());
-    }
-    let away_mm = from_end.min(from_outline) * 1e3;
-    let (x, y) = (point.x * 1e3, point.y * 1e3);
-    Err(format!(
-        "the point [{x}, {y}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
-         a bone holds ends of muscles or points of the outline"
-    ))
 }

@@ -11,8 +11,7 @@ use crate::limits::PLANE_NODES;
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
 
-/// The finest and the coarsest spacing over the square root of the tissue's area: 0.22 and 15 mm for the reference. Finer meshes have more
-/// than [`PLANE_NODES`]; coarser ones have no room for the muscles.
+/// The finest and the coarsest spacing, by memory and by room for muscles, over the square root of the tissue's area.
 const FINEST: f64 = 1.0 / 226.0;
 const COARSEST: f64 = 1.0 / 3.3;
 
@@ -35,7 +34,7 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
     let size = anatomy.outline().area().sqrt();
     let (least, most) = (size * FINEST, size * COARSEST);
     if !(least..=most).contains(&h) {
-        let [h_mm, extent_mm] = [h, geometry::extent(anatomy.outline().points())].map(|m| m * 1e3);
+        let [h_mm, extent_mm] = [h, geometry::extent(&anatomy.outline().points)].map(|m| m * 1e3);
         // Both limits are rounded into the range.
         let (least_mm, most_mm) = ((1e5 * least).ceil() / 100.0, (1e4 * most).floor() / 10.0);
         return Err(BodyError(format!(

@@ -39,6 +39,10 @@ pub(crate) struct OutlineFrame {
     /// Nodes of muscles outside the tissue, m.
     pub outside: Vec<Point>,
     pub fixed: Vec<Site>,
+    /// The mesh spacing, m.
+    h: f64,
+    /// The node at each anchor.
+    sites: BTreeMap<usize, Site>,
 }
 
 /// A node by its number among those of the tissue, or among those outside it.
@@ -52,44 +56,36 @@ impl OutlineFrame {
     /// The lines of an anatomy at a mesh spacing `h`, m.
     pub fn new(anatomy: &Anatomy, h: f64) -> Self {
         let anchors = Anchors::find(anatomy, h);
-        let mut frame = Self::default();
-        let mut sites: BTreeMap<usize, Site> = BTreeMap::new();
-        frame.add_outline(anatomy.outline(), &anchors, h, &mut sites);
+        let mut frame = Self { h, ..Self::default() };
+        frame.add_outline(anatomy.outline(), &anchors);
         let mut pieces = BTreeMap::new();
-        for muscle in 0..anatomy.muscles().len() {
-            frame.add_muscle(anatomy, &anchors, muscle, h, &mut sites, &mut pieces);
+        for (muscle, stations) in anatomy.muscles().iter().zip(&anchors.stations) {
+            frame.add_muscle(&anchors.points, stations, muscle.outside.map(|o| o.end), &mut pieces);
         }
-        frame.fixed = anchors.fixed.iter().filter_map(|a| sites.get(a).copied()).collect();
+        frame.fixed = anchors.fixed.iter().filter_map(|a| frame.sites.get(a).copied()).collect();
         frame.segments.iter_mut().for_each(|s| s.sort_unstable());
         frame.segments.sort_unstable();
         frame.segments.dedup();
         frame
     }
 
-    /// Cuts the outline between its anchors, then moves the nodes between them outwards until the polygon has the area of the curve, on
-    /// which the stiffness depends. A polygon with its corners on the curve has up to 2 % less.
-    fn add_outline(
-        &mut self,
-        curve: &ClosedSpline,
-        anchors: &Anchors,
-        h: f64,
-        sites: &mut BTreeMap<usize, Site>,
-    ) {
+    /// Cuts the outline between its anchors, and moves the nodes between them outwards until the polygon has the area of the curve.
+    fn add_outline(&mut self, curve: &ClosedSpline, anchors: &Anchors) {
         let mut stops: Vec<(f64, Option<usize>)> =
             anchors.on_outline.iter().map(|(along, anchor)| (*along, Some(*anchor))).collect();
         if stops.is_empty() {
             stops.push((0.0, None));
         }
-        let wanted = (curve.perimeter() / (OUTLINE_SPACING * h)).round().max(3.0);
+        let wanted = (curve.perimeter / (OUTLINE_SPACING * self.h)).round().max(3.0);
         let first = stops[0].0;
-        let ends = stops.iter().skip(1).map(|s| s.0).chain([first + curve.perimeter()]);
+        let ends = stops.iter().skip(1).map(|s| s.0).chain([first + curve.perimeter]);
         let lengths: Vec<f64> = stops.iter().zip(ends).map(|((from, _), to)| to - from).collect();
         let parts = share(wanted as usize, &lengths);
         for (((from, anchor), length), parts) in stops.into_iter().zip(lengths).zip(parts) {
             for part in 0..parts {
                 let at = match anchor {
                     Some(anchor) if part == 0 => {
-                        sites.insert(anchor, Site::Tissue(self.nodes.len()));
+                        self.sites.insert(anchor, Site::Tissue(self.nodes.len()));
                         anchors.points[anchor]
                     }
                     _ => curve.point(from + length * part as f64 / parts as f64),
@@ -110,15 +106,11 @@ impl OutlineFrame {
     /// Cuts a muscle between its anchors. Muscles on the same part of a line share its nodes.
     fn add_muscle(
         &mut self,
-        anatomy: &Anatomy,
-        anchors: &Anchors,
-        muscle: usize,
-        h: f64,
-        sites: &mut BTreeMap<usize, Site>,
+        anchors: &[Point],
+        stations: &[usize],
+        outside_end: Option<usize>,
         pieces: &mut BTreeMap<[usize; 2], Vec<Site>>,
     ) {
-        let stations = &anchors.stations[muscle];
-        let outside_end = anatomy.muscles()[muscle].outside.map(|o| o.end);
         let last = stations.len().saturating_sub(2);
         let mut chain = Vec::new();
         for (i, pair) in stations.windows(2).enumerate() {
@@ -127,11 +119,12 @@ impl OutlineFrame {
             let mut piece = pieces.get(&key).cloned().unwrap_or_else(|| {
                 let site = key.map(|anchor| {
                     let dangles = outside && outside_end.is_some_and(|e| stations[e * (last + 1)] == anchor);
-                    *sites
-                        .entry(anchor)
-                        .or_insert_with(|| self.add(anchors.points[anchor], Freedom::None, dangles))
+                    let known = self.sites.get(&anchor).copied();
+                    let site = known.unwrap_or_else(|| self.add(anchors[anchor], Freedom::None, dangles));
+                    self.sites.insert(anchor, site);
+                    site
                 });
-                let piece = self.cut(site, key.map(|a| anchors.points[a]), outside, h);
+                let piece = self.cut(site, key.map(|a| anchors[a]), outside);
                 pieces.insert(key, piece.clone());
                 piece
             });
@@ -154,9 +147,9 @@ impl OutlineFrame {
     }
 
     /// Cuts a straight part of a line; returns its nodes with both ends.
-    fn cut(&mut self, site: [Site; 2], ends: [Point; 2], outside: bool, h: f64) -> Vec<Site> {
+    fn cut(&mut self, site: [Site; 2], ends: [Point; 2], outside: bool) -> Vec<Site> {
         let along = ends[1] - ends[0];
-        let parts = along.norm() / h;
+        let parts = along.norm() / self.h;
         // Outside the tissue connections are not shorter than h, as in the published mesh, which has 12 nodes there.
         let parts = (if outside { parts.floor() } else { parts.round() }).max(1.0);
         let mut piece = vec![site[0]];

@@ -1,19 +1,18 @@
-//! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each function, whatever the number of
-//! parameters.
+//! Derivatives of functions of the shape by tensions, bones and constants, by one back-substitution for each function.
 
 use nalgebra::SVector;
 
-use super::scalar_fallback::adjoint_scalar;
+use super::scalar_fallback::adjoint_of;
 use super::{Adjoint, LANES, LaneGroup, Lanes};
 use crate::parallel;
 use crate::sparse::simd::{Simd, SimdPair};
+use crate::statics::{Response, Workspace};
 use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// The derivatives of a function of the shape in each of the last equilibria, from `gradients`, its derivatives by the positions of
-    /// all nodes: one for each equilibrium. `None` for an equilibrium that is not stable, and if the barrier acts in a body other than the
-    /// group's.
+    /// The derivatives of a function of the shape in each of the last equilibria, from its derivatives by the positions of all nodes there.
+    /// `None` where it is not stable, and if the barrier acts in a body other than the group's.
     ///
     /// # Panics
     /// If there are fewer gradients than equilibria, or a gradient has not as many entries as there are nodes.
@@ -30,21 +29,19 @@ impl<const D: usize> LaneGroup<'_, D> {
         let mut pulls = Vec::new();
         if stable.contains(&true) {
             for (lane, gradient) in gradients.iter().enumerate().take(LANES) {
-                for (g, &node) in wide.iter_mut().zip(&elements.node) {
-                    (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
-                }
+                elements.put_into_lane(lane, gradient, &mut wide);
             }
             pulls = work.adjoint(elements, &mut wide);
         }
         let equilibria = self.equilibria.iter().zip(tensions).enumerate();
         let adjoints = equilibria.map(|(lane, (shape, tensions))| {
             if !stable[lane] {
-                return adjoint_scalar(system, &shape.positions, tensions.as_ref()?, &gradients[lane]);
+                let mut w = Workspace::new(system);
+                w.set(&shape.positions, tensions.as_ref()?)?;
+                return Some(adjoint_of(system, Response::new(system, &mut w)?, &gradients[lane], 1e-3));
             }
             let mut by_node = vec![SVector::zeros(); system.rest().len()];
-            for (g, &node) in wide.iter().zip(&elements.node) {
-                (0..2).for_each(|axis| by_node[node][axis] = g[axis].0[lane]);
-            }
+            elements.take_from_lane(lane, &wide, &mut by_node);
             let mut by_tension = vec![0.0; system.muscle_count()];
             elements.pulls.iter().zip(&pulls).for_each(|((_, m), p)| by_tension[*m as usize] += p.0[lane]);
             Some(Adjoint { by_node, by_tension })
@@ -52,8 +49,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         adjoints.collect()
     }
 
-    /// The derivatives of the lengths of all muscles in each of the last equilibria: one [`Adjoint`] for each muscle of the mesh, in
-    /// metres.
+    /// The derivatives of the lengths of all muscles in each of the last equilibria, m: one [`Adjoint`] for each muscle.
     pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.equilibria.len()];
@@ -93,9 +89,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         };
         Vec::from_iter(self.equilibria.iter().enumerate().map(|(lane, shape)| {
             let mut motion = vec![SVector::zeros(); shape.positions.len()];
-            for (u, &node) in wide.iter().zip(&elements.node) {
-                (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
-            }
+            elements.take_from_lane(lane, &wide, &mut motion);
             match change {
                 UnitChange::Tension(_) => {}
                 UnitChange::Bone(nodes, axis) => nodes.iter().for_each(|&node| motion[node][axis] = 1.0),
@@ -116,7 +110,7 @@ impl<const D: usize> LaneGroup<'_, D> {
         let mut stable = [false; LANES];
         if let Some((elements, work)) = &mut self.work {
             for (lane, shape) in self.equilibria.iter().enumerate().filter(|(_, shape)| shape.alone) {
-                work.set_positions(elements, lane, &shape.positions);
+                elements.put_into_lane(lane, &shape.positions, &mut work.positions);
             }
             stable = work.factorise_exactly(elements);
             for (lane, shape) in self.equilibria.iter().enumerate() {
@@ -129,7 +123,6 @@ impl<const D: usize> LaneGroup<'_, D> {
     }
 }
 
-/// A unit of a small change of a load or of the body.
 #[derive(Debug, Clone, Copy)]
 pub enum UnitChange<'a, const D: usize> {
     /// The tension in the muscle of this number, by 1 N (2D: per metre of thickness).
@@ -159,8 +152,7 @@ impl<const D: usize> Reshaped<D> {
 }
 
 impl<const D: usize> Lanes<'_, D> {
-    /// The direction in which all nodes at rest move by `motion` per unit. `changed` is the body after `part` of a unit, small enough that
-    /// its forces change linearly. `None` for bodies that lanes cannot solve.
+    /// The direction `motion` of nodes at rest per unit; `changed` is the body after a small `part` of it. `None` for other bodies.
     #[inline(never)]
     pub fn reshaped(
         &self,
@@ -168,7 +160,7 @@ impl<const D: usize> Lanes<'_, D> {
         motion: Vec<SVector<f64, D>>,
         part: f64,
     ) -> Option<Reshaped<D>> {
-        let elements = self.elements?;
+        let elements = self.system.elements()?;
         let mut numbers = elements.numbers();
         let is_same = elements.fill(changed, 0, &mut numbers);
         numbers.copy_first_lane();

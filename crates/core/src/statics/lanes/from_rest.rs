@@ -1,13 +1,11 @@
 //! The equilibria to which loads lead from rest, for several loads at once.
 
-use crate::statics::{Connection, Solution, SolveSettings, SolveStatus};
-
 use super::{LANES, LaneEquilibrium, LaneGroup, Load};
+use crate::statics::{Connection, Solution, SolveSettings, SolveStatus};
 
 /// Numbers of load steps, tried in this order. With a single step 1 of 200 draws of S1 /i/ ended at another equilibrium.
 const STEPS: [usize; 2] = [5, 25];
-/// Residual force of the shapes before the last one, N. With 0.1 N a fifth of the factors would be saved, but of 14,000 tried draws of S1
-/// /i/ and S2 /a/ 10 end elsewhere than in 25 steps (5 with this force), and one of 100 draws of a coarse body off the branch.
+/// Residual force of the shapes before the last one, N; with 0.1 N twice as many draws of S1 /i/ and S2 /a/ end elsewhere.
 const ON_THE_WAY_N: f64 = 1e-4;
 
 impl<const D: usize> Load<'_, D> {
@@ -22,8 +20,7 @@ impl<const D: usize> Load<'_, D> {
 impl<const D: usize> LaneGroup<'_, D> {
     /// The equilibria to which up to [`LANES`] loads lead from rest as they grow, jumps included; `None` where a load leads to no
     /// equilibrium, or through one in which the barrier acts. `load(i, part)` is the part, 0 to 1, of load number `i` below `count`; its
-    /// start is ignored. Loads grow in 5 steps, each solved from the shape of the step before; where this fails, in 25. Whether the body
-    /// jumps is not determined, so this takes less time than [`trace()`](crate::statics::trace()).
+    /// start is ignored. Loads grow in 5 steps, each solved from the shape of the step before; where this fails, in 25.
     #[inline(never)]
     pub fn solve_from_rest<'l>(
         &mut self,
@@ -65,8 +62,7 @@ impl<const D: usize> LaneGroup<'_, D> {
             let equilibria = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
             for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(equilibria) {
                 let Solution { status, connection, guarded, .. } = answer.solution;
-                // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that
-                // the loads grow again in more steps.
+                // Descent from a saddle is allowed in a body of springs, as a jump is; other bodies try again in more steps.
                 let is_direct = is_of_springs || connection != Connection::Downhill;
                 *is_good &= status == SolveStatus::Converged && guarded == 0 && is_direct;
                 *end = Some(answer);

@@ -2,8 +2,7 @@
 //!
 //! [`Lanes`] does for any number of loads what [`solve`](super::solve) does for one: draws of a posterior, candidates of a search, frames
 //! of a recording. Each load has its own tensions, displaced bones and start, and may have its own body with the same edges and triangles;
-//! each solution has its own status, iterations and line search. With AVX2 (detected at run time) an equilibrium from a neighbour takes
-//! less than half of the time of a single solve (`cargo bench many`).
+//! each solution has its own status, iterations and line search.
 //!
 //! # Differences from single solves
 //! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same. The bits differ, since sums have
@@ -15,45 +14,10 @@
 //!   cannot be moved to their places. So are all loads of other bodies (in space, a continuum, with contact or weight); for these a group
 //!   keeps the factor from one solve to the next. [`LaneEquilibrium::alone`] marks such loads; the status is always that of
 //!   [`solve`](super::solve).
-//!
-//! # Example
-//! ```
-//! use tongue_core::body::Body;
-//! use tongue_core::statics::lanes::{Lanes, Load};
-//! use tongue_core::statics::{SolveSettings, SolveStatus};
-//! use tongue_core::system::{Model, System};
-//!
-//! let body = Body::tongue(5.5e-3)?;
-//! let system = System::new(&body.mesh, &Model::default(), &[0, 4, 6])?;
-//! let lanes = Lanes::new(&system);
-//!
-//! // A hundred draws near one load, each starting at the shape of that load.
-//! let tensions = vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
-//! let middle = lanes.solve(&[Load::new(tensions)], &SolveSettings::default());
-//! let draw = |i: usize| {
-//!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
-//!     let load = Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]);
-//!     Load { start: Some(&middle[0].positions), ..load }
-//! };
-//! let lengths = lanes.map(100, &SolveSettings::default(), draw, |_, shape| {
-//!     (shape.solution.status == SolveStatus::Converged).then(|| system.length(&shape.positions, 0))
-//! });
-//! assert!(lengths[99] < lengths[0], "a larger tension shortens the muscle");
-//!
-//! // Exact derivatives of the length of every muscle by tensions and bones.
-//! let mut group = lanes.group();
-//! group.solve(&[draw(0), draw(99)], &SolveSettings::default());
-//! let rates = group.length_rates();
-//! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
-//! assert!(gga.by_tension[0] < 0.0, "m/N");
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 mod adjoint;
 mod from_rest;
 mod scalar_fallback;
-
-use std::sync::Arc;
 
 use nalgebra::SVector;
 
@@ -132,18 +96,16 @@ impl<const D: usize> Adjoint<D> {
 #[derive(Debug)]
 pub struct Lanes<'s, const D: usize> {
     system: &'s System<D>,
-    elements: Option<&'s Elements>,
 }
 
 impl<'s, const D: usize> Lanes<'s, D> {
-    /// Prepares a system for lanes, once for each system.
     pub fn new(system: &'s System<D>) -> Self {
-        Self { system, elements: system.elements().map(Arc::as_ref) }
+        Self { system }
     }
 
     /// Whether lanes can solve the system; otherwise every load is solved by itself.
     pub fn are_used(&self) -> bool {
-        self.elements.is_some()
+        self.system.elements().is_some()
     }
 
     /// A group that repeatedly solves up to [`LANES`] loads at once, such as the chains of one thread.
@@ -151,7 +113,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
     pub fn group(&self) -> LaneGroup<'s, D> {
         LaneGroup {
             system: self.system,
-            work: self.elements.map(|elements| (elements, SimdNewton::new(elements))),
+            work: self.system.elements().map(|elements| (elements.as_ref(), SimdNewton::new(elements))),
             fallbacks: Vec::new(),
             equilibria: Vec::new(),
             tensions: Vec::new(),
@@ -164,8 +126,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
-    /// Solves `count` loads and returns the results of `keep` for every equilibrium, in the order of the loads. The shapes are not kept,
-    /// since those of a million loads would fill the memory.
+    /// Solves `count` loads and returns the results of `keep` in their order, without the shapes, which would fill the memory.
     pub fn map<'l, R: Send>(
         &self,
         count: usize,
@@ -216,7 +177,7 @@ impl<const D: usize> LaneGroup<'_, D> {
                 let body = load.system.unwrap_or(system);
                 let Ok(solution) = work.solution(lane) else { return solve_scalar(body, load, settings) };
                 let mut positions = body.rest().to_vec();
-                work.positions(elements, lane, &mut positions);
+                elements.take_from_lane(lane, &work.positions, &mut positions);
                 body.place_path_nodes(&mut positions);
                 if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
                     return solve_scalar(body, load, settings);
@@ -251,7 +212,8 @@ impl<const D: usize> LaneGroup<'_, D> {
         for (lane, load) in loads.iter().enumerate() {
             let body = load.system.unwrap_or(system);
             let start = load.start.unwrap_or(body.rest());
-            let same = load.system.is_none() && holds_system[lane] || work.set_body(elements, lane, body);
+            let same =
+                load.system.is_none() && holds_system[lane] || elements.fill(body, lane, &mut work.numbers);
             holds_system[lane] = same && load.system.is_none();
             set[lane] = same
                 && start.len() == body.rest().len()

@@ -2,12 +2,11 @@
 
 use nalgebra::SVector;
 
+use super::{Adjoint, LaneEquilibrium, Load};
 use crate::effect::Configuration;
 use crate::geometry;
 use crate::statics::{Response, Solution, SolveSettings, SolveStatus, Workspace, solve};
 use crate::system::System;
-
-use super::{Adjoint, LaneEquilibrium, Load};
 
 pub(super) fn solve_scalar<const D: usize>(
     system: &System<D>,
@@ -76,7 +75,6 @@ impl<const D: usize> ScalarFallback<D> {
         solve_in(system, &mut self.w, &Load { start: Some(&start), ..load.clone() }, settings)
     }
 
-    /// [`adjoint_scalar`] at the last equilibrium.
     pub fn adjoint(&mut self, system: &System<D>, gradient: &[SVector<f64, D>]) -> Option<Adjoint<D>> {
         let response = match self.is_factorised {
             true => Response::with_existing_factor(system, &mut self.w),
@@ -87,23 +85,11 @@ impl<const D: usize> ScalarFallback<D> {
     }
 }
 
-/// Derivatives of a function at an equilibrium with these positions, m, and tensions, N.
-pub(super) fn adjoint_scalar<const D: usize>(
-    system: &System<D>,
-    positions: &[SVector<f64, D>],
-    tensions: &[f64],
-    gradient: &[SVector<f64, D>],
-) -> Option<Adjoint<D>> {
-    let mut w = Workspace::new(system);
-    w.set(positions, tensions)?;
-    Some(adjoint_of(system, Response::new(system, &mut w)?, gradient, 1e-3))
-}
-
-/// Step of the differences of forces on bones, over the size of the body. It is small because fibres between a bone and the tissue can be
-/// short.
+/// The step for fibres, which can be short at a bone.
 const BONE_FORCE_STEP: f64 = 1e-4;
 
-fn adjoint_of<const D: usize>(
+/// Derivatives of a function at an equilibrium; `part` is the step of the differences of forces on bones over the body's size.
+pub(super) fn adjoint_of<const D: usize>(
     system: &System<D>,
     mut response: Response<'_, D>,
     gradient: &[SVector<f64, D>],

@@ -1,9 +1,8 @@
-//! Equilibria of mass-spring bodies in the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search
-//! and a status in each lane. Loads that it cannot solve are left to the solver for any body.
+//! Equilibria of mass-spring bodies in the plane, one or several in lanes; difficult loads are left to the solver for any body.
 
 mod newton;
 mod rates;
-mod single;
+mod start;
 
 use nalgebra::SVector;
 
@@ -12,20 +11,20 @@ use crate::sparse::flat::{FlatFactor, Lower, MatrixBlock};
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::solution::{BONE_STEP_TOLERANCE, MOST_BONE_STEPS, SHORTEST_BONE_STEP};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
-use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
-pub(super) use single::{Single, at_rest};
+pub(super) use start::at_rest;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) enum Phase {
     Running,
     Converged,
-    /// The load is left to the solver for any body.
+    /// The load is left to the solver for any body; a lane without a load has this phase too.
+    #[default]
     GivenUp,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Lane {
     phase: Phase,
     is_set: bool,
@@ -41,31 +40,17 @@ struct Lane {
     energy_at_rest: Option<f64>,
 }
 
-impl Lane {
-    /// A lane without a load.
-    const EMPTY: Self = Self {
-        phase: Phase::GivenUp,
-        is_set: false,
-        done: Solution::NONE,
-        tolerance: 0.0,
-        pull: 0.0,
-        extent: 0.0,
-        safeguarded_in_a_row: 0,
-        exact: false,
-        energy_at_rest: None,
-    };
-}
-
 #[derive(Debug)]
 pub(crate) struct SimdNewton<const L: usize> {
-    numbers: ElementNumbers<L>,
+    pub numbers: ElementNumbers<L>,
     tension: Vec<Simd<L>>,
-    positions: Vec<SimdPair<L>>,
+    /// Positions of all nodes, m.
+    pub positions: Vec<SimdPair<L>>,
     trial: Vec<SimdPair<L>>,
-    force: Vec<SimdPair<L>>,
+    /// Forces on all nodes, N.
+    pub force: Vec<SimdPair<L>>,
     step: Vec<SimdPair<L>>,
-    /// `h` of every triangle at the last evaluation ([`local`](crate::system::elements::local)), then a zero for edges without a second
-    /// triangle.
+    /// `h` of every triangle ([`local`](crate::system::elements::local)), then a zero for edges without a second triangle.
     h: Vec<Simd<L>>,
     /// `h` of every triangle as the linear response to the last step has it; the stiffness uses this one.
     linear_h: Vec<Simd<L>>,
@@ -94,13 +79,8 @@ impl<const L: usize> SimdNewton<L> {
             factor: elements.factor.factor(),
             factor_ready: false,
             targets: vec![[Simd::ZERO; 2]; nodes - elements.unknowns],
-            lanes: [Lane::EMPTY; L],
+            lanes: [Lane::default(); L],
         }
-    }
-
-    /// Puts a body into a lane. Returns false if its elements are different.
-    pub fn set_body<const D: usize>(&mut self, elements: &Elements, lane: usize, system: &System<D>) -> bool {
-        elements.fill(system, lane, &mut self.numbers)
     }
 
     /// Puts tensions, the start and the places of the bones into a lane that is to be solved.
@@ -112,7 +92,7 @@ impl<const L: usize> SimdNewton<L> {
         start: &[SVector<f64, D>],
         bone: impl Fn(usize) -> SVector<f64, D>,
     ) {
-        self.set_positions(elements, lane, start);
+        elements.put_into_lane(lane, start, &mut self.positions);
         let extent = elements.node.iter().map(|&n| start[n].amax()).fold(0.0, f64::max);
         for (to, &node) in self.targets.iter_mut().zip(&elements.node[elements.unknowns..]) {
             let held = bone(node);
@@ -124,7 +104,8 @@ impl<const L: usize> SimdNewton<L> {
         }
         let pull = tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
         let exact = self.lanes[lane].exact;
-        self.lanes[lane] = Lane { phase: Phase::Running, is_set: true, pull, extent, exact, ..Lane::EMPTY };
+        self.lanes[lane] =
+            Lane { phase: Phase::Running, is_set: true, pull, extent, exact, ..Lane::default() };
     }
 
     /// Whether a lane holds a load of the last solve, even one that was given up.
@@ -147,48 +128,15 @@ impl<const L: usize> SimdNewton<L> {
         self.lanes[to] = Lane { phase: Phase::GivenUp, is_set: false, ..self.lanes[from] };
     }
 
-    /// Makes the next solve begin with a new factor.
     pub fn discard_factor(&mut self) {
         self.factor_ready = false;
         self.lanes.iter_mut().for_each(|l| l.exact = false);
-    }
-
-    /// Puts the positions of a shape that was solved elsewhere into a lane.
-    pub fn set_positions<const D: usize>(
-        &mut self,
-        elements: &Elements,
-        lane: usize,
-        positions: &[SVector<f64, D>],
-    ) {
-        for (x, &node) in self.positions.iter_mut().zip(&elements.node) {
-            (0..2).for_each(|axis| x[axis].0[lane] = positions[node][axis]);
-        }
     }
 
     /// The solution of a lane; an error with its counts of work if it was given up.
     pub fn solution(&self, lane: usize) -> Result<Solution, Solution> {
         let lane = &self.lanes[lane];
         if lane.phase == Phase::Converged { Ok(lane.done) } else { Err(lane.done) }
-    }
-
-    /// Writes the positions of a lane, m, to `positions`; the inner nodes of paths keep theirs.
-    pub fn positions<const D: usize>(
-        &self,
-        elements: &Elements,
-        lane: usize,
-        positions: &mut [SVector<f64, D>],
-    ) {
-        for (x, &node) in self.positions.iter().zip(&elements.node) {
-            (0..2).for_each(|axis| positions[node][axis] = x[axis].0[lane]);
-        }
-    }
-
-    /// Writes the forces of a lane on all nodes, N; zero on the inner nodes of paths.
-    pub fn forces<const D: usize>(&self, elements: &Elements, lane: usize, forces: &mut [SVector<f64, D>]) {
-        forces.fill(SVector::zeros());
-        for (f, &node) in self.force.iter().zip(&elements.node) {
-            (0..2).for_each(|axis| forces[node][axis] = f[axis].0[lane]);
-        }
     }
 
     #[inline(never)]
@@ -221,8 +169,7 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// Moves the bones of a lane to their places, or part of the path if cells would be inverted. Returns whether they are at their
-    /// places.
+    /// Moves the bones of a lane towards their places without inverting cells. Returns whether they are there.
     fn move_bones(&mut self, elements: &Elements, lane: usize) -> bool {
         let bones = &self.positions[elements.unknowns..];
         let ways: Vec<_> =
@@ -255,8 +202,7 @@ fn of_lane<const L: usize>(x: &SimdPair<L>, lane: usize) -> SVector<f64, 2> {
     SVector::from([x[0].0[lane], x[1].0[lane]])
 }
 
-/// Largest part of a step for which all cells keep a tenth of their measure, as in the solver for any body; `at` gives the position and
-/// the step of a node, m.
+/// Largest part of a step for which all cells keep a tenth of their measure; `at` gives position and step of a node, m.
 fn step_limit(elements: &Elements, at: impl Fn(usize) -> (SVector<f64, 2>, SVector<f64, 2>)) -> f64 {
     let mut limit: f64 = 1.0;
     for cell in &elements.cells {

@@ -5,15 +5,14 @@
 //! response to the step predicts, as if pressures were unknowns of their own (Magisano, Leonetti and Garcea 2017, mixed integration
 //! points). Forces use the true pressure, so the equilibria are the same. A draw of a posterior takes a quarter fewer factors.
 
+use super::{Phase, SimdNewton, of_lane, step_limit};
 use crate::sparse::simd::{Simd, SimdPair, vectorised};
 use crate::statics::Stability;
 use crate::statics::newton::{
     ENERGY_NOISE, MOST_INDEFINITE, NEGLIGIBLE_RESIDUAL, REUSE_REDUCTION, ROUNDING, SUFFICIENT_DECREASE,
 };
 use crate::system::elements::Elements;
-use crate::system::elements::local::{AssembleStiffness, Local, evaluate, predict_pressure};
-
-use super::{Phase, SimdNewton, of_lane, step_limit};
+use crate::system::elements::local::{Local, assemble_stiffness, evaluate, predict_pressure};
 
 /// A lane whose step must be shortened to less than this part is given up.
 const SHORTEST_STEP: f64 = 1e-4;
@@ -68,8 +67,7 @@ impl<const L: usize> SimdNewton<L> {
         any
     }
 
-    /// Factorises the exact stiffness in all lanes; where it is not positive definite, the convex one plus a growing multiple of the unit
-    /// matrix.
+    /// Factorises the exact stiffness in all lanes; where that fails, the convex one plus a growing multiple of the unit matrix.
     fn factorise(&mut self, elements: &Elements) {
         let mut convex = [false; L];
         let largest = self.assemble(elements, convex);
@@ -149,16 +147,10 @@ impl<const L: usize> SimdNewton<L> {
     /// Assembles the stiffness. Returns the largest entry on its diagonal.
     fn assemble(&mut self, elements: &Elements, convex: [bool; L]) -> Simd<L> {
         let Self { numbers, tension, positions: x, linear_h: h, blocks, diagonal, .. } = self;
-        pulp::Arch::new().dispatch(AssembleStiffness {
-            elements,
-            numbers,
-            tension,
-            x,
-            h,
-            convex,
-            blocks,
-            diagonal,
-        })
+        vectorised(
+            #[inline(always)]
+            || assemble_stiffness(elements, numbers, tension, x, h, convex, (blocks, diagonal)),
+        )
     }
 
     pub(super) fn evaluate(&mut self, elements: &Elements) -> Local<L> {
@@ -181,8 +173,7 @@ impl<const L: usize> SimdNewton<L> {
         along.fold(Simd::ZERO, |slope, (s, f)| slope - (s[0] * f[0] + s[1] * f[1]))
     }
 
-    /// Backtracking line search in every lane. Returns whether the factor can be used again, which it can if the residual fell fast in
-    /// every lane.
+    /// Backtracking line search in every lane. Returns whether the residual fell so fast that the factor can be used again.
     fn take_step(&mut self, elements: &Elements, slope: Simd<L>, reused: bool) -> bool {
         let mut part = Simd(self.lanes.map(|l| if l.phase == Phase::Running { 1.0 } else { 0.0 }));
         let mut taken = part.0.map(|p| p == 0.0);
@@ -211,8 +202,7 @@ impl<const L: usize> SimdNewton<L> {
                         (of_lane(&trial[n], i), step)
                     });
                     if part.0[i] == 1.0 {
-                        // A cell or a spring has reached the barrier, although the step limit, which is one of cells only, allows the
-                        // whole step.
+                        // A cell or a spring has reached the barrier, although the step limit of the cells allows the whole step.
                         (part.0[i], taken[i]) = (0.0, true);
                         lane.phase = Phase::GivenUp;
                     }

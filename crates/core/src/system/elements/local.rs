@@ -10,14 +10,10 @@
 //! Each block is written once. The blocks of a row add up to zero, because a translation of the whole body causes no force, so that the
 //! diagonal block is minus the sum of the others.
 
-use pulp::NullaryFnOnce;
-
+use super::{ElementNumbers, Elements};
 use crate::effect::barrier::THRESHOLD;
-
 use crate::sparse::flat::{Lower, MatrixBlock, largest_diagonal};
 use crate::sparse::simd::{Simd, SimdPair, difference};
-
-use super::{ElementNumbers, Elements};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const L: usize> {
@@ -86,8 +82,7 @@ pub(crate) fn evaluate<const L: usize>(
     Local { energy: energy + half * cell_energy, residual_squared, upright }
 }
 
-/// Computes the `h` of every triangle that the linear response to the step from `from` predicts: `h` at `x` without the term of second
-/// order, the area of the triangle that the steps of its corners form.
+/// Computes the `h` of every triangle that is linear in the step from `from`: `h` at `x` without the area of the corners' steps.
 #[inline(always)]
 pub(crate) fn predict_pressure<const L: usize>(
     elements: &Elements,
@@ -106,67 +101,54 @@ pub(crate) fn predict_pressure<const L: usize>(
     }
 }
 
-/// Computes the stiffness at the positions of the last [`evaluate`], the exact one or, in the lanes of `convex`, the convex one. Returns
-/// its largest diagonal entry.
-pub(crate) struct AssembleStiffness<'a, const L: usize> {
-    pub elements: &'a Elements,
-    pub numbers: &'a ElementNumbers<L>,
-    pub tension: &'a [Simd<L>],
-    pub x: &'a [SimdPair<L>],
-    pub h: &'a [Simd<L>],
-    pub convex: [bool; L],
-    pub blocks: &'a mut [MatrixBlock<L>],
-    pub diagonal: &'a mut [Lower<L>],
-}
-
-impl<const L: usize> NullaryFnOnce for AssembleStiffness<'_, L> {
-    type Output = Simd<L>;
-
-    #[inline(always)]
-    fn call(self) -> Simd<L> {
-        let Self { elements, numbers, tension, x, h, convex, blocks, diagonal } = self;
-        // The convex stiffness leaves out the lateral part of compressed springs and the part by the pressure of triangles.
-        let keep = Simd(convex.map(|c| if c { 0.0 } else { 1.0 }));
-        let least_across = Simd(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
-        let quarter = Simd::splat(0.25);
-        diagonal.fill([Simd::ZERO; 3]);
-        for (i, edge) in elements.edges.iter().enumerate() {
-            let [a, b] = edge.nodes.map(|n| n as usize);
-            let [left, right] = edge.cells.map(|c| c as usize);
-            let (xa, xb) = (x[a], x[b]);
-            let d = difference(xa, xb);
-            let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
-            let n = [d[0] * inverse, d[1] * inverse];
-            let k = numbers.stiffness[i];
-            let across = (k - (k * numbers.rest[i] - tension[i]) * inverse).max(least_across);
-            let along = k - across;
-            let mixed = -(along * n[0] * n[1]);
-            let turn = keep * (h[left] - h[right]);
-            let mut block = [
-                -(along * n[0] * n[0] + across),
-                mixed + turn,
-                mixed - turn,
-                -(along * n[1] * n[1] + across),
-            ];
-            for (cell, third) in [left, right].into_iter().zip(edge.opposite) {
-                let c = x[third as usize];
-                let (p, q) = (difference(xb, c), difference(c, xa));
-                let inverse = numbers.inverse_area[cell];
-                let scale = quarter * numbers.kappa[cell] * (inverse * inverse);
-                let (up, across) = (scale * p[1], scale * p[0]);
-                block[0] += up * q[1];
-                block[1] -= up * q[0];
-                block[2] -= across * q[1];
-                block[3] += across * q[0];
-            }
-            blocks[i] = block;
-            diagonal[a][0] -= block[0];
-            diagonal[a][1] -= block[2];
-            diagonal[a][2] -= block[3];
-            diagonal[b][0] -= block[0];
-            diagonal[b][1] -= block[1];
-            diagonal[b][2] -= block[3];
+/// Computes the stiffness at the positions of the last [`evaluate`], convex in these lanes. Returns its largest diagonal entry.
+#[inline(always)]
+pub(crate) fn assemble_stiffness<const L: usize>(
+    elements: &Elements,
+    numbers: &ElementNumbers<L>,
+    tension: &[Simd<L>],
+    x: &[SimdPair<L>],
+    h: &[Simd<L>],
+    convex: [bool; L],
+    (blocks, diagonal): (&mut [MatrixBlock<L>], &mut [Lower<L>]),
+) -> Simd<L> {
+    // The convex stiffness leaves out the lateral part of compressed springs and the part by the pressure of triangles.
+    let keep = Simd(convex.map(|c| if c { 0.0 } else { 1.0 }));
+    let least_across = Simd(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
+    let quarter = Simd::splat(0.25);
+    diagonal.fill([Simd::ZERO; 3]);
+    for (i, edge) in elements.edges.iter().enumerate() {
+        let [a, b] = edge.nodes.map(|n| n as usize);
+        let [left, right] = edge.cells.map(|c| c as usize);
+        let (xa, xb) = (x[a], x[b]);
+        let d = difference(xa, xb);
+        let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
+        let n = [d[0] * inverse, d[1] * inverse];
+        let k = numbers.stiffness[i];
+        let across = (k - (k * numbers.rest[i] - tension[i]) * inverse).max(least_across);
+        let along = k - across;
+        let mixed = -(along * n[0] * n[1]);
+        let turn = keep * (h[left] - h[right]);
+        let mut block =
+            [-(along * n[0] * n[0] + across), mixed + turn, mixed - turn, -(along * n[1] * n[1] + across)];
+        for (cell, third) in [left, right].into_iter().zip(edge.opposite) {
+            let c = x[third as usize];
+            let (p, q) = (difference(xb, c), difference(c, xa));
+            let inverse = numbers.inverse_area[cell];
+            let scale = quarter * numbers.kappa[cell] * (inverse * inverse);
+            let (up, across) = (scale * p[1], scale * p[0]);
+            block[0] += up * q[1];
+            block[1] -= up * q[0];
+            block[2] -= across * q[1];
+            block[3] += across * q[0];
         }
-        largest_diagonal(&diagonal[..elements.unknowns])
+        blocks[i] = block;
+        diagonal[a][0] -= block[0];
+        diagonal[a][1] -= block[2];
+        diagonal[a][2] -= block[3];
+        diagonal[b][0] -= block[0];
+        diagonal[b][1] -= block[1];
+        diagonal[b][2] -= block[3];
     }
+    largest_diagonal(&diagonal[..elements.unknowns])
 }

@@ -1,17 +1,17 @@
-//! A mass-spring body in the plane as flat lists of edges and triangles in the order of elimination, which are made once and used by all
-//! solves.
+//! A mass-spring body in the plane as flat lists of edges and triangles in the order of elimination, made once for all solves.
 
 pub(crate) mod local;
 
 use std::collections::HashMap;
 
+use nalgebra::SVector;
+
+use super::System;
 use crate::effect::spring::Spring;
 use crate::effect::{Effect, PrimitiveElement};
 use crate::geometry::topology::pair;
 use crate::sparse::flat::Symbolic;
-use crate::sparse::simd::Simd;
-
-use super::System;
+use crate::sparse::simd::{Simd, SimdPair};
 
 /// A spring, a side of triangles, or both. Nodes are renumbered: unknowns in the order of elimination, then the nodes of bones.
 #[derive(Debug, Clone, Copy)]
@@ -134,6 +134,30 @@ impl Elements {
     pub fn numbers<const L: usize>(&self) -> ElementNumbers<L> {
         let [edges, cells] = [self.edges.len(), self.cells.len() + 1].map(|n| vec![Simd::ZERO; n]);
         ElementNumbers { stiffness: edges.clone(), rest: edges, kappa: cells.clone(), inverse_area: cells }
+    }
+
+    /// Copies vectors of all nodes of the mesh to a lane.
+    pub fn put_into_lane<const D: usize, const L: usize>(
+        &self,
+        lane: usize,
+        of_nodes: &[SVector<f64, D>],
+        to: &mut [SimdPair<L>],
+    ) {
+        for (to, &node) in to.iter_mut().zip(&self.node) {
+            (0..2).for_each(|axis| to[axis].0[lane] = of_nodes[node][axis]);
+        }
+    }
+
+    /// Copies vectors of a lane, as many as there are, to the nodes of the mesh; other nodes, as those within paths, keep theirs.
+    pub fn take_from_lane<const D: usize, const L: usize>(
+        &self,
+        lane: usize,
+        from: &[SimdPair<L>],
+        of_nodes: &mut [SVector<f64, D>],
+    ) {
+        for (from, &node) in from.iter().zip(&self.node) {
+            (0..2).for_each(|axis| of_nodes[node][axis] = from[axis].0[lane]);
+        }
     }
 
     /// Writes the numbers of a body to a lane. Returns false if its edges, triangles or unknowns differ.

@@ -1,31 +1,11 @@
-//! The solver of one mass-spring body in the plane at a time, and its start: half of the linear response to the tensions at rest.
+//! The start of a mass-spring body in the plane: half of the linear response to the tensions at rest.
 //!
-//! From this start Newton's method takes a fifth less work than from rest, and meets fewer shapes with an indefinite stiffness. The solve
-//! starts from rest if the energy is lower there or a cell is inverted at this start.
-
-use std::sync::Arc;
+//! From this start, unless its energy is higher or a cell is inverted, Newton's method takes a fifth less work than from rest.
 
 use super::SimdNewton;
 use crate::sparse::simd::Simd;
 use crate::system::System;
 use crate::system::elements::{AtRest, Elements};
-
-/// The lane in which the equilibria of a mass-spring body in the plane are solved one after another.
-#[derive(Debug)]
-pub(in crate::statics) struct Single {
-    pub elements: Arc<Elements>,
-    pub work: SimdNewton<1>,
-    /// Number of the system whose body is in the lane.
-    pub system: Option<u64>,
-}
-
-impl Single {
-    /// `None` if the system has other effects.
-    pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
-        let elements = system.elements()?;
-        Some(Self { elements: elements.clone(), work: SimdNewton::new(elements), system: None })
-    }
-}
 
 /// Part of the linear response at which a solve starts.
 const START_FRACTION: f64 = 0.5;
@@ -37,7 +17,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 ) -> Option<&'a AtRest> {
     let at_rest = system.at_rest.get_or_init(|| {
         let mut work = SimdNewton::<1>::new(elements);
-        if !work.set_body(elements, 0, system) || !system.displaced().is_empty() {
+        if !elements.fill(system, 0, &mut work.numbers) || !system.displaced.is_empty() {
             return None;
         }
         work.set_load(elements, 0, &vec![0.0; system.muscle_count()], system.rest(), |n| system.rest()[n]);
@@ -53,7 +33,6 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 }
 
 impl<const L: usize> SimdNewton<L> {
-    /// Moves a lane from rest to its start.
     pub fn start_from_linear_response(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
         self.lanes[lane].energy_at_rest = Some(at_rest.energy);
         for (x, rest) in self.positions.iter().zip(&mut self.trial) {
