@@ -6,7 +6,8 @@ use super::{Configuration, Effect};
 use crate::body::Mesh;
 use crate::geometry::simplex;
 
-/// `W = - sum m_i g·(x_i - X_i)` with the positions `X` at rest, so that rounding hides no difference of energies.
+/// `W = - sum m_i g·(x_i - X_i)` with the positions `X` at rest. From a far origin the energy would be so large that rounding hides the
+/// differences that the line search needs.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
     /// Nodes, their weights, N (2D: per metre of thickness), and the positions at which their energy is zero, m.

@@ -195,7 +195,8 @@ fn add_exact(
     }
 }
 
-/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019).
+/// Adds the blocks of one point without the negative eigenvalues of the second derivative by `F` (Smith, de Goes and Kim 2019). In the
+/// axes of the principal stretches that has a 3 x 3 block for the stretches and a 2 x 2 block for each pair of axes.
 #[inline(never)]
 fn add_convex(
     blocks: &mut [Matrix3<f64>; PAIRS],

@@ -2,7 +2,6 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::{Configuration, Effect, Tangent};
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::law::{Deformed, contract};
@@ -10,6 +9,8 @@ use crate::material::{NeoHookean, Stress};
 use crate::sparse::pattern::pairs;
 use crate::sparse::simd::vectorised;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
+
+use super::{Configuration, Effect, Tangent};
 
 const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 
@@ -46,7 +47,8 @@ type Shapes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// Elements of these nodes (corners, then middles of [`quadratic::edges`]) with straight sides at rest, m; viscosity in N s/m².
+    /// Elements of a law and a viscosity (N s/m²) with these nodes (corners, then the middles of [`quadratic::edges`]) and positions at
+    /// rest, m. Sides are straight at rest, so that only the positions of corners are used.
     pub fn new<'a>(
         law: NeoHookean,
         viscosity: f64,
@@ -72,7 +74,7 @@ impl<const D: usize> QuadraticElements<D> {
 
     #[inline(always)]
     fn displaced(&self, e: &Element<D>, positions: &[SVector<f64, D>]) -> Shapes<D> {
-        gather(e.nodes(), |node| positions[node] - self.rest[node])
+        gather(&e.nodes, |node| positions[node] - self.rest[node])
     }
 
     /// Adds the convex stiffness of an element by the eigenvalues of the moduli at each point.
@@ -92,7 +94,8 @@ impl<const D: usize> QuadraticElements<D> {
         }
     }
 
-    /// Adds the stiffness of every element: the part that does not depend on the shape (`products`), and sums over points.
+    /// Adds the stiffness of every element. The part that does not depend on the shape was computed once (`products`); the rest is summed
+    /// over the integration points.
     #[inline(always)]
     fn add_blocks(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         let NeoHookean { lambda, mu } = self.law;
@@ -156,7 +159,8 @@ impl<const D: usize> Element<D> {
         &self.shapes[..quadratic::points::<D>().len()]
     }
 
-    /// Calls `point` for every point with the gradients of the shape functions at rest and deformed (`F⁻ᵀ G`), and the law.
+    /// Calls `point` for every integration point with the gradients of the shape functions at rest and in the deformed shape (`F⁻ᵀ` times
+    /// those at rest), and the state of the law.
     #[inline(always)]
     fn at_points(
         &self,
@@ -180,11 +184,11 @@ impl<const D: usize> Element<D> {
 /// A vector of each of an element's nodes.
 #[inline(always)]
 pub(super) fn gather<const D: usize>(
-    nodes: &[usize],
+    nodes: &[usize; MAX_NODES],
     of_node: impl Fn(usize) -> SVector<f64, D>,
 ) -> Shapes<D> {
     let mut own = [SVector::zeros(); MAX_NODES];
-    for (own, &node) in own.iter_mut().zip(nodes) {
+    for (own, &node) in own.iter_mut().zip(&nodes[..quadratic::nodes::<D>()]) {
         *own = of_node(node);
     }
     own
@@ -269,7 +273,8 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         }
     }
 
-    /// `V0` times the block of `dP/dF` for each point; [`Tangent::Convex`] leaves out the negative eigenvalues of `dP/dF`.
+    /// `V0` times the block of `dP/dF` between the gradients of two shape functions for each point; [`Tangent::Convex`] leaves out the
+    /// negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         vectorised(
             #[inline(always)]
@@ -277,7 +282,8 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         );
     }
 
-    /// `-V 2 η d g` on each node for each point, with the deformed measure `V` and the rate of deformation `d`.
+    /// `-V 2 η d g` on each node for each point, with the deformed measure `V`, the rate of deformation `d` and the shape function's
+    /// gradient `g`.
     fn add_viscous_force(
         &self,
         at: Configuration<'_, D>,
@@ -285,7 +291,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
         force: &mut [SVector<f64, D>],
     ) {
         for e in &self.elements {
-            let moving = gather(e.nodes(), |node| velocities[node]);
+            let moving = gather(&e.nodes, |node| velocities[node]);
             e.at_points(self.law, &self.displaced(e, at.positions), |_, deformed, law| {
                 let gradient = gradient(deformed, &moving);
                 let stress =
@@ -335,7 +341,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
-            let (x, p) = (gather(e.nodes(), |node| at.positions[node]), gather(e.nodes(), |node| step[node]));
+            let (x, p) = (gather(&e.nodes, |node| at.positions[node]), gather(&e.nodes, |node| step[node]));
             for shape in e.shapes() {
                 let x = simplex::of_columns(&gradient(shape, &x));
                 let p = simplex::of_columns(&(gradient(shape, &p) * limit));

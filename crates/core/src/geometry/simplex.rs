@@ -91,7 +91,7 @@ pub fn hessian<const D: usize>(x: &Corners<D>, a: usize, b: usize) -> SMatrix<f6
 }
 
 /// Largest part of its area or volume that a simplex may lose in one step.
-const LARGEST_LOSS: f64 = 0.9;
+pub(crate) const LARGEST_LOSS: f64 = 0.9;
 
 /// The largest `t <= 1`, to 1/64, for which a simplex is known to keep a tenth of its measure on the whole straight path `x + s p`,
 /// `0 <= s <= t`. The measure is a polynomial of degree `D` in `s`, which its Bernstein coefficients bound from below.

@@ -29,7 +29,8 @@ pub struct Coefficients {
     pub node_mass: f64,
 }
 
-/// k of each edge, N/m, and kappa, J, of one cell (2D: per metre of thickness), by eq. 3.49 without its misprints (docs/model.md).
+/// k of each edge, N/m, and kappa, J, of one cell (2D: per metre of thickness): eq. 3.49, with `l0²` in eq. 3.44 and `1/S0²` in eq. 3.48
+/// (misprints of the thesis, docs/model.md).
 ///
 /// The plane has plane strain (eqs. 3.38-3.42), space the full elasticity matrix. On an equilateral triangle the match is exact. In space
 /// the cell is a regular tetrahedron with the mesh's mean connection length. A block of cubes cut into tetrahedra, which are not regular,

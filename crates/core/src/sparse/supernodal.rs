@@ -14,7 +14,8 @@ use nalgebra::SVector;
 
 use super::{BlockMatrix, Pattern};
 
-/// Operations for each entry of the factor above which dense blocks are faster (`cargo bench factorise`: between 80 and 120).
+/// Operations for each entry of the factor above which dense blocks are faster. In measurements (`cargo bench factorise`) both methods
+/// take the same time between 80 and 120, with 450 to 750 unknowns in space or some 4000 in the plane.
 const OPERATIONS_PER_ENTRY: usize = 80;
 
 /// faer's factor of a matrix on a [`Pattern`], with the scratch space to compute it.

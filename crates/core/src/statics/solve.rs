@@ -141,8 +141,11 @@ fn solve_single<const D: usize>(
     settings: &SolveSettings,
 ) -> Result<Solution, Solution> {
     let Some((elements, work)) = &mut w.single else { return Err(Solution::NONE) };
+    if w.in_lane != Some(system.number) {
+        w.in_lane = elements.fill(system, 0, &mut work.numbers).then_some(system.number);
+    }
     let is_sound = tensions.len() == w.tensions.len() && tensions.iter().all(|t| t.is_finite());
-    if !is_sound || !elements.fill(system, 0, &mut work.numbers) {
+    if !is_sound || w.in_lane.is_none() {
         return Err(Solution::NONE);
     }
     work.set_load(elements, 0, tensions, &w.positions, |node| {

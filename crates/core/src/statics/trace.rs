@@ -90,7 +90,8 @@ const STEPS: usize = 10;
 /// Smallest number of steps along the branch of a continuum, whose solves cost twenty times as much as those of springs.
 const CONTINUUM_STEPS: usize = 4;
 
-/// Shapes of a step and back are the same if no node differs by this part of the body's size, as accurate as these solves are.
+/// Two shapes of a step and back are the same if no node differs by more than this part of the body's size. It is larger than
+/// [`super::SAME_SHAPE_M`], because these solves are less accurate.
 const RETURN_DISTANCE: f64 = 1e-6;
 /// Residual force, N, at which a solve back along the branch is accurate enough to compare shapes.
 const RETURN_TOLERANCE: f64 = 1e-6;
@@ -131,7 +132,8 @@ pub fn trace<const D: usize>(
         let solution = path.solve_at(&shape, 1.0);
         shape.clone_from(&path.w.positions);
         let another = match &critical {
-            // If the body, brought back from rest, reaches another shape, another branch still exists at the whole load.
+            // Branches meet at the critical load. If the body reaches another shape when it is brought back from rest, another branch
+            // still exists at the whole load.
             Some(c) => c.kind == CriticalKind::Bifurcation || path.finds_another_shape(&shape, 0.0),
             None => settings.beyond && path.reached == 1.0 && path.finds_another_shape(&shape, 2.0),
         };

@@ -34,6 +34,8 @@ pub struct Workspace<const D: usize> {
     pub(super) displaced: Vec<(usize, SVector<f64, D>)>,
     /// The solver of mass-spring bodies in the plane, with one lane.
     pub(super) single: Option<(Arc<Elements>, SimdNewton<1>)>,
+    /// Number of the system whose body is in that lane.
+    pub(super) in_lane: Option<u64>,
 }
 
 impl<const D: usize> Workspace<D> {
@@ -55,6 +57,7 @@ impl<const D: usize> Workspace<D> {
             factor_is_exact: false,
             displaced: system.displaced.clone(),
             single: system.elements().map(|elements| (elements.clone(), SimdNewton::new(elements))),
+            in_lane: None,
         }
     }
 

@@ -1,6 +1,7 @@
 //! Construction of a system from a mesh and a model: the effects of its tissue and muscles, or an error.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
@@ -21,6 +22,9 @@ use crate::sparse::Pattern;
 
 /// Smallest width of a muscle that scales the barrier of its strands, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
+
+/// Number of systems made so far, which is the number of the next one.
+static SYSTEM_COUNT: AtomicU64 = AtomicU64::new(0);
 
 impl<const D: usize> System<D> {
     /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can contract. All other connections are tissue.
@@ -132,6 +136,7 @@ impl<const D: usize> System<D> {
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
             contracting: contracting.to_vec(),
             cells,
+            number: SYSTEM_COUNT.fetch_add(1, Ordering::Relaxed),
             elements: OnceLock::new(),
             at_rest: OnceLock::new(),
         })

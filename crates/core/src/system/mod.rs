@@ -71,6 +71,8 @@ pub struct System<const D: usize> {
     contracting: Vec<usize>,
     /// Cells with their measure at rest, m² or m³.
     pub(crate) cells: Vec<(Vec<usize>, f64)>,
+    /// A number that no other system of the program has.
+    pub(crate) number: u64,
     elements: OnceLock<Option<Arc<Elements>>>,
     /// The linear response of the body at rest to its muscles, made when it is first needed.
     pub(crate) at_rest: OnceLock<Option<AtRest>>,

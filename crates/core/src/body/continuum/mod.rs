@@ -148,7 +148,8 @@ impl<const D: usize> Continuum<D> {
         for f in &mut moved.followers {
             f.offset = nodes[f.node] - f.mean(nodes);
         }
-        // The strands need no change, since longer weights and as much smaller coefficients would give the same energy.
+        // Strands need no change: coefficients inversely and weights directly proportional to the length at rest would give the same
+        // energy.
         moved
     }
 }

@@ -11,7 +11,8 @@ use crate::limits::PLANE_NODES;
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
 
-/// The finest and the coarsest spacing, by memory and by room for muscles, over the square root of the tissue's area.
+/// The finest and the coarsest spacing over the square root of the tissue's area: 0.22 and 15 mm for the reference. Finer meshes have more
+/// than [`PLANE_NODES`]; coarser ones have no room for the muscles.
 const FINEST: f64 = 1.0 / 226.0;
 const COARSEST: f64 = 1.0 / 3.3;
 

@@ -2,7 +2,8 @@
 //!
 //! [`Lanes`] does for any number of loads what [`solve`](super::solve) does for one: draws of a posterior, candidates of a search, frames
 //! of a recording. Each load has its own tensions, displaced bones and start, and may have its own body with the same edges and triangles;
-//! each solution has its own status, iterations and line search.
+//! each solution has its own status, iterations and line search. With AVX2 (detected at run time) an equilibrium from a neighbour takes
+//! less than half of the time of a single solve (`cargo bench many`).
 //!
 //! # Differences from single solves
 //! - The equilibria are those of [`solve`](super::solve) to 1e-9 mm, since the method is the same. The bits differ, since sums have
