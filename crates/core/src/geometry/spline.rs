@@ -14,7 +14,7 @@ pub struct ClosedSpline {
     pub points: Vec<Point>,
     /// Second derivative by the parameter at each point, 1/m.
     bends: Vec<Point>,
-    /// The curve as a polygon of [`PIECES`] corners a span, m, counter-clockwise.
+    /// The curve as a fine polygon, m, counter-clockwise.
     pub polygon: Vec<Point>,
     /// The distance along the polygon to each corner, m.
     distances: Vec<f64>,

@@ -74,7 +74,7 @@ impl<const D: usize> LaneGroup<'_, D> {
     }
 
     /// The motion of all nodes in each of the last equilibria per unit of a change, m. `None` for an equilibrium that is not stable, where
-    /// the barrier acts, and for bodies that lanes cannot solve; there a [`Response`](crate::statics::Response) has the motion.
+    /// the barrier acts, and for bodies that lanes cannot solve; there a [`Response`] has the motion.
     #[inline(never)]
     pub fn motions(&mut self, change: UnitChange<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
         let stable = self.factorise();
