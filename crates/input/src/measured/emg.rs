@@ -130,9 +130,8 @@ impl Activity {
         vowel: &Vowel,
         full: Option<f64>,
         names: &[String],
-        muscles: &Muscles,
     ) -> Result<Vec<(usize, f64)>, Malformed> {
-        let portions = self.portions(names, muscles)?;
+        let portions = self.portions(names)?;
         let column = self.column(vowel).ok_or_else(|| {
             let known = Vowel::list(&self.vowels);
             self.at(self.header).error(format!("it has no column /{vowel}/"), format!("it has {known}"))
@@ -165,8 +164,8 @@ impl Activity {
 
     /// Activities of each row, with the positions in `names` of its muscles: one, or all portions of a muscle group. Cells that are no
     /// activities are left out; [`Activity::bad_cells`] has them.
-    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<MeasuredActivity>, Malformed> {
-        let measured = self.rows.iter().zip(self.portions(names, muscles)?).map(|(row, muscles)| {
+    pub fn relative(&self, names: &[String]) -> Result<Vec<MeasuredActivity>, Malformed> {
+        let measured = self.rows.iter().zip(self.portions(names)?).map(|(row, muscles)| {
             let each = self.vowels.iter().zip(&row.activity);
             let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), a.clone().ok()??))).collect();
             MeasuredActivity { name: row.muscle.clone(), muscles, by_vowel }
@@ -184,8 +183,9 @@ impl Activity {
         SourcePlace { origin: &self.origin, line, column: 1 }
     }
 
-    fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, Malformed> {
-        let groups: Vec<String> = muscles.info(names).into_iter().map(|info| info.group).collect();
+    fn portions(&self, names: &[String]) -> Result<Vec<Vec<usize>>, Malformed> {
+        let groups: Vec<String> =
+            Muscles::built_in().info(names).into_iter().map(|info| info.group).collect();
         let mut out: Vec<Vec<usize>> = Vec::new();
         for row in &self.rows {
             let alike = |all: &[String]| -> Vec<usize> {

@@ -1,8 +1,10 @@
 //! Published results of the thesis (Kato 2014) by muscle, from `targets/kato2014_tables.csv`.
 
+use std::sync::LazyLock;
+
 use serde::Deserialize;
 
-use super::Target;
+use super::{Target, built_in_rows};
 
 const REFERENCE: &str = include_str!("../../../../targets/kato2014_tables.csv");
 
@@ -27,8 +29,9 @@ pub struct ThesisRow {
 pub struct Thesis(Vec<ThesisRow>);
 
 impl Thesis {
-    pub fn reference() -> Result<Self, csv::Error> {
-        csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
+    pub fn reference() -> &'static Self {
+        static BUILT_IN: LazyLock<Thesis> = LazyLock::new(|| Thesis(built_in_rows(REFERENCE)));
+        &BUILT_IN
     }
 
     pub fn rows(&self) -> &[ThesisRow] {

@@ -55,7 +55,7 @@ fn without_unit(data: &Dataset) -> impl Iterator<Item = String> {
 }
 
 fn columns<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<Vec<MuscleColumn<'a>>> {
-    let thesis = Thesis::reference().ok()?;
+    let thesis = Thesis::reference();
     let column = |(name, mm): (&'a str, f64)| Some((name, mm.ln(), thesis.row(name)?.rest_length_mm.ln()));
     let columns: Vec<MuscleColumn<'a>> = lengths_mm.filter_map(column).collect();
     (columns.len() >= FEWEST).then_some(columns)
@@ -173,8 +173,8 @@ fn is_fine(lengths: &Lengths) -> bool {
 /// to -0.13 without one of them, so rows with fewer are not checked.
 fn rows_of_another_size(data: &Dataset) -> Option<String> {
     const MUSCLES: usize = 8;
-    let thesis = Thesis::reference().ok()?;
-    let is_known = data.muscles.iter().map(|name| thesis.row(name).is_some()).collect::<Vec<_>>();
+    let is_known: Vec<bool> =
+        data.muscles.iter().map(|name| Thesis::reference().row(name).is_some()).collect();
     let mut changes: Vec<(&Lengths, &Lengths, f64)> = Vec::new();
     for subject in data.subjects() {
         let mut rows = data.of_subject(subject).ok()?.peekable();
