@@ -61,7 +61,7 @@ impl<'a> TableLines<'a> {
         while let Some((line, rest)) = body.split_once('\n') {
             let sep = line.trim().strip_prefix("sep=").and_then(|sep| match sep {
                 "" => Some(Separator::Tab),
-                sep => Separator::ALL.into_iter().find(|s| sep.as_bytes() == [s.byte()]),
+                sep => Separator::ALL.into_iter().find(|s| sep.as_bytes() == [*s as u8]),
             });
             if !line.trim().is_empty() && !line.trim().starts_with('#') && sep.is_none() {
                 break;
@@ -118,7 +118,7 @@ impl<'a> TableLines<'a> {
     }
 
     pub fn header_quoted(&self) -> String {
-        let between = char::from(self.separator.byte()).to_string();
+        let between = char::from(self.separator as u8).to_string();
         let names = self.header.cells.iter().collect::<Vec<_>>().join(&between);
         format!("line {} was taken for the header: {:?}", self.header.at.line, clip(&names))
     }
@@ -183,7 +183,7 @@ impl<'a> TableLines<'a> {
             return Ok(());
         }
         let (own, first) = (self.separator, row.cell(0).as_bytes());
-        let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&s.byte()));
+        let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&(*s as u8)));
         if let Some(other) = other.filter(|_| width == 1) {
             let what = format!("the fields are separated by {}", other.plural());
             return Err(row.at.error(what, format!("separate them by {}, as in the header", own.plural())));
@@ -225,7 +225,7 @@ fn filled<'a>(
     most: usize,
 ) -> Vec<TableLine<'a>> {
     let mut builder = csv::ReaderBuilder::new();
-    builder.delimiter(separator.byte()).flexible(true);
+    builder.delimiter(separator as u8).flexible(true);
     // Records of any number of fields in UTF-8 text cannot fail.
     let rows = records(text, origin, title_lines, &mut builder, "").map_while(Result::ok);
     let rows = rows.filter(|row| row.cells.iter().any(|cell| !cell.is_empty())).map(|row| {

@@ -5,30 +5,26 @@ use tongue_core::body::BodyError;
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
-    binary: bool,
+    pub is_binary: bool,
     big_endian: bool,
 }
 
 impl<'a> Cursor<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0, binary: false, big_endian: false }
+        Self { bytes, at: 0, is_binary: false, big_endian: false }
     }
 
     /// The byte at which the next token begins.
     pub fn position(&mut self) -> usize {
-        if !self.binary {
+        if !self.is_binary {
             self.skip_space();
         }
         self.at
     }
 
-    pub fn is_binary(&self) -> bool {
-        self.binary
-    }
-
     /// Switches to binary numbers. The next four bytes are the integer 1, which shows the byte order.
     pub fn begin_binary(&mut self) -> Parsed<()> {
-        self.binary = true;
+        self.is_binary = true;
         let at = self.at;
         let one = self.array::<4>("the number that tells the order of the bytes")?;
         self.big_endian = one == [0, 0, 0, 1];
@@ -112,7 +108,7 @@ impl<'a> Cursor<'a> {
         what: &'static str,
         of: fn([u8; N]) -> T,
     ) -> Parsed<T> {
-        if !self.binary {
+        if !self.is_binary {
             let text = self.token(what)?;
             return text.parse().map_err(|_| not_a_number(self.at - text.len(), what, text));
         }

@@ -83,5 +83,5 @@ fn parsed<T>(
 ) -> Result<T, BodyError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let assembled = parse::parse(&mut cursor).and_then(|raw| assemble(&raw));
-    assembled.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))
+    assembled.map_err(|located| located.into_error(origin, bytes, cursor.is_binary))
 }

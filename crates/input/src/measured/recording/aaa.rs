@@ -295,17 +295,15 @@ fn join_labels(mut labels: Vec<Label>, samples: &[Sample]) -> Vec<Label> {
     let mut out: Vec<Label> = Vec::with_capacity(labels.len());
     for label in labels {
         let last = out.iter_mut().rev().find(|last| last.tier == label.tier);
+        let after = |to_s: f64| samples.get(samples.partition_point(|s| s.time_s <= to_s));
         match last.filter(|last| last.name == label.name) {
-            Some(last) if next_s(samples, last.to_s) >= label.from_s => last.to_s = last.to_s.max(label.to_s),
+            Some(last) if after(last.to_s).is_none_or(|next| next.time_s >= label.from_s) => {
+                last.to_s = last.to_s.max(label.to_s);
+            }
             _ => out.push(label),
         }
     }
     out
-}
-
-/// Time of the first sample after this time, s.
-fn next_s(samples: &[Sample], time_s: f64) -> f64 {
-    samples.get(samples.partition_point(|s| s.time_s <= time_s)).map_or(f64::INFINITY, |s| s.time_s)
 }
 
 fn contains_label(known: &Label, label: &Label) -> bool {

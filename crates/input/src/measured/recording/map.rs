@@ -77,6 +77,8 @@ struct MapEntry {
 }
 
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
+/// A map without points, in which the name of the recording, the lines of its unit and its rate, and its upward axis are filled in.
+const TEMPLATE: &str = include_str!("map_template.toml");
 /// Usual distance of neighbouring coils, mm. The unit that brings them nearest to it is taken: metres, centimetres, millimetres, or
 /// hundredths or thousandths of these.
 const USUAL_GAP_MM: f64 = 15.0;
@@ -319,26 +321,9 @@ impl Map {
             Times::Frames => "rate_hz = 60.0  # frames a second: WRITE YOURS".to_owned(),
         };
         let (_, up) = map.axes(recording.format, false);
-        let mut text = format!(
-            "# The meaning of the channels of \"{name}\"; give this file with --map.\n\
-             # Lines that begin with # are not read: remove the # of a line that is needed.\n\n{unit}\n{rate}\n\
-             # back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n\
-             # up = \"{}\"  # the axis that grows upwards\n",
-            AXES[up.0]
-        );
-        text += "# contour_frame = \"bones\"  # the frame of the contour; \"hyoid\": origin at the hyoid of each sample, x towards the mandible\n";
-        text += "# noise_mm = 0.5  # standard deviation of a point\n\
-                 # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\
-                 # turn_deg = 0.0  # turned (from the axis to the back towards the one upwards),\n\
-                 # shift_mm = [0.0, 0.0]  # and shifted (to the back, upwards); without shift_mm the program places the body\n\n\
-                 # A point can be:\n\
-                 #   \"coil\"                  a sensor glued to the tongue; { coil = 1 } for the first from the tip, 2 for the next\n\
-                 #   { surface_mm = 10.0 }   a sensor so far behind the tip, measured along the tongue at rest\n\
-                 #   \"contour\"               somewhere on the surface of the tongue\n\
-                 #   { bone = \"hyoid\" }      moves with this bone of the body (hyoid, mental_spine)\n\
-                 #   \"reference\"             moves with the head alone: every frame is brought back to where it was\n\
-                 #   \"ignore\"                not used\n\
-                 # In braces also noise_mm = 0.3, the standard deviation of this point.\n[points]\n";
+        // The name comes last, because it may contain anything.
+        let text = TEMPLATE.replace("{unit}", &unit).replace("{rate}", &rate).replace("{up}", AXES[up.0]);
+        let mut text = text.replace("{name}", &name);
         let roles = map.roles(&recording.channels);
         for (nth, (channel, role)) in recording.channels.iter().zip(roles).enumerate() {
             let key = toml::Value::String(channel.clone());

@@ -40,8 +40,7 @@ use super::error::{Malformed, ReadError, SourcePlace};
 use super::table::HEADER_WITHIN;
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
-pub use flat::median_point;
-pub use flat::{STEEPEST_BONES_DEG, steep_deg};
+pub use flat::{STEEPEST_BONES_DEG, median_point, steep_deg};
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
