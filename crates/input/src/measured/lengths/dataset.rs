@@ -7,8 +7,7 @@ use serde::Serialize;
 
 use super::number::LARGEST_HALF_WIDTH_MM;
 use super::text::fold;
-use super::{DecimalMark, Encoding, Lengths, LineEnds, Malformed, Row, TableUnit, Vowel};
-use crate::measured::error::ReadError;
+use super::{DecimalMark, Encoding, Lengths, LineEnds, Malformed, ReadError, Row, TableUnit, Vowel};
 use tongue_core::choice;
 
 const MOST_SUBJECTS_LISTED: usize = 12;

@@ -3,8 +3,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::ReadError;
 use super::text::{LONGEST, clip, fold};
-use crate::measured::error::ReadError;
 
 const KANA: [([&str; 3], &str); 5] = [
     (["あ", "ア", "ｱ"], "a"),

@@ -5,9 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::records;
-use super::{Budget, Format, Label, Recording, Sample, limits, rows};
+use super::{Budget, Format, Label, Malformed, Recording, Sample, SourcePlace, limits, records, rows};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];

@@ -3,9 +3,8 @@
 //! `EMA.cpp`) and the manufacturer's manual. Files of the AG500 without a header have twelve sensors at 200 Hz (the manufacturer's
 //! `loaddata.m`).
 
-use super::super::error::{Malformed, SourcePlace};
 use super::limits::{LARGEST_HEADER, RATES_HZ};
-use super::{Budget, Format, Recording, Sample, Times, seen};
+use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, Times, seen};
 
 const VALUES: usize = 7;
 /// Number of sensors and rate (Hz) of a file without a header.

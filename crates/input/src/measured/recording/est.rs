@@ -4,9 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, SourcePlace};
 use super::limits::LARGEST_HEADER;
-use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, numbers, seen};
+use super::{
+    Budget, Format, MOST_CHANNELS, Malformed, Recording, Sample, SourcePlace, is_coordinate, numbers, seen,
+};
 
 const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";

@@ -2,10 +2,8 @@
 //! (mm) of the spline on 42 fan lines, `*` where it does not meet one. The fields before them are the user's choice, among them a time, a
 //! date, a prompt, a label (rticulate, Coretta 2021, `read_aaa`).
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::TableLine;
 use super::aaa::RecordingRows;
-use super::{Format, Recording, limits, rows};
+use super::{Format, Malformed, Recording, SourcePlace, TableLine, limits, rows};
 
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;

@@ -3,9 +3,8 @@
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::median;
 
-use super::super::error::ReadError;
 use super::map::{AXES, MappedAxis};
-use super::{Format, Map, Recording, Role, names};
+use super::{Format, Map, ReadError, Recording, Role, names};
 
 pub(super) type Places = Vec<Vec<Option<Point>>>;
 

@@ -7,8 +7,7 @@ use std::fmt::Write as _;
 use serde::Deserialize;
 
 use super::names::{self, Role};
-use super::{Format, Recording, Times};
-use crate::measured::error::ReadError;
+use super::{Format, ReadError, Recording, Times};
 use crate::measured::lengths::text::clip;
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};

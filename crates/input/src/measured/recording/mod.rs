@@ -37,7 +37,7 @@ use std::path::Path;
 use tongue_core::statistics::distinct;
 
 use super::error::{Malformed, ReadError, SourcePlace};
-use super::table::HEADER_WITHIN;
+use super::table::{HEADER_WITHIN, TableLine, records};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
 pub use flat::{STEEPEST_BONES_DEG, median_point, steep_deg};

@@ -7,11 +7,10 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::median;
 
-use super::super::error::ReadError;
 use super::contour_frame::{self, SampleFrame};
 use super::dynamics::FEWEST_FRAMES;
 use super::flat::{Flat, median_point};
-use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, names};
+use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, ReadError, Recording, Role, names};
 
 /// Usual distance of the first coil behind the tip, m.
 pub const FIRST_COIL_M: f64 = 8e-3;

@@ -3,9 +3,7 @@
 use std::cmp::Reverse;
 use std::fmt::Display;
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::{HEADER_WITHIN, TableLine};
-use super::coordinate;
+use super::{HEADER_WITHIN, Malformed, SourcePlace, TableLine, coordinate};
 
 /// The lines of a text that are not blank, each divided into cells; the first one is at `start`.
 pub(super) fn split<'a, I: Iterator<Item = &'a str>>(
