@@ -27,8 +27,7 @@ impl Vowel {
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
     }
 
-    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. A row in `ɯ` is also found by `u` if there is no row
-    /// in `u`.
+    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. Without a row in `u`, `u` also finds that in `ɯ`.
     pub fn as_written(label: &str) -> Result<Self, ReadError> {
         let folded = fold(label);
         let bare = &*folded;
