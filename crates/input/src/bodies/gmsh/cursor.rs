@@ -1,7 +1,5 @@
 //! Cursor through the bytes of a Gmsh file (text, or text with binary numbers), and errors with their byte.
 
-use tongue_core::body::BodyError;
-
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -166,17 +164,6 @@ fn unexpected(at: usize, found: &str, wanted: &str) -> Located {
 pub(super) struct Located {
     pub at: Option<usize>,
     pub problem: String,
-}
-
-impl Located {
-    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyError {
-        let place = match self.at {
-            None => String::new(),
-            Some(at) if binary => format!(" (byte {at})"),
-            Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
-        };
-        BodyError(format!("{origin}{place}: {}", self.problem))
-    }
 }
 
 pub(super) type Parsed<T> = Result<T, Located>;

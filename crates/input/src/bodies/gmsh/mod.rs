@@ -83,5 +83,12 @@ fn parsed<T>(
 ) -> Result<T, BodyError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let assembled = parse::parse(&mut cursor).and_then(|raw| assemble(&raw));
-    assembled.map_err(|located| located.into_error(origin, bytes, cursor.is_binary))
+    assembled.map_err(|cursor::Located { at, problem }| {
+        let place = match at {
+            None => String::new(),
+            Some(at) if cursor.is_binary => format!(" (byte {at})"),
+            Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+        };
+        BodyError(format!("{origin}{place}: {problem}"))
+    })
 }

@@ -108,7 +108,8 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         rows_of_subject: BTreeMap::new(),
     };
     let else_mm = columns.lengths.iter().map(|l| by_digits[l.unit as usize].1).collect();
-    let reader = Reader { cells, columns, else_mm, has_both_u: has("u") && has("ɯ") };
+    let (muscles, has_both_u) = (data.muscles.clone(), has("u") && has("ɯ"));
+    let reader = Reader { cells, columns, muscles, else_mm, has_both_u };
     let mut seen = BTreeMap::new();
     for line in &cells.rows {
         reader.add(line, &mut data, &mut seen);
@@ -157,6 +158,7 @@ fn half_of_common_step<'a>(lengths: impl Iterator<Item = LengthCell<'a>>) -> Opt
 struct Reader<'a> {
     cells: &'a TableLines<'a>,
     columns: &'a LengthColumns,
+    muscles: Arc<[String]>,
     /// Half width of each muscle's lengths, mm, where no column gives it.
     else_mm: Vec<f64>,
     /// Whether the table has rows of both /u/ and /ɯ/, so that `u` does not stand for `ɯ`.
@@ -167,7 +169,7 @@ impl Reader<'_> {
     /// Adds a row to the table, or to the rows that cannot be used. `seen` has the lines of earlier rows.
     fn add(&self, line: &TableLine<'_>, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
         let mut bad_cells = Vec::new();
-        let lengths = self.lengths(line, &data.muscles, &mut bad_cells);
+        let lengths = self.lengths(line, &mut bad_cells);
         bad_cells.sort_by_key(|fault| fault.column);
         let measured = lengths.as_ref().map_or(0, |l| l.length_mm.iter().flatten().count());
         let fault = match lengths {
@@ -202,12 +204,7 @@ impl Reader<'_> {
     }
 
     /// The lengths of a row. Faults of cells are added to `bad`, and these cells count as not measured.
-    fn lengths(
-        &self,
-        line: &TableLine<'_>,
-        muscles: &Arc<[String]>,
-        bad: &mut Vec<Malformed>,
-    ) -> Result<Lengths, Malformed> {
+    fn lengths(&self, line: &TableLine<'_>, bad: &mut Vec<Malformed>) -> Result<Lengths, Malformed> {
         let LengthColumns { subject, vowel, lengths, half_width, .. } = self.columns;
         self.cells.check_shape(line)?;
         let at = |field: usize| line.place(field);
@@ -246,7 +243,7 @@ impl Reader<'_> {
                 .zip(&self.else_mm)
                 .map(|(l, else_mm)| l.half_width.map_or(common, &mut half).unwrap_or(*else_mm)),
         );
-        Ok(Lengths { subject: name, vowel, muscles: muscles.clone(), length_mm, half_width_mm })
+        Ok(Lengths { subject: name, vowel, muscles: self.muscles.clone(), length_mm, half_width_mm })
     }
 }
 

@@ -55,20 +55,17 @@ impl AlignedRecording {
         Vec::from_iter(flat.into_iter().map(|one| {
             let one = one?;
             let frame = frames.get(&key(one.recording)).cloned().unwrap_or(Ok(None));
+            let frame = frame.map_err(|problem| one.recording.uninterpreted(problem))?;
             Self::of(one, frame, map)
         }))
     }
 
-    fn of(
-        mut flat: Flat<'_>,
-        frame: Result<Option<SampleFrame>, String>,
-        map: &Map,
-    ) -> Result<Self, ReadError> {
+    fn of(mut flat: Flat<'_>, frame: Option<SampleFrame>, map: &Map) -> Result<Self, ReadError> {
         let recording = flat.recording;
         let wrong = |problem: String| recording.uninterpreted(problem);
         let mut sensors = Role::channels(&flat.roles, Role::is_sensor);
         let mut bones = Role::channels(&flat.roles, |role| matches!(role, Role::Bone(_)));
-        if let Some(frame) = frame.map_err(wrong)? {
+        if let Some(frame) = frame {
             frame.move_to_bones(&mut flat.places, &flat.contour);
             flat.notes.push(contour_frame::NOTE.to_owned());
         }

@@ -142,10 +142,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                 if is_bad || row.cell(*column).parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
                     return Ok(None);
                 }
-                match row.number(*column, format_args!("a coordinate of {}", sensor.name))? {
-                    Some(number) => *value = number,
-                    None => return Ok(None),
-                }
+                let number = row.number(*column, format_args!("a coordinate of {}", sensor.name))?;
+                let Some(number) = number else { return Ok(None) };
+                *value = number;
             }
             Ok(Some(place).filter(|p| *p != [0.0; 3]))
         });
