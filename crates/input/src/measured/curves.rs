@@ -87,10 +87,9 @@ impl Curves {
             values.push(row);
         }
         if times.is_empty() {
-            Err(cells.end().error("no row below the header", "give at least one time"))
-        } else {
-            let muscles = columns.into_iter().flatten().collect();
-            Ok(Self { muscles, tensions: Tensions { times, values } })
+            return Err(cells.end.error("no row below the header", "give at least one time"));
         }
+        let muscles = columns.into_iter().flatten().collect();
+        Ok(Self { muscles, tensions: Tensions { times, values } })
     }
 }

@@ -85,7 +85,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         let (muscle, unit) = (l.muscle.clone(), l.unit);
         ReadColumn { muscle, name: name(l.field), column: l.field + 1, unit, half_width }
     });
-    let vowels = cells.rows.iter().filter_map(|row| Vowel::as_written(row.cell(columns.vowel)).ok());
+    let vowels = cells.rows.iter().filter_map(|row| row.cell(columns.vowel).parse::<Vowel>().ok());
     let has = |label: &str| vowels.clone().any(|v| v.label() == label);
     let mut data = Dataset {
         origin: origin.to_owned(),
@@ -124,11 +124,11 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         Some(row) => row.fault,
         None if !cells.rows.is_empty() => {
             let help = "write lengths in millimetres, like 57.8, where they were measured";
-            cells.end().error("no row has a length", help)
+            cells.end.error("no row has a length", help)
         }
         None => {
             let what = format!("the table has a header but no rows; {}", cells.header_quoted());
-            cells.end().error(what, "add a line for each subject and vowel")
+            cells.end.error(what, "add a line for each subject and vowel")
         }
     })
 }
@@ -200,7 +200,7 @@ impl Reader<'_> {
     }
 
     fn vowel(&self, label: &str) -> Result<Vowel, ReadError> {
-        if self.has_both_u { Vowel::as_written(label) } else { Vowel::new(label) }
+        if self.has_both_u { label.parse() } else { Vowel::new(label) }
     }
 
     /// The lengths of a row. Faults of cells are added to `bad`, and these cells count as not measured.

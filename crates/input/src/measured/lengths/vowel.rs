@@ -23,23 +23,8 @@ pub struct Vowel(String);
 impl Vowel {
     /// Reads `a`, `/a/` or `[a]`; `u` stands for `ɯ`, which few keyboards have.
     pub fn new(label: &str) -> Result<Self, ReadError> {
-        let vowel = Self::as_written(label)?;
+        let vowel: Self = label.parse()?;
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
-    }
-
-    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. Without a row in `u`, `u` also finds that in `ɯ`.
-    pub fn as_written(label: &str) -> Result<Self, ReadError> {
-        let folded = fold(label);
-        let bare = &*folded;
-        let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
-        let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
-        if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
-            let message = format!("{:?} is not a label of a vowel", clip(label));
-            let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
-            return Err(ReadError::Refused(format!("{message}; {help}")));
-        }
-        let kana = KANA.iter().find(|(kana, _)| kana.contains(&bare));
-        Ok(Self(kana.map_or(bare, |(_, latin)| latin).to_owned()))
     }
 
     /// /ɯ/, the default baseline (thesis 4.3.2).
@@ -78,8 +63,19 @@ impl fmt::Display for Vowel {
 impl FromStr for Vowel {
     type Err = ReadError;
 
+    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. Without a row in `u`, `u` also finds that in `ɯ`.
     fn from_str(label: &str) -> Result<Self, Self::Err> {
-        Self::as_written(label)
+        let folded = fold(label);
+        let bare = &*folded;
+        let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
+        let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
+        if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
+            let message = format!("{:?} is not a label of a vowel", clip(label));
+            let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
+            return Err(ReadError::Refused(format!("{message}; {help}")));
+        }
+        let kana = KANA.iter().find(|(kana, _)| kana.contains(&bare));
+        Ok(Self(kana.map_or(bare, |(_, latin)| latin).to_owned()))
     }
 }
 
@@ -87,6 +83,6 @@ impl TryFrom<String> for Vowel {
     type Error = ReadError;
 
     fn try_from(label: String) -> Result<Self, Self::Error> {
-        Self::as_written(&label)
+        label.parse()
     }
 }
