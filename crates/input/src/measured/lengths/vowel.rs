@@ -6,13 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::ReadError;
 use super::text::{LONGEST, clip, fold};
 
-const KANA: [([&str; 3], &str); 5] = [
-    (["あ", "ア", "ｱ"], "a"),
-    (["い", "イ", "ｲ"], "i"),
-    (["う", "ウ", "ｳ"], "ɯ"),
-    (["え", "エ", "ｴ"], "e"),
-    (["お", "オ", "ｵ"], "o"),
-];
+/// The kana of each Japanese vowel (hiragana, katakana and half-width katakana), and its Latin letter.
+const KANA: [(&str, &str); 5] =
+    [("あアｱ", "a"), ("いイｲ", "i"), ("うウｳ", "ɯ"), ("えエｴ", "e"), ("おオｵ", "o")];
 
 /// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC (in which letters that look
 /// the same are equal), with a Latin letter for the kana of a Japanese vowel. Ordered as text.
@@ -74,7 +70,8 @@ impl FromStr for Vowel {
             let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
             return Err(ReadError::Refused(format!("{message}; {help}")));
         }
-        let kana = KANA.iter().find(|(kana, _)| kana.contains(&bare));
+        let is_one = bare.chars().count() == 1;
+        let kana = KANA.iter().find(|(kana, _)| is_one && kana.contains(bare));
         Ok(Self(kana.map_or(bare, |(_, latin)| latin).to_owned()))
     }
 }
