@@ -10,7 +10,7 @@ use tongue_fit::inner::measured::recording::{self, AlignedRecording, Map, Mark, 
 use tongue_fit::inner::posterior::{AuxiliaryData, PosteriorModel};
 use tongue_fit::inner::report::joined;
 use tongue_fit::inner::statistics::{distinct, median};
-use tongue_fit::measured::{Activity, Muscles, Target, Vowel};
+use tongue_fit::measured::{Activity, Target, Vowel};
 use tongue_fit::track::TongueSurface;
 
 use super::{inputs, output};
@@ -194,7 +194,7 @@ fn emg(
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin)?;
-    let measured = table.relative(&posterior_model.muscles, &Muscles::built_in())?;
+    let measured = table.relative(&posterior_model.muscles)?;
     let postures = (0..sampled.targets.len()).map(Some).chain([None]);
     let postures = Vec::from_iter(postures.filter_map(|p| Some((table.label_of(sampled.vowel(p))?, p))));
     let posture_of = |label: &Vowel| {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use tongue_fit::body::Body;
-use tongue_fit::measured::{Activity, Muscles, Vowel};
+use tongue_fit::measured::{Activity, Vowel};
 use tongue_fit::simulation::read_tensions;
 
 use super::inputs;
@@ -40,7 +40,7 @@ impl Arguments {
         let bytes = inputs::bytes("--emg", file)?;
         let activity = Activity::read(&bytes, &origin)?;
         let names = body.mesh.muscle_names();
-        let mut tensions = activity.tensions(&vowel, self.full, &names, &Muscles::built_in())?;
+        let mut tensions = activity.tensions(&vowel, self.full, &names)?;
         if let Some((twice, _)) = given.iter().find(|(m, _)| has(&tensions, *m)) {
             bail!("{origin} and --tension both give {}; give it once", names[*twice]);
         }

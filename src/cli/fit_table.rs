@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use tongue_fit::inner::report::{self, Conclusion, FitRecord, joined, range, status_in_words, with_decimals};
 use tongue_fit::inner::run::{Published, SampledPosterior};
 use tongue_fit::inverse::Fit;
-use tongue_fit::measured::{TargetKind, Vowel};
+use tongue_fit::measured::{TargetKind, Thesis, Vowel};
 
 use super::output::is_verbose;
 use super::posterior::{self, ACTIVE_BASELINE};
@@ -117,8 +117,8 @@ impl ShownFit<'_> {
                 found.push(("fits as well", ranges.collect()));
             }
         }
-        found.extend(self.published.map(|p| {
-            let tensions = p.thesis.tensions_a().into_iter();
+        found.extend(self.published.map(|_| {
+            let tensions = Thesis::reference().tensions_a().into_iter();
             ("published (Kato 2014, 4.4.1)", tensions.map(|(_, tension)| newtons(tension)).collect())
         }));
         let shortens = target.active.iter().map(|&m| {

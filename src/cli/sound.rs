@@ -109,7 +109,7 @@ impl Arguments {
     fn posture(&self, tract: &Tract, vowel: Option<&Vowel>) -> Articulation {
         let drawn = vowel.and_then(|vowel| {
             let mut all = tract.posture.iter();
-            let like = all.find(|(key, _)| Vowel::as_written(key).is_ok_and(|key| key.is_like(vowel)));
+            let like = all.find(|(key, _)| key.parse().is_ok_and(|key: Vowel| key.is_like(vowel)));
             tract.posture.get(vowel.label()).or(like.map(|(_, posture)| posture))
         });
         let drawn = drawn.copied().unwrap_or_default();

@@ -4,7 +4,7 @@ use crate::fixtures::{PUBLISHED_A, pulling, solved, target, target_of, tongue, v
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{Alarm, alarms};
 use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Method, SolutionCurve, Termination};
-use tongue_fit::measured::{Dataset, Muscles, Target, TargetKind, TargetOptions, Thesis};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Thesis};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 
@@ -107,7 +107,7 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
                 let fit = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
                 let what = format!("{subject} /{label}/ {kind} {method:?}");
                 is_true(&mesh, &target, &fit, &what);
-                let alarms = alarms(&mesh, &fit, &Muscles::built_in());
+                let alarms = alarms(&mesh, &fit);
                 let is_doubted = alarms.iter().any(Alarm::forbids_trust);
                 assert_eq!(fit.answer.is_trustworthy(), !is_doubted, "{what}: {alarms:?}");
                 fit
@@ -249,7 +249,7 @@ fn eight_muscles_meet_seven_ratios_in_spite_of_the_effort_term() {
 #[test]
 fn the_published_tensions_give_the_published_ratios() {
     let mesh = tongue();
-    let thesis = Thesis::reference().unwrap();
+    let thesis = Thesis::reference();
     let (rest, lengths) = simulated(&mesh, &thesis.tensions_a());
     let ratios = TargetKind::Ratio.values(&lengths, &rest, 0);
     let table_4_8 = thesis.ratios_a(&mesh.muscle_names()).unwrap();
@@ -312,16 +312,15 @@ fn each_alarm_is_raised_by_its_cause() {
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let target = target("S2", "a", TargetKind::Stretch);
     let fit = &mut inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
-    let known = Muscles::built_in();
     // In S2 /a/ against /ɯ/ only SGp is within rounding (59 mm in both).
-    assert_eq!(alarms(&mesh, fit, &known), [Alarm::DecidedWithinRounding { muscle: "SGp".into() }]);
+    assert_eq!(alarms(&mesh, fit), [Alarm::DecidedWithinRounding { muscle: "SGp".into() }]);
 
     // 25 times the tensions over a width of 40 mm are as many newtons as the tensions per metre: 8 of the 18 of GGa, but 38 of the 24 of
     // the styloglossus.
     let mut unbounded = fit.clone();
     unbounded.settings.upper_bound = 1e4;
     unbounded.answer.tensions.iter_mut().for_each(|t| *t *= 25.0);
-    let per_metre = alarms(&mesh, &unbounded, &known);
+    let per_metre = alarms(&mesh, &unbounded);
     assert_eq!(per_metre.len(), 2);
     assert!(matches!(
         &per_metre[0],
@@ -337,7 +336,7 @@ fn each_alarm_is_raised_by_its_cause() {
     fit.answer.positions[folded] = fit.answer.positions[before]
         + (fit.answer.positions[ggm.nodes[0]] - fit.answer.positions[before]) * 0.5;
     fit.answer.identifiability = None;
-    let all = alarms(&mesh, fit, &known);
+    let all = alarms(&mesh, fit);
     let has = |what: &dyn Fn(&Alarm) -> bool| all.iter().any(what);
     assert!(has(&|a| *a == Alarm::AtUpperBound { muscle: "SGm".into() }));
     assert!(has(&|a| *a == Alarm::AtLowerBound { muscle: "GGa".into() }));

@@ -16,7 +16,7 @@ fn mesh(h_mm: f64) -> Mesh<2> {
 }
 
 fn assert_published_lengths(mesh: &Mesh<2>) {
-    let thesis = Thesis::reference().unwrap();
+    let thesis = Thesis::reference();
     assert_eq!(thesis.rows().len(), mesh.muscles.len());
     for (row, muscle) in thesis.rows().iter().zip(&mesh.muscles) {
         let (name, built_mm) = (&row.muscle, mesh.distance(muscle.ends()) * 1e3);

@@ -12,7 +12,7 @@ const TABLE: &str = "# mine\nmuscle,i,a,full_n_per_m\nGGa,0.2,,\n# of both\nHG,0
 fn tensions(table: &str, label: &str, full: Option<f64>) -> Result<Vec<(usize, f64)>, Malformed> {
     let muscles = Muscles::built_in();
     let names: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
-    Activity::read(table.as_bytes(), "t.csv")?.tensions(&vowel(label), full, &names, &muscles)
+    Activity::read(table.as_bytes(), "t.csv")?.tensions(&vowel(label), full, &names)
 }
 
 fn curves(text: &str) -> Result<Curves, Malformed> {

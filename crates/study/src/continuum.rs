@@ -259,7 +259,7 @@ fn sensitivity_row(
         parts.get((q * (parts.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
     });
     let scene = TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?;
-    let table = Thesis::reference()?.ratios_a(&scene.muscles).unwrap_or_default();
+    let table = Thesis::reference().ratios_a(&scene.muscles).unwrap_or_default();
     let rms = |load: f64| {
         let Some(ratios) = ratios_if_converged(&scene, load) else { return f64::NAN };
         let squares: f64 = ratios.iter().zip(&table).map(|(a, b)| (a - b).powi(2)).sum();

@@ -132,6 +132,6 @@ mod tests {
 
     #[test]
     fn the_published_tensions_are_those_of_the_table() {
-        assert_eq!(Thesis::reference().unwrap().tensions_a(), PUBLISHED_A);
+        assert_eq!(Thesis::reference().tensions_a(), PUBLISHED_A);
     }
 }

@@ -7,7 +7,7 @@ use tongue_core::parallel;
 use tongue_core::statistics::grouped;
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::alarms::THICKNESS_M;
-use tongue_infer::inverse::batch::{BatchPlan, PublishedFacts};
+use tongue_infer::inverse::batch::BatchPlan;
 use tongue_infer::inverse::{FitError, FitSettings};
 use tongue_infer::posterior::{AuxiliaryData, PosteriorModel, Sampling};
 use tongue_input::measured::lengths::rest_distance;
@@ -30,7 +30,6 @@ pub struct BatchRun {
     pub settings: FitSettings,
     /// `None` if no posteriors are asked for.
     pub posteriors: Option<RowPosteriors>,
-    known: PublishedFacts,
     /// With [`RowPosteriors::joint`], the posterior of each row by the index of its job.
     sampled: BTreeMap<usize, SampledRow>,
 }
@@ -57,9 +56,9 @@ impl BatchRun {
         posteriors: Option<RowPosteriors>,
     ) -> Result<Self, FitError> {
         System::new(&body.mesh, model, &[])?;
-        let (known, muscles) = (PublishedFacts::built_in(), in_order(data, &body.mesh));
+        let muscles = in_order(data, &body.mesh);
         let (body, model, sampled) = (body.clone(), *model, BTreeMap::new());
-        Ok(Self { plan, body, muscles, model, settings, posteriors, known, sampled })
+        Ok(Self { plan, body, muscles, model, settings, posteriors, sampled })
     }
 
     /// Makes the fit of a job and its parts of the outputs, with the posterior of the row, or the reason why it has none, if one was asked
@@ -81,7 +80,7 @@ impl BatchRun {
         });
         let fit_run = FitRun { target: &job.target, settings: *settings, walls: false, verdict };
         let record = match fit_run.run(body, model, &Provenance::new(provenance.command.clone())) {
-            Ok(record) => AssessedRecord::new(job, record, &self.known),
+            Ok(record) => AssessedRecord::new(job, record),
             Err(e) => return Ok(Err(e.to_string())),
         };
         let posterior = posterior.and_then(|p| p.as_ref().ok());

@@ -13,7 +13,6 @@ use tongue_infer::posterior::{
     AuxiliaryData, Contrast, Measurements, Posterior, PosteriorError, PosteriorModel, Report, Sampling,
     Summary, Verdict,
 };
-use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, ReadError, Target, TargetKind, TargetOptions};
 
@@ -56,7 +55,7 @@ impl<'a> FitRun<'a> {
         }
         let system = System::with_additions(&body.mesh, model, &matched.contracting(), additions)?;
         let fit = inverse::fit_in(&system, matched, settings)?;
-        let alarms = alarms::alarms(&body.mesh, &fit, &Muscles::built_in());
+        let alarms = alarms::alarms(&body.mesh, &fit);
         let mut record = FitRecord {
             made_by: made_by.clone(),
             verdict: None,
@@ -215,7 +214,6 @@ impl SampledPosterior<'_> {
 /// The published answer for /a/ of S2, simulated in this body, to compare a fit with.
 #[derive(Debug, Clone)]
 pub struct Published {
-    pub thesis: Thesis,
     pub ratios: Vec<f64>,
     pub stretches: Vec<f64>,
     /// Table 4.8: lengths over that of GGa in the thesis's own simulation.
@@ -236,7 +234,7 @@ impl Published {
 
     /// The published tensions in this body; `None` if the target is not theirs or they lead to no equilibrium.
     pub fn of(body: &Body<2>, model: &Model, target: &Target) -> Result<Option<Self>, SimulationError> {
-        let thesis = Thesis::reference().map_err(|e| SimulationError::Refused(e.to_string()))?;
+        let thesis = Thesis::reference();
         let published = thesis.tensions_a();
         let names: Vec<&str> = published.iter().map(|(muscle, _)| *muscle).collect();
         if !thesis.simulated(target) || target.active_names() != names {
@@ -259,6 +257,6 @@ impl Published {
         let others: Vec<usize> = target.comparable(TargetKind::Ratio).collect();
         let squares: f64 = others.iter().map(|&m| (ratios[m] - thesis_ratios[m]).powi(2)).sum();
         let rms = (squares / others.len() as f64).sqrt();
-        Ok(Some(Self { thesis, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
+        Ok(Some(Self { ratios, stretches, thesis_ratios, thesis_stretches, rms }))
     }
 }

@@ -144,8 +144,8 @@ impl Alarm {
     }
 }
 
-/// All alarms of a fit, in a fixed order. `known` gives the force capacities of muscles.
-pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> Vec<Alarm> {
+/// All alarms of a fit, in a fixed order.
+pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>) -> Vec<Alarm> {
     let mut out = Vec::new();
     let TargetOnBody { target, muscles, .. } = &fit.matched;
     let (answer, tensions, lengths) = (&fit.answer, fit.tensions(), fit.lengths());
@@ -169,7 +169,7 @@ pub fn alarms<const D: usize>(mesh: &Mesh<D>, fit: &Fit<D>, known: &Muscles) -> 
         }
     }
     out.extend(of_equilibrium(&answer.replay.trace.solution, answer.replay.trace.from_rest));
-    for capacity in known.capacities(muscles) {
+    for capacity in Muscles::built_in().capacities(muscles) {
         let force_n = THICKNESS_M * capacity.portions.iter().map(|&m| tensions[m]).sum::<f64>();
         if force_n > capacity.capacity_n {
             let (muscle, capacity_n) = (capacity.muscle, capacity.capacity_n);

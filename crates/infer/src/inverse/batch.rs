@@ -1,4 +1,4 @@
-//! Batches: the fits of a table, and the published facts with which their answers are compared.
+//! Batches: the fits of a table.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,9 +7,6 @@ use serde::Serialize;
 
 use tongue_core::statistics::distinct;
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
-use tongue_input::measured::muscles::Muscles;
-use tongue_input::measured::published_patterns::Patterns;
-use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, Lengths, ReadError, Target, TargetKind, Vowel};
 
 use super::{Fit, FitSettings, Method};
@@ -156,22 +153,6 @@ fn baseline<'a>(
 /// Settings of a batch: eight starts.
 pub fn settings(method: Method) -> FitSettings {
     FitSettings { method, starts: 8, ..FitSettings::default() }
-}
-
-/// Published facts with which answers are compared.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PublishedFacts {
-    pub muscles: Muscles,
-    pub patterns: Patterns,
-    pub thesis: Option<Thesis>,
-}
-
-impl PublishedFacts {
-    /// The built-in tables; a damaged one is empty, which a test excludes.
-    pub fn built_in() -> Self {
-        let patterns = Patterns::reference().unwrap_or_default();
-        Self { muscles: Muscles::built_in(), patterns, thesis: Thesis::reference().ok() }
-    }
 }
 
 /// Distance of the model at rest from the row's baseline; `None` if they have no common ratio.

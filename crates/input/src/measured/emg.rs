@@ -1,5 +1,4 @@
-//! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, in the formats of tables of
-//! lengths.
+//! Relative muscle activity (EMG): a table with a row for each muscle and a column for each vowel, in the formats of tables of lengths.
 
 use std::collections::BTreeMap;
 
@@ -64,9 +63,8 @@ fn meaning(name: &str) -> Option<ActivityMeaning> {
 
 impl Activity {
     /// Reads a table with a column `muscle` and a column for each vowel, of activities from 0 to 1, or to 100 where the name of the column
-    /// ends in `%`. A column `full_n_per_m` may have the tension of a muscle at activity 1, N per metre of thickness. Encodings,
-    /// separators, decimal marks, a title and missing values are as in tables of lengths. A cell that is no activity is an error only where
-    /// it is used.
+    /// ends in `%`. A column `full_n_per_m` may have the tension of a muscle at activity 1, N per metre of thickness. The format is
+    /// otherwise that of tables of lengths. A cell that is no activity is an error only where it is used.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
         let mut cells = TableLines::read(bytes, origin, wanted, |name: &str| {
@@ -130,9 +128,8 @@ impl Activity {
         vowel: &Vowel,
         full: Option<f64>,
         names: &[String],
-        muscles: &Muscles,
     ) -> Result<Vec<(usize, f64)>, Malformed> {
-        let portions = self.portions(names, muscles)?;
+        let portions = self.portions(names)?;
         let column = self.column(vowel).ok_or_else(|| {
             let known = Vowel::list(&self.vowels);
             self.at(self.header).error(format!("it has no column /{vowel}/"), format!("it has {known}"))
@@ -165,8 +162,8 @@ impl Activity {
 
     /// Activities of each row, with the positions in `names` of its muscles: one, or all portions of a muscle group. Cells that are no
     /// activities are left out; [`Activity::bad_cells`] has them.
-    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<MeasuredActivity>, Malformed> {
-        let measured = self.rows.iter().zip(self.portions(names, muscles)?).map(|(row, muscles)| {
+    pub fn relative(&self, names: &[String]) -> Result<Vec<MeasuredActivity>, Malformed> {
+        let measured = self.rows.iter().zip(self.portions(names)?).map(|(row, muscles)| {
             let each = self.vowels.iter().zip(&row.activity);
             let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), a.clone().ok()??))).collect();
             MeasuredActivity { name: row.muscle.clone(), muscles, by_vowel }
@@ -184,8 +181,9 @@ impl Activity {
         SourcePlace { origin: &self.origin, line, column: 1 }
     }
 
-    fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, Malformed> {
-        let groups: Vec<String> = muscles.info(names).into_iter().map(|info| info.group).collect();
+    fn portions(&self, names: &[String]) -> Result<Vec<Vec<usize>>, Malformed> {
+        let groups: Vec<String> =
+            Muscles::built_in().info(names).into_iter().map(|info| info.group).collect();
         let mut out: Vec<Vec<usize>> = Vec::new();
         for row in &self.rows {
             let alike = |all: &[String]| -> Vec<usize> {

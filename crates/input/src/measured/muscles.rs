@@ -1,9 +1,11 @@
 //! Facts about muscles (full names, groups, force capacities, colours), from `targets/takano2007_muscles.csv`, and values by muscle name.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize, Serializer};
 
+use super::built_in_rows;
 use super::lengths::position_of;
 
 const REFERENCE: &str = include_str!("../../../../targets/takano2007_muscles.csv");
@@ -49,9 +51,9 @@ pub struct Muscles(Vec<MuscleInfo>);
 
 impl Muscles {
     /// The eight portions that Takano and Honda (2007) measured; capacities are those of the public ArtiSynth tongue.
-    pub fn built_in() -> Self {
-        let rows = csv::Reader::from_reader(REFERENCE.as_bytes()).into_deserialize();
-        Self(rows.collect::<Result<_, _>>().unwrap_or_default())
+    pub fn built_in() -> &'static Self {
+        static BUILT_IN: LazyLock<Muscles> = LazyLock::new(|| Muscles(built_in_rows(REFERENCE)));
+        &BUILT_IN
     }
 
     pub fn all(&self) -> &[MuscleInfo] {

@@ -1,9 +1,11 @@
 //! Published patterns of muscle activation in vowels, from `targets/fang2009_patterns.csv`, and their comparison with fitted tensions.
 
 use std::collections::BTreeSet;
+use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
+use super::built_in_rows;
 use super::lengths::Vowel;
 use super::muscles::Muscles;
 
@@ -18,7 +20,7 @@ struct PatternActivity {
     group: String,
 }
 
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Patterns(Vec<PatternActivity>);
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -33,8 +35,9 @@ pub struct PatternCheck {
 impl Patterns {
     /// The patterns of the Japanese vowels by Fang, Fujita, Lu and Dang (2009). Their transversus and verticalis are not among the measured
     /// muscles; GGm is in none of the patterns.
-    pub fn reference() -> Result<Self, csv::Error> {
-        csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
+    pub fn reference() -> &'static Self {
+        static BUILT_IN: LazyLock<Patterns> = LazyLock::new(|| Patterns(built_in_rows(REFERENCE)));
+        &BUILT_IN
     }
 
     /// The muscles that are active in `vowel`; empty if nothing is published about it.
@@ -46,19 +49,13 @@ impl Patterns {
     /// published about the vowel. Muscles in no pattern, and muscles of the pattern without a portion among `names`, are left out. A
     /// pattern counts activation from rest, but a tension the change from a baseline vowel, so a muscle may also be missing because the
     /// baseline uses it as much.
-    pub fn check(
-        &self,
-        vowel: &Vowel,
-        names: &[String],
-        tensions: &[f64],
-        muscles: &Muscles,
-    ) -> Option<PatternCheck> {
+    pub fn check(&self, vowel: &Vowel, names: &[String], tensions: &[f64]) -> Option<PatternCheck> {
         let expected = self.muscles(vowel);
         if expected.is_empty() {
             return None;
         }
         let mut check = PatternCheck { found: Vec::new(), missing: Vec::new(), unexpected: Vec::new() };
-        let infos = muscles.info(names);
+        let infos = Muscles::built_in().info(names);
         for group in self.0.iter().map(|a| a.group.as_str()).collect::<BTreeSet<_>>() {
             let mut portions = infos.iter().zip(tensions).filter(|(info, _)| info.group == group).peekable();
             if portions.peek().is_none() {

@@ -31,7 +31,6 @@ impl<'a> TableLine<'a> {
 }
 
 pub(super) struct TableLines<'a> {
-    pub origin: &'a str,
     pub encoding: Encoding,
     pub line_ends: LineEnds,
     pub separator: Separator,
@@ -39,7 +38,7 @@ pub(super) struct TableLines<'a> {
     pub mark: DecimalMark,
     pub header: TableLine<'a>,
     pub rows: Vec<TableLine<'a>>,
-    last: u64,
+    pub end: SourcePlace<'a>,
 }
 
 impl<'a> TableLines<'a> {
@@ -61,7 +60,7 @@ impl<'a> TableLines<'a> {
         while let Some((line, rest)) = body.split_once('\n') {
             let sep = line.trim().strip_prefix("sep=").and_then(|sep| match sep {
                 "" => Some(Separator::Tab),
-                sep => Separator::ALL.into_iter().find(|s| sep.as_bytes() == [s.byte()]),
+                sep => Separator::ALL.into_iter().find(|s| sep.as_bytes() == [*s as u8]),
             });
             if !line.trim().is_empty() && !line.trim().starts_with('#') && sep.is_none() {
                 break;
@@ -71,18 +70,31 @@ impl<'a> TableLines<'a> {
         if body.trim().is_empty() {
             return Err(start.error("the file is empty", format!("begin with a line like {wanted}")));
         }
+        // At most the first rows that are not empty, with folded cells.
+        let filled = |separator: Separator, most: usize| -> Vec<TableLine<'a>> {
+            let mut builder = csv::ReaderBuilder::new();
+            builder.delimiter(separator as u8).flexible(true);
+            // Records of any number of fields in UTF-8 text cannot fail.
+            let rows = records(&text, origin, before, &mut builder, "").map_while(Result::ok);
+            let rows = rows.filter(|row| row.cells.iter().any(|cell| !cell.is_empty())).map(|row| {
+                let is_ascii = row.cells.as_slice().is_ascii();
+                let cells = if is_ascii { row.cells } else { row.cells.iter().map(fold).collect() };
+                TableLine { cells, ..row }
+            });
+            rows.take(most).collect()
+        };
         let candidates = declared.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
         let known =
             |line: &TableLine<'_>| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
         let scored = candidates.into_iter().rev().flat_map(|separator| {
-            let first = filled(&text, origin, before, separator, HEADER_WITHIN);
+            let first = filled(separator, HEADER_WITHIN);
             let score = |(n, line): (usize, &TableLine<'_>)| (known(line), Reverse(n), line.cells.len());
             first.iter().enumerate().map(score).map(|score| (score, separator)).collect::<Vec<_>>()
         });
         // `max_by_key` returns the last of equal scores, which is the first of `ALL`.
         let best = scored.max_by_key(|(score, _)| *score);
         let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
-        let mut rows = filled(&text, origin, before, separator, n + MOST_ROWS + 2).split_off(n);
+        let mut rows = filled(separator, n + MOST_ROWS + 2).split_off(n);
         let none = TableLine { at: start, cells: StringRecord::new() };
         let header = if rows.is_empty() { none } else { rows.remove(0) };
         if header.cells.len() > MOST_COLUMNS {
@@ -94,9 +106,9 @@ impl<'a> TableLines<'a> {
             return Err(line.at.error(what, "split it into smaller files"));
         }
         rows.retain(|row| !(row.cell(0).starts_with('#') && row.cells.len() < header.cells.len()));
-        let last = 1 + text.matches('\n').count() as u64;
+        let end = SourcePlace { line: 1 + text.matches('\n').count() as u64, ..start };
         let mark = DecimalMark::Point;
-        let mut cells = Self { origin, encoding, line_ends, separator, mark, header, rows, last };
+        let mut cells = Self { encoding, line_ends, separator, mark, header, rows, end };
         // R writes names of rows without a header for their column. Between commas the surplus field may come from a decimal comma.
         let width = cells.header.cells.len();
         if separator != Separator::Comma
@@ -113,12 +125,8 @@ impl<'a> TableLines<'a> {
         Ok(cells)
     }
 
-    pub fn end(&self) -> SourcePlace<'a> {
-        SourcePlace { origin: self.origin, line: self.last, column: 1 }
-    }
-
     pub fn header_quoted(&self) -> String {
-        let between = char::from(self.separator.byte()).to_string();
+        let between = char::from(self.separator as u8).to_string();
         let names = self.header.cells.iter().collect::<Vec<_>>().join(&between);
         format!("line {} was taken for the header: {:?}", self.header.at.line, clip(&names))
     }
@@ -183,7 +191,7 @@ impl<'a> TableLines<'a> {
             return Ok(());
         }
         let (own, first) = (self.separator, row.cell(0).as_bytes());
-        let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&s.byte()));
+        let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&(*s as u8)));
         if let Some(other) = other.filter(|_| width == 1) {
             let what = format!("the fields are separated by {}", other.plural());
             return Err(row.at.error(what, format!("separate them by {}, as in the header", own.plural())));
@@ -214,24 +222,4 @@ pub(super) fn records<'a>(
         Ok(cells) => Ok(TableLine { at: place(cells.position()), cells }),
         Err(e) => Err(place(e.position()).error(e.to_string(), help)),
     })
-}
-
-/// At most the first `most` rows that are not empty; their cells are folded ([`fold`]).
-fn filled<'a>(
-    text: &str,
-    origin: &'a str,
-    title_lines: usize,
-    separator: Separator,
-    most: usize,
-) -> Vec<TableLine<'a>> {
-    let mut builder = csv::ReaderBuilder::new();
-    builder.delimiter(separator.byte()).flexible(true);
-    // Records of any number of fields in UTF-8 text cannot fail.
-    let rows = records(text, origin, title_lines, &mut builder, "").map_while(Result::ok);
-    let rows = rows.filter(|row| row.cells.iter().any(|cell| !cell.is_empty())).map(|row| {
-        let is_ascii = row.cells.as_slice().is_ascii();
-        let cells = if is_ascii { row.cells } else { row.cells.iter().map(fold).collect() };
-        TableLine { cells, ..row }
-    });
-    rows.take(most).collect()
 }

@@ -1,8 +1,10 @@
 //! Published results of the thesis (Kato 2014) by muscle, from `targets/kato2014_tables.csv`.
 
+use std::sync::LazyLock;
+
 use serde::Deserialize;
 
-use super::Target;
+use super::{Target, built_in_rows};
 
 const REFERENCE: &str = include_str!("../../../../targets/kato2014_tables.csv");
 
@@ -27,8 +29,9 @@ pub struct ThesisRow {
 pub struct Thesis(Vec<ThesisRow>);
 
 impl Thesis {
-    pub fn reference() -> Result<Self, csv::Error> {
-        csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
+    pub fn reference() -> &'static Self {
+        static BUILT_IN: LazyLock<Thesis> = LazyLock::new(|| Thesis(built_in_rows(REFERENCE)));
+        &BUILT_IN
     }
 
     pub fn rows(&self) -> &[ThesisRow] {
@@ -39,8 +42,7 @@ impl Thesis {
         self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
     }
 
-    /// The tensions that the thesis found by hand for /a/ of S2, N per metre of thickness (section 4.4.1). They are one of many answers,
-    /// because two ratios do not determine three tensions.
+    /// The tensions that the thesis found by hand for /a/ of S2, N per metre of thickness (section 4.4.1): one of many answers.
     pub fn tensions_a(&self) -> Vec<(&str, f64)> {
         self.0.iter().filter_map(|row| Some((row.muscle.as_str(), row.tension_a_n_per_m?))).collect()
     }
@@ -55,8 +57,7 @@ impl Thesis {
         muscles.iter().map(|m| Some(self.row(m)?.simulated_ratio_a)).collect()
     }
 
-    /// The simulated ratios as stretches over the rest lengths of table 4.5, for a given stretch of GGa; `None` if the table lacks one of
-    /// `muscles`.
+    /// The simulated ratios as stretches over the rest lengths of table 4.5, for a given stretch of GGa; `None` if a muscle is unknown.
     pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
         let gga_mm = stretch_of_gga * self.row("GGa")?.rest_length_mm;
         muscles

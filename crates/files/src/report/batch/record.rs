@@ -7,13 +7,13 @@ use std::str::FromStr;
 use serde::Serialize;
 
 use crate::report::FitRecord;
-use tongue_infer::inverse::batch::{Job, PublishedFacts, rest_distance};
+use tongue_infer::inverse::batch::{Job, rest_distance};
 use tongue_infer::inverse::{Fit, Optimum, optima};
 use tongue_infer::posterior::Verdict;
 use tongue_input::measured::Target;
 use tongue_input::measured::TargetKind::{self, Ratio, Stretch};
 use tongue_input::measured::lengths::rest_distance::RestDistance;
-use tongue_input::measured::published_patterns::PatternCheck;
+use tongue_input::measured::published_patterns::{PatternCheck, Patterns};
 use tongue_input::measured::thesis::Thesis;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,8 +44,7 @@ pub struct Passive {
 }
 
 impl AssessedRecord {
-    pub fn new(job: &Job, record: FitRecord, known: &PublishedFacts) -> Self {
-        let PublishedFacts { thesis, patterns, muscles } = known;
+    pub fn new(job: &Job, record: FitRecord) -> Self {
         let fit = &record.fit;
         let target = &fit.matched.target;
         Self {
@@ -53,10 +52,10 @@ impl AssessedRecord {
             substitute_baseline: job.substitute,
             fitted: target.fitted.iter().map(|&m| target.muscles[m].clone()).collect(),
             cost: fit.answer.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
-            passive: passive(fit, thesis.as_ref()),
+            passive: passive(fit),
             rest_shape: rest_distance(fit),
             other_optima: optima(fit),
-            pattern: patterns.check(&target.vowel, &fit.matched.muscles, &fit.tensions(), muscles),
+            pattern: Patterns::reference().check(&target.vowel, &fit.matched.muscles, &fit.tensions()),
             record,
         }
     }
@@ -92,14 +91,14 @@ impl AssessedRecord {
 }
 
 /// Errors of the passive muscles. The thesis's simulation is a reference if it simulated this row.
-fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
+fn passive(fit: &Fit) -> Passive {
     let target = &fit.matched.target;
     let error =
         |kind: TargetKind, simulated: &[f64]| target.passive_rms(kind, simulated, &target.measured_in(kind));
     let no_change = |kind: TargetKind| {
         error(kind, &kind.values(&target.baseline_mm, &target.baseline_mm, target.reference))
     };
-    let thesis = thesis.filter(|t| t.simulated(target));
+    let thesis = Some(Thesis::reference()).filter(|t| t.simulated(target));
     let thesis_stretches =
         thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated(Stretch)[target.reference]));
     let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));

@@ -63,17 +63,8 @@ impl<'a> SourceLine<'a> {
         ids.get(&id).copied().ok_or_else(|| self.wrong(format!("{what} {id} does not exist")))
     }
 
-    fn once<K: Ord + Copy + Display, V>(
-        &self,
-        map: &mut BTreeMap<K, V>,
-        what: &str,
-        key: K,
-        value: V,
-    ) -> ReadResult<bool> {
-        match map.insert(key, value) {
-            None => Ok(true),
-            Some(_) => Err(self.wrong(format!("{what} {key} comes twice"))),
-        }
+    fn once(&self, is_new: bool, what: &str, id: impl Display) -> ReadResult<bool> {
+        if is_new { Ok(true) } else { Err(self.wrong(format!("{what} {id} comes twice"))) }
     }
 
     /// The rest of a line that begins with `word` in any case, up to a comment.
@@ -90,7 +81,7 @@ pub(super) fn nodes(text: &Text) -> ReadResult<(Vec<Vector3<f64>>, Ids)> {
         let id: u64 = line.parsed(words.next(), "the id of a node")?;
         let mut coordinate = || line.finite(words.next(), "a coordinate");
         nodes.push(Vector3::new(coordinate()?, coordinate()?, coordinate()?));
-        line.once(&mut ids, "node", id, nodes.len() - 1)
+        line.once(ids.insert(id, nodes.len() - 1).is_none(), "node", id)
     })?;
     Ok((nodes, ids))
 }
@@ -105,7 +96,7 @@ pub(super) fn elements(text: &Text, nodes: &Ids) -> ReadResult<(Vec<[usize; 8]>,
         }
         hexahedra.push(corners);
         let id: u64 = line.parsed(words.last(), "the id of the element")?;
-        line.once(&mut ids, "element", id, hexahedra.len() - 1)
+        line.once(ids.insert(id, hexahedra.len() - 1).is_none(), "element", id)
     })?;
     Ok((hexahedra, ids))
 }
@@ -141,7 +132,8 @@ pub(super) fn regions(text: &Text, elements: &Ids) -> ReadResult<Regions> {
             let (number, name) = rest.split_once(')').ok_or_else(wrong)?;
             let number: usize = line.parsed(Some(number), "the number of a muscle")?;
             let name = name.split('\'').nth(1).ok_or_else(wrong)?.trim().to_owned();
-            return line.once(&mut regions.names, "muscle", number, (name, line.number));
+            let is_new = regions.names.insert(number, (name, line.number)).is_none();
+            return line.once(is_new, "muscle", number);
         }
         if let Some(rest) = line.after("ESEL,") {
             let words: Vec<&str> = rest.split(',').map(str::trim).collect();

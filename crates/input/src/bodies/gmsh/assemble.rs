@@ -45,8 +45,7 @@ fn body<const D: usize>(
     let kept: BTreeSet<u64> =
         cells.iter().map(|c| &c.nodes).chain(chains.iter().map(|c| &c.nodes)).flatten().copied().collect();
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(number, tag)| (*tag, number)).collect();
-    // Every tag of a cell or chain is in `numbers`, so the default is never used.
-    let number = |tag: &u64| numbers.get(tag).copied().unwrap_or_default();
+    let number = |tag: &u64| numbers[tag];
     let mut mesh = Mesh { nodes: positions::<D>(raw, &kept, unit)?, ..Mesh::default() };
     for cell in cells {
         let mut corners: Vec<usize> = cell.nodes.iter().map(number).collect();
@@ -60,7 +59,7 @@ fn body<const D: usize>(
     }
     mesh.connect();
     let tags: Vec<u64> = kept.into_iter().collect();
-    let tag = |node: usize| tags.get(node).copied().unwrap_or_default();
+    let tag = |node: usize| tags[node];
     if let Some(pair) = mesh.connections.iter().find(|[a, b]| mesh.nodes[*a] == mesh.nodes[*b]) {
         let [a, b] = pair.map(tag);
         return Err(wrong!(

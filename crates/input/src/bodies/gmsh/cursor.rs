@@ -1,34 +1,28 @@
 //! Cursor through the bytes of a Gmsh file (text, or text with binary numbers), and errors with their byte.
 
-use tongue_core::body::BodyError;
-
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
-    binary: bool,
+    pub is_binary: bool,
     big_endian: bool,
 }
 
 impl<'a> Cursor<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
-        Self { bytes, at: 0, binary: false, big_endian: false }
+        Self { bytes, at: 0, is_binary: false, big_endian: false }
     }
 
     /// The byte at which the next token begins.
     pub fn position(&mut self) -> usize {
-        if !self.binary {
+        if !self.is_binary {
             self.skip_space();
         }
         self.at
     }
 
-    pub fn is_binary(&self) -> bool {
-        self.binary
-    }
-
     /// Switches to binary numbers. The next four bytes are the integer 1, which shows the byte order.
     pub fn begin_binary(&mut self) -> Parsed<()> {
-        self.binary = true;
+        self.is_binary = true;
         let at = self.at;
         let one = self.array::<4>("the number that tells the order of the bytes")?;
         self.big_endian = one == [0, 0, 0, 1];
@@ -112,7 +106,7 @@ impl<'a> Cursor<'a> {
         what: &'static str,
         of: fn([u8; N]) -> T,
     ) -> Parsed<T> {
-        if !self.binary {
+        if !self.is_binary {
             let text = self.token(what)?;
             return text.parse().map_err(|_| not_a_number(self.at - text.len(), what, text));
         }
@@ -170,17 +164,6 @@ fn unexpected(at: usize, found: &str, wanted: &str) -> Located {
 pub(super) struct Located {
     pub at: Option<usize>,
     pub problem: String,
-}
-
-impl Located {
-    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyError {
-        let place = match self.at {
-            None => String::new(),
-            Some(at) if binary => format!(" (byte {at})"),
-            Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
-        };
-        BodyError(format!("{origin}{place}: {}", self.problem))
-    }
 }
 
 pub(super) type Parsed<T> = Result<T, Located>;

@@ -23,10 +23,11 @@ pub(super) enum GroupRole {
 }
 
 impl GroupRole {
-    fn of(name: &str, dimension: usize, form: Form, known: &Muscles) -> Option<Self> {
+    fn of(name: &str, dimension: usize, form: Form) -> Option<Self> {
         let (kind, rest) = split(name);
         let is = |word: &str| kind.eq_ignore_ascii_case(word);
-        let published = |name: &str| known.published(name).map(|(_, spelling)| spelling.to_owned());
+        let published =
+            |name: &str| Muscles::built_in().published(name).map(|(_, spelling)| spelling.to_owned());
         let muscle = |name: &str| published(name).unwrap_or_else(|| name.to_owned());
         match (form, dimension, rest) {
             (_, 2 | 3, _) if is("tissue") => Some(Self::Tissue),
@@ -64,10 +65,10 @@ fn usual_names(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)
     }
 }
 
-fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize) -> Located {
+fn unknown(name: &str, dimension: usize, form: Form, at: usize) -> Located {
     let (kind, rest) = split(name);
     let usual_names = usual_names(dimension, form);
-    let all = known.all();
+    let all = Muscles::built_in().all();
     let published = all.iter().map(|m| m.name.as_str()).filter(|_| form == Form::Simplices && dimension == 1);
     let meant = choice::nearest(kind, usual_names.iter().map(|(word, _)| *word).chain(published));
     let meant = meant.map_or_else(String::new, |near| {
@@ -108,13 +109,11 @@ pub(super) struct GroupParts<'a> {
 
 impl<'a> GroupParts<'a> {
     pub fn new(raw: &'a Raw, form: Form) -> Parsed<Self> {
-        let known = Muscles::built_in();
         let mut by_key: BTreeMap<(usize, i64), Vec<&GmshElement>> = BTreeMap::new();
         for element in raw.elements.iter().filter(|e| e.group != 0) {
             by_key.entry((element.dimension, element.group)).or_default().push(element);
         }
-        // The form of the cells is checked before the names of groups, which differ between forms, so that a wrong form is reported as
-        // such.
+        // The form of the cells is checked first, because the names of groups that are allowed depend on it.
         let tissue = raw.names.iter().rev();
         let tissue = tissue.filter(|(_, (name, _))| split(name).0.eq_ignore_ascii_case("tissue"));
         let of_tissue = tissue.map(|(key, _)| key).filter(|(d, _)| form == Form::Simplices || *d == 3);
@@ -124,8 +123,8 @@ impl<'a> GroupParts<'a> {
         let mut groups = Vec::new();
         for (key, (name, at)) in &raw.names {
             let (dimension, at, elements) = (key.0, *at, by_key.remove(key).unwrap_or_default());
-            let Some(role) = GroupRole::of(name, dimension, form, &known) else {
-                return Err(unknown(name, dimension, form, &known, at));
+            let Some(role) = GroupRole::of(name, dimension, form) else {
+                return Err(unknown(name, dimension, form, at));
             };
             if elements.is_empty() && role != GroupRole::Other {
                 return Err(wrong!(

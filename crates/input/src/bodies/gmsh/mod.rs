@@ -1,12 +1,5 @@
 //! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or binary, read into a
-//! body and written from one. Physical groups have these meanings:
-//!
-//! | physical group | on | is |
-//! |---|---|---|
-//! | `tissue`, `tissue:NAME` | surfaces (in space: volumes) | the cells |
-//! | `GGa` .. `HGp`, `muscle:NAME` | curves | a muscle; its lines must make one chain |
-//! | `bone`, `bone:NAME` | points, curves, surfaces or volumes | nodes that do not move |
-//! | `other:NAME` | anything | left out |
+//! body and written from one. `docs/guide.md` lists the physical groups; `tissue:NAME` is tissue, too, and bones may be on anything.
 //!
 //! Case does not matter, except in a NAME. A group of another name is an error. In a scene the jaw moves `bone:mental_spine` and the hyoid
 //! `bone:hyoid`. A body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles are reversed. A
@@ -83,5 +76,12 @@ fn parsed<T>(
 ) -> Result<T, BodyError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let assembled = parse::parse(&mut cursor).and_then(|raw| assemble(&raw));
-    assembled.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))
+    assembled.map_err(|cursor::Located { at, problem }| {
+        let place = match at {
+            None => String::new(),
+            Some(at) if cursor.is_binary => format!(" (byte {at})"),
+            Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+        };
+        BodyError(format!("{origin}{place}: {problem}"))
+    })
 }

@@ -246,7 +246,7 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
     let mut elements: Vec<GmshElement> = Vec::new();
     while (elements.len() as u64) < count {
         // In binary, elements of one type follow a common header.
-        let first = if cursor.is_binary() { None } else { Some(positive(cursor, "element")?) };
+        let first = if cursor.is_binary { None } else { Some(positive(cursor, "element")?) };
         let kind = cursor.int("the type of an element")?;
         let follow = if first.is_none() { positive(cursor, "number of elements")? } else { 1 };
         let tags = cursor.int("the number of tags")?;

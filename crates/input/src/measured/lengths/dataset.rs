@@ -7,8 +7,7 @@ use serde::Serialize;
 
 use super::number::LARGEST_HALF_WIDTH_MM;
 use super::text::fold;
-use super::{DecimalMark, Encoding, Lengths, LineEnds, Malformed, Row, TableUnit, Vowel};
-use crate::measured::error::ReadError;
+use super::{DecimalMark, Encoding, Lengths, LineEnds, Malformed, ReadError, Row, TableUnit, Vowel};
 use tongue_core::choice;
 
 const MOST_SUBJECTS_LISTED: usize = 12;
@@ -129,25 +128,19 @@ impl Dataset {
     }
 }
 
+/// What separates fields, as its byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[repr(u8)]
 pub enum Separator {
-    Comma,
-    Semicolon,
-    Tab,
+    Comma = b',',
+    Semicolon = b';',
+    Tab = b'\t',
 }
 
 impl Separator {
     pub(in crate::measured) const ALL: [Separator; 3] =
         [Separator::Comma, Separator::Semicolon, Separator::Tab];
-
-    pub(in crate::measured) const fn byte(self) -> u8 {
-        match self {
-            Separator::Comma => b',',
-            Separator::Semicolon => b';',
-            Separator::Tab => b'\t',
-        }
-    }
 
     pub const fn plural(self) -> &'static str {
         match self {

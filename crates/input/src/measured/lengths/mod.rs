@@ -20,6 +20,9 @@ pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
 pub use text::{Encoding, LineEnds};
 pub use vowel::Vowel;
 
+use super::error::ReadError;
+use super::table::{TableLine, TableLines};
+
 use std::sync::Arc;
 
 use serde::Serialize;

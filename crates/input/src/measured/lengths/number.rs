@@ -53,10 +53,8 @@ pub(in crate::measured) fn is_missing(cell: &str) -> bool {
 
 /// The decimal mark of a number that has one; `None` for integers and for text.
 pub(in crate::measured) fn mark_of(cell: &str) -> Option<DecimalMark> {
-    let mark = match cell.find([',', '.'])? {
-        at if cell[at..].starts_with(',') => DecimalMark::Comma,
-        _ => DecimalMark::Point,
-    };
+    let first = cell.chars().find(|c| [',', '.'].contains(c))?;
+    let mark = if first == ',' { DecimalMark::Comma } else { DecimalMark::Point };
     with_point(cell, mark)?.parse::<f64>().ok().map(|_| mark)
 }
 

@@ -55,7 +55,7 @@ fn without_unit(data: &Dataset) -> impl Iterator<Item = String> {
 }
 
 fn columns<'a>(lengths_mm: impl Iterator<Item = (&'a str, f64)>) -> Option<Vec<MuscleColumn<'a>>> {
-    let thesis = Thesis::reference().ok()?;
+    let thesis = Thesis::reference();
     let column = |(name, mm): (&'a str, f64)| Some((name, mm.ln(), thesis.row(name)?.rest_length_mm.ln()));
     let columns: Vec<MuscleColumn<'a>> = lengths_mm.filter_map(column).collect();
     (columns.len() >= FEWEST).then_some(columns)
@@ -118,8 +118,7 @@ fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
     ))
 }
 
-/// A doubt if a muscle differs from the median of all muscles by more than a factor of 2. The largest factor is 1.4 in published tables,
-/// 1.7 in single rows.
+/// A doubt if a muscle differs from the median of all by more than a factor of 2: 1.4 is the most in published tables, 1.7 in single rows.
 fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     const FACTOR: f64 = 2.0;
     let size = median(columns.iter().map(|c| c.1 - c.2))?;
@@ -131,8 +130,7 @@ fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     ))
 }
 
-/// A doubt if the tongue is much smaller or larger than an adult's. Published speakers are 0.97 to 1.12 times as large as the thesis's
-/// tongue.
+/// A doubt if the tongue is much smaller or larger than an adult's: published ones are 0.97 to 1.12 times as large as the thesis's.
 fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     let times = mean_and_variance(columns.iter().map(|c| c.1 - c.2)).0.exp();
     (!(0.55..=1.6).contains(&times)).then(|| {
@@ -173,8 +171,8 @@ fn is_fine(lengths: &Lengths) -> bool {
 /// to -0.13 without one of them, so rows with fewer are not checked.
 fn rows_of_another_size(data: &Dataset) -> Option<String> {
     const MUSCLES: usize = 8;
-    let thesis = Thesis::reference().ok()?;
-    let is_known = data.muscles.iter().map(|name| thesis.row(name).is_some()).collect::<Vec<_>>();
+    let is_known: Vec<bool> =
+        data.muscles.iter().map(|name| Thesis::reference().row(name).is_some()).collect();
     let mut changes: Vec<(&Lengths, &Lengths, f64)> = Vec::new();
     for subject in data.subjects() {
         let mut rows = data.of_subject(subject).ok()?.peekable();

@@ -9,11 +9,8 @@ use super::columns::{LengthColumns, LengthField, is_known};
 use super::dataset::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::number::{LARGEST_HALF_WIDTH_MM, LONGEST_MM, SHORTEST_MM, TableUnit, is_missing, with_point};
 use super::text::clip;
-use super::vowel::Vowel;
-use super::{Dataset, Lengths, Row};
+use super::{Dataset, Lengths, Malformed, ReadError, Row, TableLine, TableLines, Vowel};
 use crate::files;
-use crate::measured::error::{Malformed, ReadError};
-use crate::measured::table::{TableLine, TableLines};
 
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
 const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
@@ -28,8 +25,7 @@ const MOST_DECIMALS: i32 = 2;
 const SHORTEST_CM: f64 = 0.2;
 
 impl Dataset {
-    /// The built-in lengths of Takano and Honda (2007), from thesis table 4.4: eight muscles of the subjects S1 to S4 in 19 rows (S4 has no
-    /// /ɯ/).
+    /// The built-in lengths of Takano and Honda (2007), from thesis table 4.4: eight muscles of S1 to S4 in 19 rows (S4 has no /ɯ/).
     pub fn reference() -> Result<Self, ReadError> {
         Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
     }
@@ -89,7 +85,7 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         let (muscle, unit) = (l.muscle.clone(), l.unit);
         ReadColumn { muscle, name: name(l.field), column: l.field + 1, unit, half_width }
     });
-    let vowels = cells.rows.iter().filter_map(|row| Vowel::as_written(row.cell(columns.vowel)).ok());
+    let vowels = cells.rows.iter().filter_map(|row| row.cell(columns.vowel).parse::<Vowel>().ok());
     let has = |label: &str| vowels.clone().any(|v| v.label() == label);
     let mut data = Dataset {
         origin: origin.to_owned(),
@@ -112,7 +108,8 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         rows_of_subject: BTreeMap::new(),
     };
     let else_mm = columns.lengths.iter().map(|l| by_digits[l.unit as usize].1).collect();
-    let reader = Reader { cells, columns, else_mm, has_both_u: has("u") && has("ɯ") };
+    let (muscles, has_both_u) = (data.muscles.clone(), has("u") && has("ɯ"));
+    let reader = Reader { cells, columns, muscles, else_mm, has_both_u };
     let mut seen = BTreeMap::new();
     for line in &cells.rows {
         reader.add(line, &mut data, &mut seen);
@@ -127,11 +124,11 @@ fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         Some(row) => row.fault,
         None if !cells.rows.is_empty() => {
             let help = "write lengths in millimetres, like 57.8, where they were measured";
-            cells.end().error("no row has a length", help)
+            cells.end.error("no row has a length", help)
         }
         None => {
             let what = format!("the table has a header but no rows; {}", cells.header_quoted());
-            cells.end().error(what, "add a line for each subject and vowel")
+            cells.end.error(what, "add a line for each subject and vowel")
         }
     })
 }
@@ -149,8 +146,7 @@ fn half_width_by_digits<'a>(lengths: impl Iterator<Item = LengthCell<'a>> + Clon
     (mm.is_some(), half_of_common_step(lengths).map_or(by_digits, |mm| mm.max(by_digits)))
 }
 
-/// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever digits they are written with. Of fewer than eight
-/// lengths this may be chance.
+/// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever their digits; by chance fewer than eight may be.
 fn half_of_common_step<'a>(lengths: impl Iterator<Item = LengthCell<'a>>) -> Option<f64> {
     const FEWEST: usize = 8;
     const STEPS_MM: [f64; 2] = [10.0, 5.0];
@@ -162,6 +158,7 @@ fn half_of_common_step<'a>(lengths: impl Iterator<Item = LengthCell<'a>>) -> Opt
 struct Reader<'a> {
     cells: &'a TableLines<'a>,
     columns: &'a LengthColumns,
+    muscles: Arc<[String]>,
     /// Half width of each muscle's lengths, mm, where no column gives it.
     else_mm: Vec<f64>,
     /// Whether the table has rows of both /u/ and /ɯ/, so that `u` does not stand for `ɯ`.
@@ -172,7 +169,7 @@ impl Reader<'_> {
     /// Adds a row to the table, or to the rows that cannot be used. `seen` has the lines of earlier rows.
     fn add(&self, line: &TableLine<'_>, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
         let mut bad_cells = Vec::new();
-        let lengths = self.lengths(line, &data.muscles, &mut bad_cells);
+        let lengths = self.lengths(line, &mut bad_cells);
         bad_cells.sort_by_key(|fault| fault.column);
         let measured = lengths.as_ref().map_or(0, |l| l.length_mm.iter().flatten().count());
         let fault = match lengths {
@@ -203,16 +200,11 @@ impl Reader<'_> {
     }
 
     fn vowel(&self, label: &str) -> Result<Vowel, ReadError> {
-        if self.has_both_u { Vowel::as_written(label) } else { Vowel::new(label) }
+        if self.has_both_u { label.parse() } else { Vowel::new(label) }
     }
 
     /// The lengths of a row. Faults of cells are added to `bad`, and these cells count as not measured.
-    fn lengths(
-        &self,
-        line: &TableLine<'_>,
-        muscles: &Arc<[String]>,
-        bad: &mut Vec<Malformed>,
-    ) -> Result<Lengths, Malformed> {
+    fn lengths(&self, line: &TableLine<'_>, bad: &mut Vec<Malformed>) -> Result<Lengths, Malformed> {
         let LengthColumns { subject, vowel, lengths, half_width, .. } = self.columns;
         self.cells.check_shape(line)?;
         let at = |field: usize| line.place(field);
@@ -251,7 +243,7 @@ impl Reader<'_> {
                 .zip(&self.else_mm)
                 .map(|(l, else_mm)| l.half_width.map_or(common, &mut half).unwrap_or(*else_mm)),
         );
-        Ok(Lengths { subject: name, vowel, muscles: muscles.clone(), length_mm, half_width_mm })
+        Ok(Lengths { subject: name, vowel, muscles: self.muscles.clone(), length_mm, half_width_mm })
     }
 }
 

@@ -3,16 +3,12 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::ReadError;
 use super::text::{LONGEST, clip, fold};
-use crate::measured::error::ReadError;
 
-const KANA: [([&str; 3], &str); 5] = [
-    (["あ", "ア", "ｱ"], "a"),
-    (["い", "イ", "ｲ"], "i"),
-    (["う", "ウ", "ｳ"], "ɯ"),
-    (["え", "エ", "ｴ"], "e"),
-    (["お", "オ", "ｵ"], "o"),
-];
+/// The kana of each Japanese vowel (hiragana, katakana and half-width katakana), and its Latin letter.
+const KANA: [(&str, &str); 5] =
+    [("あアｱ", "a"), ("いイｲ", "i"), ("うウｳ", "ɯ"), ("えエｴ", "e"), ("おオｵ", "o")];
 
 /// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC (in which letters that look
 /// the same are equal), with a Latin letter for the kana of a Japanese vowel. Ordered as text.
@@ -23,24 +19,8 @@ pub struct Vowel(String);
 impl Vowel {
     /// Reads `a`, `/a/` or `[a]`; `u` stands for `ɯ`, which few keyboards have.
     pub fn new(label: &str) -> Result<Self, ReadError> {
-        let vowel = Self::as_written(label)?;
+        let vowel: Self = label.parse()?;
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
-    }
-
-    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. A row in `ɯ` is also found by `u` if there is no row
-    /// in `u`.
-    pub fn as_written(label: &str) -> Result<Self, ReadError> {
-        let folded = fold(label);
-        let bare = &*folded;
-        let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
-        let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
-        if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
-            let message = format!("{:?} is not a label of a vowel", clip(label));
-            let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
-            return Err(ReadError::Refused(format!("{message}; {help}")));
-        }
-        let kana = KANA.iter().find(|(kana, _)| kana.contains(&bare));
-        Ok(Self(kana.map_or(bare, |(_, latin)| latin).to_owned()))
     }
 
     /// /ɯ/, the default baseline (thesis 4.3.2).
@@ -79,8 +59,20 @@ impl fmt::Display for Vowel {
 impl FromStr for Vowel {
     type Err = ReadError;
 
+    /// Reads a label as [`Vowel::new`] does but keeps `u`, for tables that have both. Without a row in `u`, `u` also finds that in `ɯ`.
     fn from_str(label: &str) -> Result<Self, Self::Err> {
-        Self::as_written(label)
+        let folded = fold(label);
+        let bare = &*folded;
+        let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
+        let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
+        if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
+            let message = format!("{:?} is not a label of a vowel", clip(label));
+            let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
+            return Err(ReadError::Refused(format!("{message}; {help}")));
+        }
+        let is_one = bare.chars().count() == 1;
+        let kana = KANA.iter().find(|(kana, _)| is_one && kana.contains(bare));
+        Ok(Self(kana.map_or(bare, |(_, latin)| latin).to_owned()))
     }
 }
 
@@ -88,6 +80,6 @@ impl TryFrom<String> for Vowel {
     type Error = ReadError;
 
     fn try_from(label: String) -> Result<Self, Self::Error> {
-        Self::as_written(&label)
+        label.parse()
     }
 }

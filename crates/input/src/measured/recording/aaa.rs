@@ -5,9 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::records;
-use super::{Budget, Format, Label, Recording, Sample, limits, rows};
+use super::{Budget, Format, Label, Malformed, Recording, Sample, SourcePlace, limits, records, rows};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -288,24 +286,21 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     parts
 }
 
-/// Labels by their beginning, with those of one tier and name joined between which no sample lies: rows that are out of order give a label
-/// in several parts.
+/// Labels by their beginning. Parts of a label between which no sample lies are joined, because rows out of order give it in parts.
 fn join_labels(mut labels: Vec<Label>, samples: &[Sample]) -> Vec<Label> {
     labels.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     let mut out: Vec<Label> = Vec::with_capacity(labels.len());
     for label in labels {
         let last = out.iter_mut().rev().find(|last| last.tier == label.tier);
+        let after = |to_s: f64| samples.get(samples.partition_point(|s| s.time_s <= to_s));
         match last.filter(|last| last.name == label.name) {
-            Some(last) if next_s(samples, last.to_s) >= label.from_s => last.to_s = last.to_s.max(label.to_s),
+            Some(last) if after(last.to_s).is_none_or(|next| next.time_s >= label.from_s) => {
+                last.to_s = last.to_s.max(label.to_s);
+            }
             _ => out.push(label),
         }
     }
     out
-}
-
-/// Time of the first sample after this time, s.
-fn next_s(samples: &[Sample], time_s: f64) -> f64 {
-    samples.get(samples.partition_point(|s| s.time_s <= time_s)).map_or(f64::INFINITY, |s| s.time_s)
 }
 
 fn contains_label(known: &Label, label: &Label) -> bool {

@@ -1,11 +1,9 @@
 //! Carstens AG500 and AG501 positions (`.pos`): a header of text lines, of which the second has its size, then frames of seven
-//! little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms, extra. After Praat's reader (Weenink 2023,
-//! `EMA.cpp`) and the manufacturer's manual. Files of the AG500 without a header have twelve sensors at 200 Hz (the manufacturer's
-//! `loaddata.m`).
+//! little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms, extra. After Praat's `EMA.cpp` (Weenink 2023)
+//! and the manufacturer's manual. Files of the AG500 without a header have twelve sensors at 200 Hz (the manufacturer's `loaddata.m`).
 
-use super::super::error::{Malformed, SourcePlace};
 use super::limits::{LARGEST_HEADER, RATES_HZ};
-use super::{Budget, Format, Recording, Sample, Times, seen};
+use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, Times, seen};
 
 const VALUES: usize = 7;
 /// Number of sensors and rate (Hz) of a file without a header.
@@ -13,15 +11,15 @@ const AG500: (usize, f64) = (12, 200.0);
 /// Larger coordinates, mm, show that a file without a header has another format.
 const FARTHEST_MM: f64 = 1e4;
 
-pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let start = SourcePlace::start(origin);
+/// The size of the header, the number of sensors, the rate, Hz, and whether the file gives it.
+fn layout(bytes: &[u8], start: SourcePlace<'_>) -> Result<(usize, usize, f64, Times), Malformed> {
     let head = &bytes[..bytes.len().min(LARGEST_HEADER)];
     let mut lines = head.split(|b| *b == b'\n').map(|l| String::from_utf8_lossy(l).trim().to_owned());
     let version = lines.next().unwrap_or_default();
     if !matches!(version.as_str(), "AG50xDATA_V001" | "AG50xDATA_V002" | "AG50xDATA_V003") {
         if is_headerless(bytes) {
             let (sensors, rate) = AG500;
-            return recording(bytes, 0, sensors, rate, Times::Usual(rate), start);
+            return Ok((0, sensors, rate, Times::Usual(rate)));
         }
         let help = "give head-corrected positions of an AG500 or AG501 (.pos), versions V001 to V003, or of an AG500 without a \
                     header (12 sensors)";
@@ -47,7 +45,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let help = format!("it must be from {} to {} Hz", RATES_HZ.start(), RATES_HZ.end());
         return Err(start.error(format!("SamplingFrequencyHz is {rate:e}"), help));
     }
-    recording(bytes, size, sensors, rate, Times::InFile, start)
+    Ok((size, sensors, rate, Times::InFile))
 }
 
 /// Whether the size of the file and every position are plausible for twelve sensors.
@@ -61,14 +59,9 @@ fn place(sensor: &[u8]) -> [f64; 3] {
     [0, 4, 8].map(|i| f64::from(f32::from_le_bytes(sensor[i..i + 4].try_into().unwrap_or_default())))
 }
 
-fn recording(
-    bytes: &[u8],
-    size: usize,
-    sensors: usize,
-    rate: f64,
-    times: Times,
-    start: SourcePlace<'_>,
-) -> Result<Recording, Malformed> {
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let start = SourcePlace::start(origin);
+    let (size, sensors, rate, times) = layout(bytes, start)?;
     let frame = sensors.saturating_mul(VALUES * 4).max(1);
     let frames = (bytes.len() - size) / frame;
     Budget::default().add_recording(frames, sensors, start)?;
@@ -84,6 +77,6 @@ fn recording(
         Sample::new(n as f64 / rate, places.collect())
     });
     let names = (1..=sensors).map(|n| format!("sensor_{n}"));
-    let found = Recording::of_file(start.origin, Format::Ag50x, Some(1e-3), names, samples.collect());
+    let found = Recording::of_file(origin, Format::Ag50x, Some(1e-3), names, samples.collect());
     Ok(Recording { times, ..found })
 }

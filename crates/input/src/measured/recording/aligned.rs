@@ -25,8 +25,7 @@ pub struct AlignedRecording {
     pub name: String,
     pub speaker: Option<String>,
     pub contour: Vec<String>,
-    /// Names of the sensors, and the distance of each behind the tip along the surface at rest, m; in order from the tip if distances were
-    /// not measured.
+    /// Names of the sensors, from the tip if not measured, and the distance of each behind the tip along the surface at rest, m.
     pub sensors: Vec<(String, f64)>,
     /// Whether the distance of each sensor was measured; otherwise it is a usual one.
     pub measured: Vec<bool>,
@@ -106,8 +105,7 @@ impl AlignedRecording {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }
 
-    /// Mean position of a bone over `window` frames around each frame (fewer at the ends and where it was not seen), m; if it was seen in
-    /// none of them, that in the nearest frame; `None` if it was never seen.
+    /// Mean position of a bone where it was seen in the `window` frames around each frame, m, or else its position in the nearest frame.
     pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
         let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
         let count = self.frames.len();

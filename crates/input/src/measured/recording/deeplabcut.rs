@@ -4,9 +4,9 @@
 
 use std::collections::BTreeSet;
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::{TableLine, records};
-use super::{Budget, Format, Recording, Sample, Times, limits, names};
+use super::{
+    Budget, Format, Malformed, Recording, Sample, SourcePlace, TableLine, Times, limits, names, records,
+};
 
 const LEAST_LIKELIHOOD: f64 = 0.05;
 /// A computed likelihood of 1 may be larger by rounding.

@@ -2,8 +2,7 @@
 //! pixels, y down. The layout is that of GetContours' `ReshapeContours` (Tiede 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are
 //! accepted, too, and of Faytak's `ssanova-formatter.py`.
 
-use super::super::error::{Malformed, SourcePlace};
-use super::{Budget, Format, Recording, Sample, Times, limits, rows};
+use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, Times, limits, rows};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;

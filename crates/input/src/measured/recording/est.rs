@@ -4,9 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, SourcePlace};
 use super::limits::LARGEST_HEADER;
-use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, numbers, seen};
+use super::{
+    Budget, Format, MOST_CHANNELS, Malformed, Recording, Sample, SourcePlace, is_coordinate, numbers, seen,
+};
 
 const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";
@@ -57,12 +58,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let what = format!("{} bytes follow the header where {wanted} are needed", body.len());
             return Err(start.error(what, "the file is cut off; copy it again"));
         }
-        let number = |bytes: &[u8]| {
-            let bytes: [u8; 4] = bytes.try_into().unwrap_or_default();
-            f64::from(if header.big_endian { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) })
-        };
-        let rows = body[..wanted].chunks_exact(4 * width);
-        rows.map(|row| row.chunks_exact(4).map(number).collect()).collect()
+        let of = if header.big_endian { f32::from_be_bytes } else { f32::from_le_bytes };
+        let (numbers, _) = body[..wanted].as_chunks();
+        numbers.chunks_exact(width).map(|row| row.iter().map(|n| f64::from(of(*n))).collect()).collect()
     };
     let mut samples: Vec<Sample> = Vec::with_capacity(header.frames);
     for (n, row) in rows.iter().enumerate() {

@@ -2,10 +2,8 @@
 //! (mm) of the spline on 42 fan lines, `*` where it does not meet one. The fields before them are the user's choice, among them a time, a
 //! date, a prompt, a label (rticulate, Coretta 2021, `read_aaa`).
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::TableLine;
 use super::aaa::RecordingRows;
-use super::{Format, Recording, limits, rows};
+use super::{Format, Malformed, Recording, SourcePlace, TableLine, limits, rows};
 
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;
@@ -26,19 +24,16 @@ fn cells(line: &str) -> impl Iterator<Item = &str> {
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
     let start = SourcePlace::start(origin);
-    let mut rows = rows::split(&text, start, cells).peekable();
-    let width = rows.peek().map_or(0, |row| row.cells.len());
+    let table: Vec<TableLine<'_>> = rows::split(&text, start, cells).collect();
+    let width = table.first().map_or(0, |row| row.cells.len());
     if width <= FIELDS {
         return Err(start.error(format!("the line has {width} fields"), HELP));
     }
-    let rows = rows.map(|row| match row.cells.len() {
-        fields if fields == width => Ok(row),
-        fields => {
-            let what = format!("the line has {fields} fields where the first has {width}");
-            Err(row.at.at_column(fields).error(what, "the file is cut off; export it again"))
-        }
-    });
-    let table = rows.collect::<Result<Vec<TableLine<'_>>, _>>()?;
+    if let Some(row) = table.iter().find(|row| row.cells.len() != width) {
+        let fields = row.cells.len();
+        let what = format!("the line has {fields} fields where the first has {width}");
+        return Err(row.at.at_column(fields).error(what, "the file is cut off; export it again"));
+    }
     let before = width - FIELDS;
     let (time, of_recording) = columns(&table, before);
     let time = time.ok_or_else(|| {

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::error::{Malformed, ReadError, SourcePlace};
-use super::{Recording, limits};
+use super::{Malformed, ReadError, Recording, SourcePlace, limits};
 
 const MOST_LABELS: usize = 100_000;
 

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::super::error::{Malformed, SourcePlace};
 use super::super::lengths::text::decode;
+use super::{Malformed, SourcePlace};
 
 /// Largest number of frames in a file: twenty minutes at 80 Hz. The results of a frame take about 20 kB.
 pub const MOST_FRAMES: usize = 100_000;

@@ -7,8 +7,7 @@ use std::fmt::Write as _;
 use serde::Deserialize;
 
 use super::names::{self, Role};
-use super::{Format, Recording, Times};
-use crate::measured::error::ReadError;
+use super::{Format, ReadError, Recording, Times};
 use crate::measured::lengths::text::clip;
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
@@ -77,6 +76,8 @@ struct MapEntry {
 }
 
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
+/// A map without points, in which the name of the recording, the lines of its unit and its rate, and its upward axis are filled in.
+const TEMPLATE: &str = include_str!("map_template.toml");
 /// Usual distance of neighbouring coils, mm. The unit that brings them nearest to it is taken: metres, centimetres, millimetres, or
 /// hundredths or thousandths of these.
 const USUAL_GAP_MM: f64 = 15.0;
@@ -132,8 +133,7 @@ impl Map {
         Ok(Self { origin: origin.to_owned(), ..file })
     }
 
-    /// The transformation of the recording (m, in the axes of the body) that the map states. Only with a shift does it lead to the body's
-    /// frame ([`Map::is_in_frame`]).
+    /// The transformation of the recording (m, in the axes of the body) that the map states; [`Map::is_in_frame`] tells where it leads.
     pub fn placement(&self) -> Option<Similarity> {
         let Self { scale, turn_deg, shift_mm, .. } = self;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
@@ -202,8 +202,7 @@ impl Map {
         own.map(|mm| mm * 1e-3).or(in_file).or(self.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(usual)
     }
 
-    /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the unit, it is found from the
-    /// distances of coils.
+    /// Metres in a unit of the file, by the map, by the format, or else by the distances of coils, with a note for the user.
     pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), ReadError> {
         if let Some(metres) = self.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
@@ -238,8 +237,7 @@ impl Map {
         }
     }
 
-    /// The axis to the back, `None` if neither the map nor the format gives it, and the upward axis. `flat`: whether all x are zero, as in
-    /// a track with only y and z.
+    /// The axis to the back, if the map or the format gives it, and the upward axis. A `flat` track has only y and z.
     pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<MappedAxis>, MappedAxis) {
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, MappedAxis(2, 1.0)),
@@ -300,8 +298,7 @@ impl TryFrom<toml::Value> for MapEntry {
 }
 
 impl Map {
-    /// A map (TOML) for a user to correct, with the roles that the names of channels suggest, and the position and motion of every channel
-    /// in comments.
+    /// A map (TOML) for a user to correct, with the role that its name suggests for every channel, and with its position and motion.
     pub fn template(recording: &Recording) -> String {
         let map = Self::default();
         let name = recording.name.replace(char::is_control, " ");
@@ -319,26 +316,9 @@ impl Map {
             Times::Frames => "rate_hz = 60.0  # frames a second: WRITE YOURS".to_owned(),
         };
         let (_, up) = map.axes(recording.format, false);
-        let mut text = format!(
-            "# The meaning of the channels of \"{name}\"; give this file with --map.\n\
-             # Lines that begin with # are not read: remove the # of a line that is needed.\n\n{unit}\n{rate}\n\
-             # back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n\
-             # up = \"{}\"  # the axis that grows upwards\n",
-            AXES[up.0]
-        );
-        text += "# contour_frame = \"bones\"  # the frame of the contour; \"hyoid\": origin at the hyoid of each sample, x towards the mandible\n";
-        text += "# noise_mm = 0.5  # standard deviation of a point\n\
-                 # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\
-                 # turn_deg = 0.0  # turned (from the axis to the back towards the one upwards),\n\
-                 # shift_mm = [0.0, 0.0]  # and shifted (to the back, upwards); without shift_mm the program places the body\n\n\
-                 # A point can be:\n\
-                 #   \"coil\"                  a sensor glued to the tongue; { coil = 1 } for the first from the tip, 2 for the next\n\
-                 #   { surface_mm = 10.0 }   a sensor so far behind the tip, measured along the tongue at rest\n\
-                 #   \"contour\"               somewhere on the surface of the tongue\n\
-                 #   { bone = \"hyoid\" }      moves with this bone of the body (hyoid, mental_spine)\n\
-                 #   \"reference\"             moves with the head alone: every frame is brought back to where it was\n\
-                 #   \"ignore\"                not used\n\
-                 # In braces also noise_mm = 0.3, the standard deviation of this point.\n[points]\n";
+        // The name comes last, because it may contain anything.
+        let text = TEMPLATE.replace("{unit}", &unit).replace("{rate}", &rate).replace("{up}", AXES[up.0]);
+        let mut text = text.replace("{name}", &name);
         let roles = map.roles(&recording.channels);
         for (nth, (channel, role)) in recording.channels.iter().zip(roles).enumerate() {
             let key = toml::Value::String(channel.clone());

@@ -6,7 +6,7 @@
 
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
 
-use super::super::error::{Malformed, SourcePlace};
+use super::{Malformed, SourcePlace};
 
 /// Limit of the decompressed size of all variables of a file, bytes.
 const MOST_INFLATED: usize = 64 << 20;

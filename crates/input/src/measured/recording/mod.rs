@@ -37,11 +37,10 @@ use std::path::Path;
 use tongue_core::statistics::distinct;
 
 use super::error::{Malformed, ReadError, SourcePlace};
-use super::table::HEADER_WITHIN;
+use super::table::{HEADER_WITHIN, TableLine, records};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark};
-pub use flat::median_point;
-pub use flat::{STEEPEST_BONES_DEG, steep_deg};
+pub use flat::{STEEPEST_BONES_DEG, median_point, steep_deg};
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
@@ -200,8 +199,7 @@ impl Recording {
         Ok(Self { channels, sigma, samples, labels: Vec::new(), ..first.clone() })
     }
 
-    /// Reads all recordings of a file, whose format is found if it is not given. A file of one recording gets the labels of a Praat
-    /// TextGrid of the same name beside it.
+    /// Reads all recordings of a file, whose format is found if it is not given, with the labels of a TextGrid of its name if it has one.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, ReadError> {
         let origin = path.display().to_string();
         let bytes = crate::files::read_up_to(limits::LARGEST, path);
@@ -241,8 +239,7 @@ impl Recording {
         Ok(found)
     }
 
-    /// Removes positions at exactly the origin if several of a frame are there and the channel is elsewhere in most frames: programs write
-    /// zeros for points that were not seen.
+    /// Removes positions at the origin, which programs write for unseen points, where a frame has several and the channel usually none.
     fn remove_zeros(&mut self) {
         const ZERO: Option<[f64; 3]> = Some([0.0; 3]);
         let has_zeros = |sample: &Sample| sample.places.iter().filter(|place| **place == ZERO).count() > 1;

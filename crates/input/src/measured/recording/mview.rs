@@ -5,10 +5,9 @@
 
 use std::collections::BTreeSet;
 
-use super::super::error::{Malformed, SourcePlace};
 use super::limits::RATES_HZ;
 use super::matlab::{self, MatValue};
-use super::{Budget, Format, Recording, Sample, seen};
+use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, seen};
 
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
 

@@ -1,8 +1,8 @@
 //! Tables of numbers without a header, separated by spaces, tabs or commas: the X-ray microbeam's pellets and MOCHA's sensors as text.
 
-use super::super::error::{Malformed, SourcePlace};
-use super::limits::{self, Budget};
-use super::{Format, Recording, Sample, Times, is_coordinate, rows, seen};
+use super::{
+    Budget, Format, Malformed, Recording, Sample, SourcePlace, Times, is_coordinate, limits, rows, seen,
+};
 
 /// The pellets of the X-ray microbeam in the order of the columns: lips, tongue from the tip backwards, lower incisor and molar.
 const PELLETS: [&str; 8] = ["UL", "LL", "T1", "T2", "T3", "T4", "MANi", "MANm"];

@@ -7,11 +7,10 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::median;
 
-use super::super::error::ReadError;
 use super::contour_frame::{self, SampleFrame};
 use super::dynamics::FEWEST_FRAMES;
 use super::flat::{Flat, median_point};
-use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, Recording, Role, names};
+use super::{AlignedFrame, AlignedRecording, Format, Map, Mark, ReadError, Recording, Role, names};
 
 /// Usual distance of the first coil behind the tip, m.
 pub const FIRST_COIL_M: f64 = 8e-3;
@@ -41,8 +40,7 @@ impl AlignedRecording {
         Self::all(&[recording], map).swap_remove(0)
     }
 
-    /// Interprets recordings with their map. The frame of contours is found from all recordings of a speaker with the same channels, which
-    /// are exported alike.
+    /// Interprets recordings with their map. All recordings of a speaker with the same channels have one frame of contours.
     ///
     /// If no map gives the axis to the back of the head, it is x: reversed if the mental spine lies at larger x than the hyoid; without
     /// these bones if the lower end of the contour, which is the root, lies at smaller x than the other; with coils only if the one at the
@@ -57,20 +55,17 @@ impl AlignedRecording {
         Vec::from_iter(flat.into_iter().map(|one| {
             let one = one?;
             let frame = frames.get(&key(one.recording)).cloned().unwrap_or(Ok(None));
+            let frame = frame.map_err(|problem| one.recording.uninterpreted(problem))?;
             Self::of(one, frame, map)
         }))
     }
 
-    fn of(
-        mut flat: Flat<'_>,
-        frame: Result<Option<SampleFrame>, String>,
-        map: &Map,
-    ) -> Result<Self, ReadError> {
+    fn of(mut flat: Flat<'_>, frame: Option<SampleFrame>, map: &Map) -> Result<Self, ReadError> {
         let recording = flat.recording;
         let wrong = |problem: String| recording.uninterpreted(problem);
         let mut sensors = Role::channels(&flat.roles, Role::is_sensor);
         let mut bones = Role::channels(&flat.roles, |role| matches!(role, Role::Bone(_)));
-        if let Some(frame) = frame.map_err(wrong)? {
+        if let Some(frame) = frame {
             frame.move_to_bones(&mut flat.places, &flat.contour);
             flat.notes.push(contour_frame::NOTE.to_owned());
         }

@@ -1,5 +1,4 @@
-//! Points of a recording that jump, are in the wrong order or lie beyond the palate, which are removed before anything is fitted, and
-//! reported.
+//! Points that jump, are in the wrong order or lie beyond the palate, which are reported and removed before anything is fitted.
 
 use serde::{Deserialize, Serialize};
 
@@ -97,8 +96,7 @@ pub fn remove_outliers(recording: &mut AlignedRecording, palate: Option<&[Point]
     faults
 }
 
-/// Distance of a position from its median over the frames around, m, and the time to the nearest of these, s; `None` if it is unknown
-/// in this frame or in all but one of those around.
+/// Distance of a position from its median over two or more frames around that show it, m, and the time to the nearest of these, s.
 fn departure(
     recording: &AlignedRecording,
     frame: usize,
@@ -128,8 +126,7 @@ fn spike_height(recording: &AlignedRecording, frame: usize, point: usize) -> Opt
     Some(departure?.0)
 }
 
-/// Points that stand out of the contour of a frame but not of those of the frames around; none if most points do: then the whole contour is
-/// wrong, and the fit reports the frame.
+/// Points that stand out of the contour only in this frame; none if most points do, because the fit reports a contour that is all wrong.
 fn spikes(recording: &AlignedRecording, frame: usize) -> Vec<usize> {
     let contour = &recording.frames[frame].contour;
     let heights: Vec<f64> =

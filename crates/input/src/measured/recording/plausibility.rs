@@ -35,9 +35,8 @@ impl Doubt {
 struct DoubtList(Vec<(&'static str, Doubt)>);
 
 impl DoubtList {
-    /// Adds a doubt for each value outside a range, but only for the first check of a subject that fails. `words` is the message, with
-    /// `{value}`, `{name}` of what has it, `{without_bones}` (the line of a map that leaves the bones out) and `{give_palate}` (how to give
-    /// a palate).
+    /// Adds a doubt for each value outside a range, but only for the first check of a subject that fails. `words` is the message with
+    /// `{value}`, `{name}` of what has it, `{without_bones}` ([`WITHOUT_BONES`]) and `{give_palate}` ([`GIVE_PALATE`]).
     fn check(
         &mut self,
         subject: &'static str,
@@ -159,8 +158,7 @@ impl DoubtList {
         self.check("rate", m.motion.fastest_tenth_mm_s(), [0.0, 320.0], Untrusted,
             "in a tenth of the time the tongue moves faster than {value} mm/s, where 80 to 200 are usual in speech; if that is wrong, correct \
              rate_hz in the map, or the times, which are in seconds");
-        // The part is 0.94 to 1 in slow careful speech, 0.61 to 0.84 if its times are doubled, and 0.30 to 0.47 if they are multiplied by
-        // five.
+        // The part is 0.94 to 1 in slow careful speech, 0.61 to 0.84 at half its speed, and 0.30 to 0.47 at a fifth.
         self.check("rate", m.motion.quickest_part(), [0.5, ANY], Untrusted,
             "the quickest motion takes {name}, where a tongue in speech needs 0.1 to 0.3 s: the times are too long, or nothing is spoken; if they \
              are wrong, correct rate_hz in the map, or the times, which are in seconds");

@@ -3,9 +3,8 @@
 //! describe it) and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions, mm, have
 //! x, y, z or Tx, Ty, Tz before or behind the name of the sensor.
 
-use super::super::error::{Malformed, SourcePlace};
 use super::map::AXES;
-use super::{Budget, Format, Recording, Sample, limits, rows};
+use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, limits, rows};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
                     Ch1_z), separated by tabs, semicolons or commas";
@@ -143,10 +142,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                 if is_bad || row.cell(*column).parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
                     return Ok(None);
                 }
-                match row.number(*column, format_args!("a coordinate of {}", sensor.name))? {
-                    Some(number) => *value = number,
-                    None => return Ok(None),
-                }
+                let number = row.number(*column, format_args!("a coordinate of {}", sensor.name))?;
+                let Some(number) = number else { return Ok(None) };
+                *value = number;
             }
             Ok(Some(place).filter(|p| *p != [0.0; 3]))
         });

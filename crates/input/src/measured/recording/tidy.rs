@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, SourcePlace};
-use super::super::table::records;
-use super::{Budget, Format, Recording, Sample, limits, rows};
+use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, limits, records, rows};
 
 const COLUMNS: [&str; 6] = ["recording", "time_s", "point", "x_mm", "y_mm", "sigma_mm"];
 const LEAST_SIGMA_MM: f64 = 1e-3;
