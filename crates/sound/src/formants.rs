@@ -43,12 +43,11 @@ pub fn formants(
         return Err(TractError::Closed(closed));
     }
     let squares = ideal_squares(sections, acoustics, count)?;
-    let mut out = Vec::with_capacity(count);
-    for (i, &square) in squares.iter().enumerate() {
-        let from = Complex64::new(0.0, square.sqrt());
-        let pole = follow(sections, acoustics, from).ok_or(TractError::NotFound(i + 1))?;
-        out.push(Formant::from_pole(pole));
-    }
+    let formants = squares.iter().enumerate().map(|(i, square)| {
+        let pole = follow(sections, acoustics, Complex64::new(0.0, square.sqrt()));
+        pole.map(Formant::from_pole).ok_or(TractError::NotFound(i + 1))
+    });
+    let mut out = formants.collect::<Result<Vec<_>, _>>()?;
     out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     // Two starts that end in one pole mean that another pole was lost.
     let twin = out.windows(2).position(|w| w[1].frequency_hz - w[0].frequency_hz < 1e-6 * w[1].frequency_hz);
