@@ -53,11 +53,11 @@ impl Arguments {
         posture: usize,
     ) -> anyhow::Result<AuxiliaryData> {
         let body = &posterior_model.body;
-        let mut out = AuxiliaryData::default();
         let sampled = SampledTargets { targets, fitted: posture };
-        if let Some(path) = &self.emg {
-            out = out.and(emg(path, posterior_model, &sampled)?);
-        }
+        let mut out = match &self.emg {
+            Some(path) => emg(path, posterior_model, &sampled)?,
+            None => AuxiliaryData::default(),
+        };
         let contours = sampled.files("--contour", &self.contour, contour)?;
         let coils = sampled.files("--points", &self.points, coils)?;
         if !(contours.is_empty() && coils.is_empty()) {
@@ -96,10 +96,8 @@ impl SampledTargets<'_> {
 
     /// The posture of a vowel (`Some(None)` for the baseline); `None` if it is not sampled.
     fn of_vowel(&self, vowel: &Vowel) -> Option<Option<usize>> {
-        match vowel {
-            v if v == self.vowel(None) => Some(None),
-            v => self.targets.iter().position(|t| t.vowel == *v).map(Some),
-        }
+        let of_target = self.targets.iter().position(|t| t.vowel == *vowel);
+        if vowel == self.vowel(None) { Some(None) } else { of_target.map(Some) }
     }
 
     fn files<T>(
@@ -232,9 +230,8 @@ fn emg(
         (row.name, row.muscles, used)
     }));
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
-    let data = AuxiliaryData::emg(
-        &electrodes.into_iter().map(|(_, muscles, used)| (muscles, used)).collect::<Vec<_>>(),
-    );
+    let electrodes: Vec<_> = electrodes.into_iter().map(|(_, muscles, used)| (muscles, used)).collect();
+    let data = AuxiliaryData::emg(&electrodes);
     ensure!(
         !data.is_empty(),
         "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
@@ -261,10 +258,8 @@ fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
     let points = Landmarks::default().with_contour(read).contour;
     let every = points.len().div_ceil(MOST_POINTS).max(1);
     let points: Vec<Point> = points.into_iter().step_by(every).collect();
-    match points.len() {
-        count @ 0..3 => Err(anyhow!("it has {count} points; three are needed")),
-        _ => Ok(points),
-    }
+    ensure!(points.len() >= 3, "it has {} points; three are needed", points.len());
+    Ok(points)
 }
 
 fn coils(path: &Path) -> anyhow::Result<Recording> {
@@ -282,11 +277,8 @@ fn coils(path: &Path) -> anyhow::Result<Recording> {
     let unknown: Vec<&str> =
         one.channels.iter().filter(|c| !recording::is_coil(c)).map(String::as_str).collect();
     if !unknown.is_empty() {
-        output::note(&format!(
-            "--points {}: {} left out: not a usual name of a coil",
-            path.display(),
-            unknown.join(", ")
-        ));
+        let (path, unknown) = (path.display(), unknown.join(", "));
+        output::note(&format!("--points {path}: {unknown} left out: not a usual name of a coil"));
     }
     Ok(one.clone())
 }

@@ -97,10 +97,8 @@ impl Arguments {
         let recordings = Recording::from_path(path, Some(Format::Tidy))?;
         let places = recordings.iter().flat_map(|r| &r.samples).flat_map(|s| &s.places).flatten();
         let points: Vec<Point> = places.map(|[x, y, _]| Point::new(*x, *y) * 1e-3).collect();
-        match points.len() {
-            0 | 1 => Err(anyhow!("{}: a palate needs at least two points", path.display())),
-            _ => Ok(Some(points)),
-        }
+        ensure!(points.len() >= 2, "{}: a palate needs at least two points", path.display());
+        Ok(Some(points))
     }
 
     fn example(&self) -> anyhow::Result<Vec<Recording>> {

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
+use anyhow::bail;
 use nalgebra::SVector;
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body};
@@ -182,11 +182,12 @@ fn run_body<const D: usize>(
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> anyhow::Result<()> {
     let SceneBody::Mesh(mesh) = &scene.body else { return Ok(()) };
     let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
-    let mut names = names.iter();
-    match names.find(|name| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh)) {
-        Some(name) => Err(anyhow!(
+    let is_mesh =
+        |name: &&String| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh);
+    if let Some(name) = names.iter().find(is_mesh) {
+        bail!(
             "the results would overwrite the mesh of the scene, {name}; name another folder with --out, or rename the scene"
-        )),
-        None => Ok(()),
+        );
     }
+    Ok(())
 }

@@ -37,13 +37,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "S2", conflicts_with = "tension")]
     subject: String,
     /// Quantity to fit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
-    #[arg(
-        long,
-        value_name = "KIND",
-        default_value = "stretch",
-        hide_short_help = true,
-        conflicts_with = "tension"
-    )]
+    #[arg(long, value_name = "KIND", default_value = "stretch", conflicts_with = "tension")]
+    #[arg(hide_short_help = true)]
     target: String,
     /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N")]
@@ -55,13 +50,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG")]
     jaw: Option<f64>,
     /// Shift of the hyoid, mm: back,up
-    #[arg(
-        long,
-        value_name = "X,Y",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     hyoid: Option<Vec<f64>>,
     /// Height of the opening between the lips, mm [default: that of the tract's file for the vowel, else 8]
     #[arg(long, value_name = "MM")]

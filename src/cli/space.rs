@@ -1,6 +1,6 @@
 //! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space, or one before and one after surgery.
 
-use anyhow::{anyhow, bail};
+use anyhow::{anyhow, bail, ensure};
 
 use tongue_fit::body::{Body, Unit};
 use tongue_fit::inner::report;
@@ -89,12 +89,11 @@ impl ModelArguments {
         if let Some(tip) = self.tip {
             let outline = body.midsagittal_mesh().outlines();
             body.tip_node = tip.checked_sub(1).filter(|node| outline.iter().flatten().any(|n| n == node));
-            if body.tip_node.is_none() {
-                bail!(
-                    "--tip {tip}: {} has no such node on its midsagittal contour; nodes are counted from 1",
-                    body.what
-                );
-            }
+            ensure!(
+                body.tip_node.is_some(),
+                "--tip {tip}: {} has no such node on its midsagittal contour; nodes are counted from 1",
+                body.what
+            );
         }
         Ok(body)
     }

@@ -80,17 +80,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let read = arguments.recordings.read()?;
     let speakers = distinct(read.iter().filter_map(|one| one.recording.speaker.clone()));
     if speakers.len() > 1 {
-        return match arguments.of_one_speaker()? {
-            Some(option) => Err(recordings::of_several(
-                speakers.iter().map(String::as_str),
-                &format!("{option} is of one"),
-            )),
-            None => {
-                let track =
-                    |read, out: &OutputDir, name: &str| track_speaker(arguments, read, out, Some(name));
-                track_speakers::run(global, read, &speakers, track)
-            }
-        };
+        let of_one = arguments.placed_by()?;
+        if let Some(option) = arguments.recordings.palate.as_ref().map(|_| "--palate").or(of_one) {
+            let speakers = speakers.iter().map(String::as_str);
+            return Err(recordings::of_several(speakers, &format!("{option} is of one")));
+        }
+        let track = |read, out: &OutputDir, name: &str| track_speaker(arguments, read, out, Some(name));
+        return track_speakers::run(global, read, &speakers, track);
     }
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if let Some(name) = speakers.first().filter(|_| unnamed > 0) {
@@ -105,14 +101,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 }
 
 impl Arguments {
-    fn is_given(&self) -> anyhow::Result<bool> {
-        Ok(self.body.is_given() || self.as_is || self.recordings.map()?.is_in_frame())
-    }
-
-    /// An option that holds for one speaker only, if there is one.
-    fn of_one_speaker(&self) -> anyhow::Result<Option<&'static str>> {
+    /// The option that says that the body is in the frame of the recordings, if there is one.
+    fn placed_by(&self) -> anyhow::Result<Option<&'static str>> {
         let given = [
-            (self.recordings.palate.is_some(), "--palate"),
             (self.body.is_given(), "the body (--mesh, --anatomy)"),
             (self.as_is, "--as-is"),
             (self.recordings.map()?.is_in_frame(), "the placement in --map"),
@@ -130,7 +121,7 @@ fn track_speaker(
 ) -> anyhow::Result<Done> {
     let clock = Instant::now();
     let given = GivenRecordings::read(&arguments.body)?;
-    let is_given = arguments.is_given()?;
+    let is_given = arguments.placed_by()?.is_some();
     // The palate of a drawn body is the speaker's only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);

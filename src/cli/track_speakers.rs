@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::ensure;
 use serde::Serialize;
 use serde_json::json;
 use tongue_fit::inner::posterior::OverSpeakers;
@@ -68,9 +68,7 @@ pub fn run(
         let folder = (recordings > 0).then_some(folder);
         speakers.push(TrackedSpeaker { name: name.clone(), folder, frames, recordings, problem });
     }
-    if speakers.iter().all(|s| s.recordings == 0) {
-        bail!("no speaker could be tracked");
-    }
+    ensure!(speakers.iter().any(|s| s.recordings > 0), "no speaker could be tracked");
     let contrasts = comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one)));
     let over = OverSpeakers::all(contrasts);
     let record = json!({ "speakers": speakers, "over_speakers": over });

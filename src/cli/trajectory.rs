@@ -139,15 +139,18 @@ pub fn run(
     let given = pulls.tensions(&tongue)?;
     let (mesh, palate) = (tongue.mesh, tongue.palate.unwrap_or_default());
     let names = mesh.muscle_names();
-    let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));
-    let curves = curves.transpose()?;
-    let active: Vec<usize> = match &curves {
-        Some(curves) => curves.muscles.clone(),
-        None => given.iter().map(|(m, _)| *m).collect(),
+    let Curves { muscles: active, tensions } = match &arguments.tension_curves {
+        Some(file) => Curves::from_path(file, &names)?,
+        None => {
+            let mut to = vec![0.0; names.len()];
+            given.iter().for_each(|(m, tension)| to[*m] = *tension);
+            let muscles = given.iter().map(|(m, _)| *m).collect();
+            Curves { muscles, tensions: Tensions::ramp(to, arguments.ramp) }
+        }
     };
     let system = System::new(&mesh, &body.model(), &active)?;
-    if let Some((curves, file)) = curves.as_ref().zip(arguments.tension_curves.as_ref())
-        && let Some(last) = curves.tensions.times.last().filter(|last| **last > arguments.t_end)
+    if let Some(file) = &arguments.tension_curves
+        && let Some(last) = tensions.times.last().filter(|last| **last > arguments.t_end)
     {
         output::note(&format!(
             "the motion ends at {} s (--t-end), before the last time of {}, {last} s; its times are in seconds",
@@ -155,14 +158,6 @@ pub fn run(
             file.display()
         ));
     }
-    let tensions = match curves {
-        Some(curves) => curves.tensions,
-        None => {
-            let mut to = vec![0.0; system.muscle_count()];
-            given.iter().for_each(|(m, tension)| to[*m] = *tension);
-            Tensions::ramp(to, arguments.ramp)
-        }
-    };
     let motion = Motion::new(&system, tensions)?;
     let control = arguments.control(&motion);
     let mut integrator = arguments.integrator(control, &motion)?;

@@ -114,14 +114,11 @@ impl PreparedBatch {
     }
 
     pub fn tell_what_is_left_out(&self) {
-        for message in self.unreadable.iter().take(MOST_NOTES) {
-            output::complain(message);
-        }
-        for r in self.run.plan.refusals.iter().take(MOST_NOTES) {
-            output::complain(&r.to_string());
-        }
-        let more = self.unreadable.len().saturating_sub(MOST_NOTES)
-            + self.run.plan.refusals.len().saturating_sub(MOST_NOTES);
+        let refusals = &self.run.plan.refusals;
+        self.unreadable.iter().take(MOST_NOTES).for_each(|message| output::complain(message));
+        refusals.iter().take(MOST_NOTES).for_each(|r| output::complain(&r.to_string()));
+        let more =
+            self.unreadable.len().saturating_sub(MOST_NOTES) + refusals.len().saturating_sub(MOST_NOTES);
         if more > 0 {
             output::complain(&format!(
                 "{more} more rows cannot be fitted; fits.csv and batch.json name them all"
