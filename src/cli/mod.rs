@@ -165,10 +165,7 @@ pub fn run(words: Vec<OsString>) -> u8 {
     let (cli, matches) = parse(words.clone()).unwrap_or_else(|error| error.exit());
     Invocation::begin(words, cli.global.volume());
     #[cfg(unix)]
-    {
-        interrupt::remove_unfinished_files_on_signals();
-        interrupt::report_files_that_become_too_large();
-    }
+    interrupt::handle_signals();
     exit_status(body::check_options(&Cli::command(), &matches).and_then(|()| {
         if cli.global.threads.is_some() {
             start_threads(&cli.global, rayon::ThreadPoolBuilder::build_global)?;

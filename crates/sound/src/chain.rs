@@ -249,10 +249,3 @@ pub struct Section {
     /// Area of the cross-section, m^2.
     pub area_m2: f64,
 }
-
-impl Section {
-    /// Whether length and area are finite and positive.
-    pub fn is_open(&self) -> bool {
-        [self.length_m, self.area_m2].iter().all(|v| v.is_finite() && *v > 0.0)
-    }
-}

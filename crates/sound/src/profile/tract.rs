@@ -19,6 +19,11 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
     [a[0] - b[0], a[1] - b[1]]
 }
 
+/// The text of a point.
+pub(super) fn mm(p: ProfilePoint) -> String {
+    format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
+}
+
 /// Where the ray from a point along a way crosses the side between two others: the distance as a multiple of the way, and the part of the
 /// side.
 pub(super) fn crossing(from: ProfilePoint, way: ProfilePoint, side: [ProfilePoint; 2]) -> Option<(f64, f64)> {
@@ -184,7 +189,7 @@ impl Tract {
         let points = points.into_iter().flatten().chain(walls);
         let others = [self.tongue.root_mm, self.tongue.tip_mm, self.jaw.joint_mm];
         if let Some(far) = points.chain(others.as_flattened()).find(|x| x.abs() > FARTHEST_MM) {
-            return Err(TractError::Bad(format!(
+            return Err(TractError(format!(
                 "a coordinate is {far}; those of a tract are at most {FARTHEST_MM} mm from 0"
             )));
         }
@@ -266,5 +271,5 @@ impl Tract {
 }
 
 pub(super) fn ensure(holds: bool, problem: impl FnOnce() -> String) -> Result<(), TractError> {
-    if holds { Ok(()) } else { Err(TractError::Bad(problem())) }
+    if holds { Ok(()) } else { Err(TractError(problem())) }
 }

@@ -1,6 +1,6 @@
 //! The walls in a posture, and the lines across the airway between them.
 
-use super::tract::{Articulation, Carrier, ProfilePoint, Tract, cross, crossing, ensure, minus};
+use super::tract::{Articulation, Carrier, ProfilePoint, Tract, cross, crossing, ensure, minus, mm};
 use crate::TractError;
 
 /// Largest length of a line across the airway, m.
@@ -128,11 +128,21 @@ impl<'a> Walls<'a> {
         let beyond = crossings.iter().map(|(along, ..)| *along);
         let beyond = beyond.filter(|along| *along <= 0.0 && *along > -BEYOND_M).reduce(f64::min);
         if let Some(deepest) = beyond {
-            return Err(TractError::Through(name.to_owned(), start.at, -deepest));
+            return Err(TractError(format!(
+                "the inner wall (tongue, lower teeth or larynx) touches or passes through the {name} at {}, by {:.1} mm: there is no airway, \
+                 so no vowel can be computed",
+                mm(start.at),
+                -deepest * 1e3
+            )));
         }
         let before = crossings.into_iter().filter(|(along, ..)| *along > 0.0 && *along <= REACH_M);
         let nearest = before.min_by(|a, b| a.0.total_cmp(&b.0));
-        let (along, part, pair) = nearest.ok_or_else(|| TractError::Open(name.to_owned(), start.at))?;
+        let (along, part, pair) = nearest.ok_or_else(|| {
+            TractError(format!(
+                "no inner wall is opposite to the {name} at {}: the line across the airway meets neither larynx, tongue nor lower teeth",
+                mm(start.at)
+            ))
+        })?;
         let [(p, p_number), (q, q_number)] = [pair[0], pair[1]];
         // A displacement of the inner wall moves the crossing by its component along the wall's normal.
         let side = minus(q, p);
