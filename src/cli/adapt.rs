@@ -108,12 +108,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 fn points_of_some_frames(seen: &[&AlignedRecording]) -> Vec<Point> {
     let frames: Vec<_> = seen.iter().flat_map(|s| &s.frames).collect();
     let every = frames.len().div_ceil(DRAWN_FRAMES).max(1);
-    let mut out = Vec::new();
-    for frame in frames.iter().step_by(every) {
-        out.extend(frame.contour.iter().chain(&frame.sensors).flatten().map(|m| m.at));
-        out.extend(frame.bones.iter().flatten());
-    }
-    out
+    let points = frames.into_iter().step_by(every).flat_map(|frame| {
+        let marks = frame.contour.iter().chain(&frame.sensors).flatten().map(|m| m.at);
+        marks.chain(frame.bones.iter().flatten().copied())
+    });
+    points.collect()
 }
 
 fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[String]) -> Value {

@@ -108,7 +108,6 @@ fn fit(
     clock: Instant,
     global: &Global,
 ) -> anyhow::Result<Outcome> {
-    let kind = target.kind;
     if let Some(source) = arguments.body.space() {
         return space_track::fit(source, &target, global);
     }
@@ -163,13 +162,9 @@ fn fit(
     };
 
     // With -v the table has a row for a second fit, of the stretches.
-    let from_stretches = match kind {
-        TargetKind::Ratio if output::is_verbose() => {
-            let target = arguments.target(data, TargetKind::Stretch).ok();
-            target.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok())
-        }
-        _ => None,
-    };
+    let has_second = target.kind == TargetKind::Ratio && output::is_verbose();
+    let stretches = has_second.then(|| arguments.target(data, TargetKind::Stretch).ok()).flatten();
+    let from_stretches = stretches.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok());
 
     record.wall_s = Some(clock.elapsed().as_secs_f64());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();

@@ -10,6 +10,7 @@ use tongue_fit::body::Body;
 use tongue_fit::inner::choice::{named, names};
 use tongue_fit::inner::files::{self, advice};
 use tongue_fit::inner::measured::lengths::plausibility;
+use tongue_fit::inner::report::joined;
 use tongue_fit::measured::Dataset;
 
 use super::{invocation, output};
@@ -59,8 +60,7 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Re
 pub fn tell_lacking(data: &Dataset, body: &Body<2>) {
     let own = &body.mesh.muscles;
     let lacking = data.rows.first().into_iter().flat_map(|row| row.lengths.muscles.iter());
-    let lacking = lacking.filter(|name| !own.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
-    let lacking = lacking.map(String::as_str).collect::<Vec<_>>().join(", ");
+    let lacking = joined(lacking.filter(|n| !own.iter().any(|m| m.name.eq_ignore_ascii_case(n))), ", ");
     if !lacking.is_empty() {
         let help = "add them to its anatomy or mesh, or leave their columns out of the table";
         let (table, what) = (&data.origin, &body.what);

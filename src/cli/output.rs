@@ -271,8 +271,8 @@ pub fn answer_equilibrium<const D: usize>(
     let by = super::provenance().with_tissue(system.tissue());
     write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
     let status = record.equilibrium.solution.status;
-    let failed = status != SolveStatus::Converged;
-    let failed = failed.then(|| format!("no equilibrium was found ({})", report::status_in_words(&status)));
+    let failed = (status != SolveStatus::Converged)
+        .then(|| format!("no equilibrium was found ({})", report::status_in_words(&status)));
     let made_up = match &record.of_body {
         OfBody::Hexahedra(of) => of.operation.as_ref(),
         OfBody::Pulled { .. } => None,

@@ -180,11 +180,10 @@ fn run_body<const D: usize>(
 }
 
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> anyhow::Result<()> {
-    let SceneBody::Mesh(mesh) = &scene.body else { return Ok(()) };
-    let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
-    let is_mesh =
-        |name: &&String| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh);
-    if let Some(name) = names.iter().find(is_mesh) {
+    if let SceneBody::Mesh(mesh) = &scene.body
+        && let Ok(mesh) = Path::new(&mesh.file).canonicalize()
+        && let Some(name) = names.iter().find(|n| out.path().join(n).canonicalize().is_ok_and(|p| p == mesh))
+    {
         bail!(
             "the results would overwrite the mesh of the scene, {name}; name another folder with --out, or rename the scene"
         );

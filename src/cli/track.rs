@@ -135,10 +135,8 @@ fn track_speaker(
         kept_draws: arguments.files.kept_draws(),
         ..arguments.prior.settings()?
     };
-    let settings = match among {
-        Some(name) => settings.of_speaker(name),
-        None => settings,
-    };
+    // Without a name the seed stays as it is.
+    let settings = settings.of_speaker(among.unwrap_or_default());
     let wall = recordings.iter().find_map(|r| r.palate.clone());
     let basis =
         AdaptationInput { contracting, palate: wall.as_deref(), ..given.basis(&arguments.body, settings) };
@@ -165,12 +163,10 @@ fn track_speaker(
         );
     }
     let sound_as_read = format!("{sound:?}");
-    let sound = match sound {
-        Some((given, lips)) => {
-            Some((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
-        }
-        None => None,
-    };
+    let sound = sound.map(|(given, lips)| {
+        anyhow::Ok((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
+    });
+    let sound = sound.transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)

@@ -14,12 +14,9 @@
 mod tract;
 mod walls;
 
-pub use tract::{
-    Articulation, Carrier, Grid, LEAST_OPENING_MM, Larynx, Lips, ProfilePoint, Teeth, Tongue, Tract, Wall,
-};
+pub use tract::{Articulation, LEAST_OPENING_MM, ProfilePoint, Tract};
 use tract::{cross, minus, mm};
-pub use walls::Across;
-use walls::{Walls, are_apart};
+use walls::{Across, Walls, are_apart};
 
 use crate::{Section, TractError};
 
