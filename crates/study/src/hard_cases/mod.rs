@@ -6,7 +6,6 @@
 
 #[path = "../../../../tests/fixtures/bodies.rs"]
 mod bodies;
-mod branches;
 mod invariance;
 mod loads;
 mod materials;
@@ -104,7 +103,7 @@ const CASES: [NamedCase; 11] = [
     ("Targets", |_| search::targets()),
     ("Nelder-Mead", search::simplices),
     ("Steps of time", motion::steps),
-    ("Two equilibria", |_| branches::two_equilibria()),
+    ("Two equilibria", |_| loads::two_equilibria()),
     ("Threads, numbering, position", |_| invariance::same_answers()),
     ("Subsets of the muscles of a continuum (8 mm) at 1, 10, 100 and 1000 N", |full| {
         loads::subsets(&loads::continuum()?, loads::FOLLOWED_N, full)
