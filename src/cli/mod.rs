@@ -19,7 +19,6 @@ mod page;
 mod posterior;
 mod recordings;
 mod scene;
-mod scene_table;
 mod simulate;
 mod sound;
 mod space;
