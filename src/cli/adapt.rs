@@ -46,8 +46,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     }
     let given = GivenRecordings::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
-    let (mut notes, mut is_whole, mut implausible) = (Vec::new(), true, None);
-    let (mut speaker, seen) = match &arguments.landmarks {
+    let (mut speaker, seen, mut notes, is_whole, implausible) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
             let read = |path: &Path| -> anyhow::Result<Landmarks> {
@@ -62,7 +61,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
                 bail!("{}: {problem}", path.display());
             }
             let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
-            (basis.adapt_to_landmarks(&landmarks)?, seen)
+            (basis.adapt_to_landmarks(&landmarks)?, seen, Vec::new(), true, None)
         }
         None => {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
@@ -70,9 +69,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
             }
             let (recordings, left_out) = arguments.recordings.screen(&arguments.recordings.read()?, None)?;
             ScreenedRecording::check_points(&recordings, &given.body)?;
-            is_whole = left_out.is_empty();
-            implausible = ScreenedRecording::implausible(&recordings);
-            notes = left_out;
+            let (is_whole, implausible) = (left_out.is_empty(), ScreenedRecording::implausible(&recordings));
+            let mut notes = left_out;
             notes.extend(ScreenedRecording::notes(&recordings, &given.body, &[]));
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
             let basis = AdaptationInput { palate, ..basis };
@@ -82,7 +80,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
             let speaker = output::with_bar("{bar:40} rest shape, {eta} left", |progress| {
                 basis.adapt_to_recordings(&seen, arguments.rest, &[], progress)
             })?;
-            (speaker?, points_of_some_frames(&seen))
+            (speaker?, points_of_some_frames(&seen), notes, is_whole, implausible)
         }
     };
     let apart_m = run::bones_apart_m(&speaker.followed);

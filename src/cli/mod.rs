@@ -34,7 +34,6 @@ mod validate;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -151,10 +150,6 @@ enum Command {
         #[arg(value_enum)]
         shell: clap_complete::Shell,
     },
-}
-
-pub fn main() -> ExitCode {
-    ExitCode::from(run(std::env::args_os().collect()))
 }
 
 /// Parses a command line (the name of the program first), runs it, and turns the result into an exit status: 0 done and converged, 1 bad

@@ -53,19 +53,13 @@ impl Default for Acoustics {
 /// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
 fn cosh_and_sinhc(q: Complex64) -> (Complex64, Complex64, Complex64) {
     if q.norm() < 1e-2 {
+        // The sum of powers of `q`, each over a number.
         let series =
-            |terms: [f64; 6]| terms.iter().rev().fold(Complex64::new(0.0, 0.0), |sum, t| sum * q + t);
+            |over: [f64; 6]| over.iter().rev().fold(Complex64::new(0.0, 0.0), |sum, n| sum * q + 1.0 / n);
         return (
-            series([1.0, 1.0 / 2.0, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0]),
-            series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5_040.0, 1.0 / 362_880.0, 1.0 / 39_916_800.0]),
-            series([
-                1.0 / 6.0,
-                1.0 / 60.0,
-                1.0 / 1_680.0,
-                1.0 / 90_720.0,
-                1.0 / 7_983_360.0,
-                1.0 / 1_037_836_800.0,
-            ]),
+            series([1.0, 2.0, 24.0, 720.0, 40_320.0, 3_628_800.0]),
+            series([1.0, 6.0, 120.0, 5_040.0, 362_880.0, 39_916_800.0]),
+            series([6.0, 60.0, 1_680.0, 90_720.0, 7_983_360.0, 1_037_836_800.0]),
         );
     }
     let root = q.sqrt();
