@@ -16,8 +16,6 @@ use super::fit_table::ShownFit;
 use super::inputs::choice;
 use super::{Global, Outcome, auxiliary, body, inputs, output, posterior, space_track};
 
-const PUBLISHED_SUBJECT: &str = "S2";
-
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Fit")]
@@ -26,7 +24,7 @@ pub struct Arguments {
     #[arg(long, value_name = "V")]
     pub vowel: Option<String>,
     /// Subject whose lengths are fitted
-    #[arg(long, value_name = "NAME", default_value = PUBLISHED_SUBJECT)]
+    #[arg(long, value_name = "NAME", default_value = "S2")]
     subject: String,
     /// Quantity to fit: ratio (to GGa, as in the thesis) or stretch (to the subject's own /ɯ/)
     #[arg(long, value_name = "KIND", default_value = "ratio")]

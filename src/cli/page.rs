@@ -10,7 +10,6 @@ use tongue_fit::system::TissueModel;
 
 use super::{Global, Outcome, body, inputs, output};
 
-const DEFAULT_OUT: &str = "results/tongue.html";
 /// Most fits in a page, which computes all others itself.
 const MOST_FITS: usize = 200;
 
@@ -30,7 +29,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
-    let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
+    let path = global.out.clone().unwrap_or_else(|| "results/tongue.html".into());
     let is_page =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
     let path = if is_page { path } else { path.join("tongue.html") };

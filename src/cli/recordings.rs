@@ -14,8 +14,6 @@ use tongue_fit::inner::track::TrackSettings;
 
 use super::{Global, Outcome, body, inputs, output};
 
-const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
-
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Recordings")]
@@ -102,7 +100,8 @@ impl Arguments {
     }
 
     fn example(&self) -> anyhow::Result<Vec<Recording>> {
-        Ok(Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format)?)
+        let bytes = include_bytes!("../../targets/recordings/synthetic.tsv");
+        Ok(Recording::from_bytes(bytes, "synthetic.tsv", self.format)?)
     }
 
     /// Writes the map that was asked for; `None` if none was.

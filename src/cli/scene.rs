@@ -124,7 +124,6 @@ fn section(
     report::tongue(&SectionPicture { contact: wall.is_some(), ..section })
 }
 
-/// The picture of a body in space.
 fn solid(
     prepared: &Prepared<3>,
     positions: &[SVector<f64, 3>],

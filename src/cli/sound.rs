@@ -17,8 +17,6 @@ use tongue_sound::voice::{self, Voice};
 use super::body::space_name;
 use super::{Global, Outcome, drive, inputs, output, space, table};
 
-/// The vowel in which the tongue is at rest.
-const BASELINE: &str = "ɯ";
 const IN_SPACE: &str = "Body in space";
 
 #[derive(Debug, Clone, clap::Args)]
@@ -113,7 +111,7 @@ impl Arguments {
 
     /// The scene of given tensions, or of a vowel whose lengths are fitted. The baseline is the body at rest.
     fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> anyhow::Result<Scene> {
-        let fit = vowel.filter(|v| v.label() != BASELINE).map(|v| FitTarget {
+        let fit = vowel.filter(|v| **v != Vowel::unrounded_u()).map(|v| FitTarget {
             subject: self.subject.clone(),
             vowel: v.label().to_owned(),
             target: self.target.clone(),

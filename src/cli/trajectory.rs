@@ -32,7 +32,6 @@ const PART_OF_LIMIT: f64 = 0.9;
 const LENGTHS_PER_FRAME: usize = 10;
 const MOST_FRAMES: usize = 2000;
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
-/// Time after which a progress bar is shown.
 const BAR_AFTER: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, clap::Args)]

@@ -240,6 +240,5 @@ pub fn curve(sections: &[Section], acoustics: &Acoustics, step_hz: f64, highest_
 pub struct Section {
     /// Length along the midline, m.
     pub length_m: f64,
-    /// Area of the cross-section, m^2.
     pub area_m2: f64,
 }

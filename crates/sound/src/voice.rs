@@ -4,7 +4,6 @@ use std::f64::consts::{PI, TAU};
 
 use crate::Formant;
 
-/// Sampling rate, Hz.
 pub const RATE_HZ: u32 = 22_050;
 /// Decrease of the pitch until the end over the pitch at the beginning.
 const FALL: f64 = 0.15;
@@ -13,7 +12,6 @@ const OPEN_QUOTIENT: f64 = 0.6;
 /// Largest sample over full scale.
 const LEVEL: f64 = 0.5;
 
-/// Settings of a spoken vowel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Voice {
     pub seconds: f64,

@@ -51,7 +51,6 @@ impl Effort {
 pub struct Timed<T> {
     /// The result of the last repeat.
     pub result: T,
-    /// Median wall-clock time, s.
     pub seconds: f64,
     pub repeats: usize,
 }

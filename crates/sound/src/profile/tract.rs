@@ -19,7 +19,6 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// The text of a point.
 pub(super) fn mm(p: ProfilePoint) -> String {
     format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
 }
@@ -63,7 +62,6 @@ pub struct Tract {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// Name in messages.
     pub name: String,
     /// The part that carries the piece; without one it is fixed to the skull.
     pub moves_with: Option<Carrier>,
@@ -80,7 +78,6 @@ pub struct Wall {
     pub points_mm: Vec<[f64; 4]>,
 }
 
-/// The part that carries a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {

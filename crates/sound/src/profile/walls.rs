@@ -8,7 +8,6 @@ const REACH_M: f64 = 0.08;
 /// Distance behind the outer wall within which an inner wall that has passed through it is found, m.
 const BEYOND_M: f64 = 0.01;
 
-/// A line across the airway.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Across {
     /// Its beginning at the outer wall, m.
@@ -28,7 +27,6 @@ impl Across {
         way[0].hypot(way[1])
     }
 
-    /// Its middle, m.
     pub fn middle(&self) -> ProfilePoint {
         [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
     }

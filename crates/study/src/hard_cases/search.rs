@@ -14,7 +14,6 @@ use crate::test_tensions::{target, tongue};
 /// Whether the target can be met, if this is known. A fit must miss a target that cannot be met and meet one that can.
 type Reachable = Option<bool>;
 
-/// Case 6.
 pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let data = Dataset::reference()?;
     let eight: Vec<&str> = data.muscles.iter().map(String::as_str).collect();
