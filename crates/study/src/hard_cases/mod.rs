@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::measure::timed;
 use crate::test_tensions::{TestTensions, tongue};
@@ -214,7 +214,7 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
     }
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
-        out.push_str(&branches(rows));
+        out += &branches(rows)?;
         let ordinary =
             |r: &HardCase| r.kept && r.converged && (r.branch_ends_at.is_none() || r.is_on_branch());
         let shown: Vec<&&HardCase> = rows.iter().filter(|r| !LONG.contains(case) || !ordinary(r)).collect();
@@ -276,30 +276,21 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     ]
 }
 
-fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
-    type Of<'a> = Column<'a, (&'a str, Vec<&'a HardCase>)>;
-    let falls =
-        |rows: &[&HardCase]| count(rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
-    vec![
-        Of::of_page("load", |(load, _)| (*load).into()),
-        Of::of_page("rows", |(_, rows)| rows.len().into()),
-        Of::of_page("the branch from rest reaches it, and the answer lies there", move |(_, rows)| {
-            count(rows, HardCase::is_on_branch).into()
-        }),
-        Of::of_page("it ends before, and the answer is where the body then falls", move |(_, rows)| {
-            falls(rows).into()
-        }),
-        Of::of_page("the answer lies elsewhere", move |(_, rows)| {
-            (rows.len() - count(rows, HardCase::is_on_branch) - falls(rows)).into()
-        }),
-    ]
-}
-
 /// The table of answers on the branch from rest, by load; empty if no branch was followed.
-fn branches(rows: &[&HardCase]) -> String {
+fn branches(rows: &[&HardCase]) -> Result<String, serde_json::Error> {
     let followed: Vec<&HardCase> = rows.iter().copied().filter(|r| r.branch_ends_at.is_some()).collect();
-    let groups = rows_of_loads(&followed);
-    if groups.is_empty() { String::new() } else { column::markdown(&by_load(), &groups) + "\n" }
+    let of_loads = Vec::from_iter(rows_of_loads(&followed).into_iter().map(|(load, rows)| {
+        let on_branch = count(&rows, HardCase::is_on_branch);
+        let falls = count(&rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
+        json!({
+            "load": load,
+            "rows": rows.len(),
+            "the branch from rest reaches it, and the answer lies there": on_branch,
+            "it ends before, and the answer is where the body then falls": falls,
+            "the answer lies elsewhere": rows.len() - on_branch - falls,
+        })
+    }));
+    if of_loads.is_empty() { Ok(String::new()) } else { table::markdown(&of_loads, &[]) }
 }
 
 /// The loads of subsets of muscles, each with its rows.
