@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -40,7 +40,7 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     if let Some(outcome) = arguments.recordings.write_template(global)? {
         return Ok(outcome);
     }
@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let (mut speaker, seen, mut notes, is_whole, implausible) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
-            let read = |path: &Path| -> anyhow::Result<Landmarks> {
+            let read = |path: &Path| -> Result<Landmarks> {
                 let bytes = inputs::bytes("the landmarks", path)?;
                 Ok(Landmarks::from_bytes(&bytes, &path.display().to_string(), &map)?)
             };
@@ -136,7 +136,7 @@ fn write(
     seen: &[Point],
     record: &Value,
     arguments: &Arguments,
-) -> anyhow::Result<Vec<PathBuf>> {
+) -> Result<Vec<PathBuf>> {
     let mesh = &speaker.body.mesh;
     let file = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
     let at_rest = vec![0.0; mesh.muscles.len()];

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::Landmarks;
@@ -51,7 +51,7 @@ impl Arguments {
         posterior_model: &PosteriorModel,
         targets: &[Target],
         posture: usize,
-    ) -> anyhow::Result<AuxiliaryData> {
+    ) -> Result<AuxiliaryData> {
         let body = &posterior_model.body;
         let sampled = SampledTargets { targets, fitted: posture };
         let mut out = match &self.emg {
@@ -74,7 +74,7 @@ struct SampledTargets<'a> {
 
 impl SampledTargets<'_> {
     /// The posture of a file (`None` for the baseline), and its path.
-    fn posture<'t>(&self, option: &str, text: &'t str) -> anyhow::Result<(Option<usize>, &'t Path)> {
+    fn posture<'t>(&self, option: &str, text: &'t str) -> Result<(Option<usize>, &'t Path)> {
         let Some((name, path)) = text.split_once('=').filter(|_| !Path::new(text).exists()) else {
             return Ok((Some(self.fitted), Path::new(text)));
         };
@@ -104,8 +104,8 @@ impl SampledTargets<'_> {
         &self,
         option: &str,
         files: &[String],
-        read: impl Fn(&Path) -> anyhow::Result<T>,
-    ) -> anyhow::Result<Vec<(Option<usize>, T)>> {
+        read: impl Fn(&Path) -> Result<T>,
+    ) -> Result<Vec<(Option<usize>, T)>> {
         let mut out: Vec<(Option<usize>, T)> = Vec::new();
         for file in files {
             let (posture, path) = self.posture(option, file)?;
@@ -124,7 +124,7 @@ impl SampledTargets<'_> {
         body: &Body<2>,
         contours: &[(Option<usize>, Vec<Point>)],
         coils: Vec<(Option<usize>, Recording)>,
-    ) -> anyhow::Result<AuxiliaryData> {
+    ) -> Result<AuxiliaryData> {
         let (of_coils, recordings): (Vec<_>, Vec<_>) = coils.into_iter().unzip();
         let postures = distinct(contours.iter().map(|(p, _)| *p).chain(of_coils.iter().copied()));
         let points = |p: &Option<usize>| {
@@ -161,7 +161,7 @@ impl SampledTargets<'_> {
     }
 }
 
-fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
+fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = median(away).unwrap_or(0.0);
@@ -184,11 +184,7 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn emg(
-    path: &Path,
-    posterior_model: &PosteriorModel,
-    sampled: &SampledTargets<'_>,
-) -> anyhow::Result<AuxiliaryData> {
+fn emg(path: &Path, posterior_model: &PosteriorModel, sampled: &SampledTargets<'_>) -> Result<AuxiliaryData> {
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin)?;
@@ -248,7 +244,7 @@ fn emg(
     Ok(data)
 }
 
-fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
+fn contour(path: &Path) -> Result<Vec<Point>> {
     let bytes = inputs::bytes("the contour", path)?;
     let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default())?;
     if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
@@ -262,7 +258,7 @@ fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
     Ok(points)
 }
 
-fn coils(path: &Path) -> anyhow::Result<Recording> {
+fn coils(path: &Path) -> Result<Recording> {
     let recordings = Recording::from_path(path, None)?;
     let [one] = recordings.as_slice() else {
         bail!("it has {} recordings; give a file of one frame for each posture", recordings.len());

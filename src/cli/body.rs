@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
 use tongue_fit::body::{Anatomy, Body, Unit};
@@ -110,7 +110,7 @@ impl Arguments {
     }
 
     /// The anatomy of the mesh; `None` for a mesh file.
-    pub fn anatomy(&self) -> anyhow::Result<Option<Anatomy>> {
+    pub fn anatomy(&self) -> Result<Option<Anatomy>> {
         if self.mesh.is_some() {
             return Ok(None);
         }
@@ -120,7 +120,7 @@ impl Arguments {
         }))
     }
 
-    pub fn plane(&self) -> anyhow::Result<PlaneBody> {
+    pub fn plane(&self) -> Result<PlaneBody> {
         let kind = match &self.body {
             BodyName::Plane(kind) => *kind,
             BodyName::Space(source) => bail!(
@@ -140,7 +140,7 @@ impl Arguments {
         Ok(PlaneBody { source, kind, spacing_m })
     }
 
-    pub fn body(&self) -> anyhow::Result<Body<2>> {
+    pub fn body(&self) -> Result<Body<2>> {
         let file = self.mesh.as_deref().or(self.anatomy.as_deref()).unwrap_or(Path::new("")).display();
         let body = self.plane()?.make(&mut |concern| output::note(&format!("{file}: {concern}")))?;
         self.warn();
@@ -176,7 +176,7 @@ impl Arguments {
     }
 }
 
-fn spacing(text: &str) -> anyhow::Result<f64> {
+fn spacing(text: &str) -> Result<f64> {
     let number = text.trim().strip_suffix("mm").unwrap_or(text).trim();
     let mm: Result<f64, _> = number.parse();
     mm.map(|mm| mm * 1e-3)
@@ -201,7 +201,7 @@ fn options_of_bodies(command: &str) -> Option<(&'static [&'static str], &'static
 }
 
 /// Refuses options that only bodies in the plane, or only those in space, have if the body is of the other kind.
-pub fn check_options(command: &Command, matches: &ArgMatches) -> anyhow::Result<()> {
+pub fn check_options(command: &Command, matches: &ArgMatches) -> Result<()> {
     let (name, own, command) = match matches.subcommand() {
         Some((name, own)) => (name, own, command.find_subcommand(name)),
         None => ("", matches, Some(command)),

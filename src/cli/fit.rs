@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, Result};
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::posterior::AuxiliaryData;
 use tongue_fit::inner::report::{self, Files, Series, SolutionCurveRecord};
@@ -54,7 +54,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn target(&self, data: &Dataset, kind: TargetKind) -> anyhow::Result<Target> {
+    fn target(&self, data: &Dataset, kind: TargetKind) -> Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose()?;
         let options = TargetOptions { muscles: self.muscles.clone(), baseline };
@@ -63,7 +63,7 @@ impl Arguments {
 
     /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths. True if
     /// there are none.
-    fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<bool> {
+    fn tell_left_out(&self, data: &Dataset, target: &Target) -> Result<bool> {
         let rows = data.broken.iter().filter(|row| row.subject.as_ref() == Some(&target.subject));
         let mut left_out = Vec::from_iter(rows.map(|row| format!("{} (this row is left out)", row.fault)));
         for vowel in [&target.vowel, &target.baseline] {
@@ -75,7 +75,7 @@ impl Arguments {
     }
 
     /// The targets that the posterior samples (with `--joint` all vowels of the subject in the table), and the index of the fitted one.
-    fn posterior_targets(&self, data: &Dataset, target: &Target) -> anyhow::Result<(Vec<Target>, usize)> {
+    fn posterior_targets(&self, data: &Dataset, target: &Target) -> Result<(Vec<Target>, usize)> {
         if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
         }
@@ -90,7 +90,7 @@ impl Arguments {
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let clock = Instant::now();
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, arguments.target.parse()?)?;
@@ -105,7 +105,7 @@ fn fit(
     target: Target,
     clock: Instant,
     global: &Global,
-) -> anyhow::Result<Outcome> {
+) -> Result<Outcome> {
     if let Some(source) = arguments.body.space() {
         return space_track::fit(source, &target, global);
     }

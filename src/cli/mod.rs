@@ -37,7 +37,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -195,7 +195,7 @@ pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
 }
 
 /// The exit status of a command that has ended; an error, or why a result cannot be trusted, is printed.
-fn exit_status(result: anyhow::Result<Outcome>) -> u8 {
+fn exit_status(result: Result<Outcome>) -> u8 {
     match result {
         Ok(Outcome::Good) => 0,
         Ok(Outcome::Untrustworthy(why)) => {
@@ -211,7 +211,7 @@ fn exit_status(result: anyhow::Result<Outcome>) -> u8 {
 }
 
 impl Cli {
-    fn run(&self) -> anyhow::Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         output::step(|| {
             format!("tongue-fit {}, {} threads", tongue_fit::VERSION, rayon::current_num_threads())
         });
@@ -280,7 +280,7 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     given?.get_long().map(str::to_owned)
 }
 
-fn completions(shell: clap_complete::Shell) -> anyhow::Result<Outcome> {
+fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "tongue-fit", &mut script);
     let script = String::from_utf8_lossy(&script);
@@ -294,7 +294,7 @@ fn completions(shell: clap_complete::Shell) -> anyhow::Result<Outcome> {
 fn start_threads<T>(
     global: &Global,
     start: impl FnOnce(rayon::ThreadPoolBuilder) -> Result<T, rayon::ThreadPoolBuildError>,
-) -> anyhow::Result<T> {
+) -> Result<T> {
     let threads = global.threads.map_or(0, std::num::NonZeroUsize::get);
     ensure!(threads <= MOST_THREADS, "--threads is {threads}; give at most {MOST_THREADS}");
     start(rayon::ThreadPoolBuilder::new().num_threads(threads))

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use anyhow::Result;
 use serde_json::json;
 use tongue_fit::inner::inverse::batch::{self, Selection};
 use tongue_fit::inner::report::{Export, Json, OutputDir, TonguePage};
@@ -28,7 +29,7 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let path = global.out.clone().unwrap_or_else(|| "results/tongue.html".into());
     let is_page =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));

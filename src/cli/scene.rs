@@ -1,7 +1,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Result, bail};
 use nalgebra::SVector;
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body};
@@ -50,7 +50,7 @@ pub struct Which {
     name: PathBuf,
 }
 
-pub fn run(action: &SceneAction, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(action: &SceneAction, global: &Global) -> Result<Outcome> {
     match action {
         SceneAction::List => list(global),
         SceneAction::Schema => {
@@ -70,9 +70,9 @@ pub fn run(action: &SceneAction, global: &Global) -> anyhow::Result<Outcome> {
     }
 }
 
-fn list(global: &Global) -> anyhow::Result<Outcome> {
+fn list(global: &Global) -> Result<Outcome> {
     let listed = scene::names().map(|name| Ok((name, scene::shipped(name)?.title)));
-    let listed: Vec<(&str, String)> = listed.collect::<anyhow::Result<_>>()?;
+    let listed: Vec<(&str, String)> = listed.collect::<Result<_>>()?;
     let scenes = listed.iter().map(|(name, title)| json!({ "name": name, "title": title }));
     let record = json!({ "scenes": scenes.collect::<Vec<_>>() });
     output::tell(global, &record, || {
@@ -81,7 +81,7 @@ fn list(global: &Global) -> anyhow::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-fn load(path: &Path) -> anyhow::Result<Scene> {
+fn load(path: &Path) -> Result<Scene> {
     let name = path.to_string_lossy();
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
         return Ok(scene::shipped(&name)?);
@@ -91,12 +91,12 @@ fn load(path: &Path) -> anyhow::Result<Scene> {
 }
 
 /// The body of a scene; concerns about its mesh file are printed.
-fn body_of(scene: &Scene) -> anyhow::Result<AnyBody> {
+fn body_of(scene: &Scene) -> Result<AnyBody> {
     let SceneBody::Mesh(mesh) = &scene.body else { return Ok(build(scene, &mut |_| ())?) };
     Ok(build(scene, &mut |concern| output::note(&format!("{}: {concern}", mesh.file)))?)
 }
 
-fn run_one(name: &Path, global: &Global) -> anyhow::Result<Outcome> {
+fn run_one(name: &Path, global: &Global) -> Result<Outcome> {
     let out = global.given_folder()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
@@ -145,7 +145,7 @@ fn run_body<const D: usize>(
     body: Body<D>,
     to: Option<(&OutputDir, &Path)>,
     draw: impl FnOnce(&Prepared<D>, &[SVector<f64, D>], &SceneOutcome) -> Result<Svg, ReportError>,
-) -> anyhow::Result<(SceneOutcome, Provenance, Vec<PathBuf>)> {
+) -> Result<(SceneOutcome, Provenance, Vec<PathBuf>)> {
     let mut prepared = prepare(scene, body)?;
     let plan = &prepared.plan;
     output::step(|| {
@@ -189,7 +189,7 @@ fn run_body<const D: usize>(
     Ok((result, by, written))
 }
 
-fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> anyhow::Result<()> {
+fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> Result<()> {
     if let SceneBody::Mesh(mesh) = &scene.body
         && let Ok(mesh) = Path::new(&mesh.file).canonicalize()
         && let Some(name) = names.iter().find(|n| out.path().join(n).canonicalize().is_ok_and(|p| p == mesh))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{bail, ensure};
+use anyhow::{Result, bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
 use tongue_fit::inner::report::{self, Export, Json, Rows, SoundRecord, Wav};
 use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
@@ -77,7 +77,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn check(&self) -> anyhow::Result<()> {
+    fn check(&self) -> Result<()> {
         let Self { pitch, seconds, hyoid, .. } = self;
         ensure!((40.0..=1000.0).contains(pitch), "--pitch is {pitch}; it must be between 40 and 1000 Hz");
         ensure!((0.05..=60.0).contains(seconds), "--seconds is {seconds}; it must be between 0.05 and 60");
@@ -87,7 +87,7 @@ impl Arguments {
     }
 
     /// The vowel with the label of its row in the table, by which the tract's file and the published means name it.
-    fn vowel(&self) -> anyhow::Result<Option<Vowel>> {
+    fn vowel(&self) -> Result<Option<Vowel>> {
         let Some(label) = &self.vowel else { return Ok(None) };
         let (vowel, data) = (label.parse()?, Dataset::reference()?);
         Ok(Some(data.row(&self.subject, &vowel).map_or(vowel, |row| row.vowel.clone())))
@@ -110,7 +110,7 @@ impl Arguments {
     }
 
     /// The scene of given tensions, or of a vowel whose lengths are fitted. The baseline is the body at rest.
-    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> anyhow::Result<Scene> {
+    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> Result<Scene> {
         let fit = vowel.filter(|v| **v != Vowel::unrounded_u()).map(|v| FitTarget {
             subject: self.subject.clone(),
             vowel: v.label().to_owned(),
@@ -138,7 +138,7 @@ impl Arguments {
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel()?;
     let source = arguments.body.as_ref();

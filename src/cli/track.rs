@@ -1,7 +1,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::inner::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::inner::choice;
@@ -70,7 +70,7 @@ pub struct Arguments {
     sound: track_sound::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     if let Some(outcome) = arguments.recordings.write_template(global)? {
         return Ok(outcome);
     }
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 
 impl Arguments {
     /// The option that says that the body is in the frame of the recordings, if there is one.
-    fn placed_by(&self) -> anyhow::Result<Option<&'static str>> {
+    fn placed_by(&self) -> Result<Option<&'static str>> {
         let given = [
             (self.body.is_given(), "the body (--mesh, --anatomy)"),
             (self.as_is, "--as-is"),
@@ -118,7 +118,7 @@ fn track_speaker(
     read: Vec<Loaded>,
     out: &OutputDir,
     among: Option<&str>,
-) -> anyhow::Result<Done> {
+) -> Result<Done> {
     let clock = Instant::now();
     let given = GivenRecordings::read(&arguments.body)?;
     let is_given = arguments.placed_by()?.is_some();
@@ -239,7 +239,7 @@ fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
     super::untrusted_sentence(&tally(bad), frames.len(), "frames")
 }
 
-fn contracting(arguments: &Arguments, body: &Body<2>) -> anyhow::Result<Vec<usize>> {
+fn contracting(arguments: &Arguments, body: &Body<2>) -> Result<Vec<usize>> {
     let names = match &arguments.muscles[..] {
         [] => distinct(body.mesh.muscle_names()),
         given => given.to_vec(),
@@ -255,7 +255,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> anyhow::Result<Vec<usiz
     Ok(numbers)
 }
 
-fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> anyhow::Result<Vec<String>> {
+fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> Result<Vec<String>> {
     let first = recordings.iter().take(1).map(|r| &r.seen);
     let points = first.flat_map(|s| s.contour.iter().chain(s.sensors.iter().map(|(name, _)| name)));
     let known: Vec<&String> = points.collect();
@@ -284,7 +284,7 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> an
 }
 
 /// The given body, or one adapted to these recordings while a progress bar is shown.
-fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> anyhow::Result<TrackedBody> {
+fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> Result<TrackedBody> {
     let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))??;
     if let Some(similarity) = &made.similarity {
         check_scale(similarity.scale(), bones_apart_m(&made.followed))?;
@@ -297,12 +297,7 @@ fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> anyhow::Result<Tra
 }
 
 /// The journal of a run, with the recordings that an earlier run with the same inputs finished. `sound` is the tract that was read.
-fn journal(
-    run: &TrackRun<'_>,
-    out: &OutputDir,
-    seen: &[&AlignedRecording],
-    sound: &str,
-) -> anyhow::Result<Journal> {
+fn journal(run: &TrackRun<'_>, out: &OutputDir, seen: &[&AlignedRecording], sound: &str) -> Result<Journal> {
     let (mesh, model) = (&run.basis.body.mesh, run.basis.model);
     let key = sha256(&[
         tongue_fit::VERSION,
@@ -321,12 +316,12 @@ const MOST_KEPT: usize = 5000;
 fn resume(
     journal: Journal,
     count: usize,
-    search: impl FnOnce(&Watch<'_>) -> anyhow::Result<()>,
-) -> anyhow::Result<(Journal, Vec<TrackedRecording>)> {
+    search: impl FnOnce(&Watch<'_>) -> Result<()>,
+) -> Result<(Journal, Vec<TrackedRecording>)> {
     let clock = Instant::now();
     let recordings: Vec<Option<TrackedRecording>> = (0..count)
         .map(|nth| Ok(journal.read(nth)?.and_then(|entry| entry.result.ok())))
-        .collect::<anyhow::Result<_>>()?;
+        .collect::<Result<_>>()?;
     let wanted: Vec<bool> = recordings.iter().map(Option::is_none).collect();
     let state = Mutex::new((journal, recordings, Ok(())));
     let take = |nth: usize, recording: TrackedRecording| {

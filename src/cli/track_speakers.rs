@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::ensure;
+use anyhow::{Result, ensure};
 use serde::Serialize;
 use serde_json::json;
 use tongue_fit::inner::posterior::OverSpeakers;
@@ -30,8 +30,8 @@ pub fn run(
     global: &Global,
     mut read: Vec<Loaded>,
     names: &[String],
-    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> anyhow::Result<Done>,
-) -> anyhow::Result<Outcome> {
+    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> Result<Done>,
+) -> Result<Outcome> {
     let out = global.folder("results/track")?;
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if unnamed > 0 {

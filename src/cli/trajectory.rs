@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{anyhow, ensure};
+use anyhow::{Result, anyhow, ensure};
 use indicatif::ProgressBar;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::Curves;
@@ -68,7 +68,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn check(&self) -> anyhow::Result<()> {
+    fn check(&self) -> Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         let Self { t_end, ramp, dt, frames, .. } = self;
         ensure!(
@@ -101,7 +101,7 @@ impl Arguments {
     }
 
     /// The integrator, unless its step is beyond its limit or the run would take too long.
-    fn integrator(&self, control: Control, motion: &Motion<'_, 2>) -> anyhow::Result<Box<dyn Integrator<2>>> {
+    fn integrator(&self, control: Control, motion: &Motion<'_, 2>) -> Result<Box<dyn Integrator<2>>> {
         let method = self.method;
         if self.force {
             return Ok(method.integrator(motion, control)?);
@@ -131,7 +131,7 @@ pub fn run(
     pulls: &drive::Arguments,
     body: &body::Arguments,
     global: &Global,
-) -> anyhow::Result<Outcome> {
+) -> Result<Outcome> {
     arguments.check()?;
     let method = arguments.method;
     let tongue = body.body()?;
@@ -220,7 +220,7 @@ fn write(
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
     sampled: SampledMotion<2>,
-) -> anyhow::Result<Vec<PathBuf>> {
+) -> Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
         motion.tensions.write_at(time, &mut tensions);
