@@ -33,13 +33,10 @@ pub(super) fn subsets(mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec
         let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
         for load in [1.0, 10.0, 100.0, 1000.0] {
             let variant = format!("{} at {load} N", active.join(" "));
-            let TestTensions { system, tensions, .. } = all_at(mesh, &active, load)?;
-            let mut workspace = Workspace::new(&system);
-            let mut row = equilibrium_row(variant, &system, &mut workspace, &tensions);
-            if load <= followed_n {
-                row = beside_branch(row, &system, &mut workspace, &tensions);
-            }
-            rows.push(row);
+            let body = all_at(mesh, &active, load)?;
+            let mut workspace = Workspace::new(&body.system);
+            let row = equilibrium_row(variant, &body.system, &mut workspace, &body.tensions);
+            rows.push(if load <= followed_n { beside_branch(row, &body, &mut workspace) } else { row });
         }
     }
     Ok(rows)
@@ -50,14 +47,9 @@ fn all_at(mesh: &Mesh<2>, muscles: &[&str], load: f64) -> Result<TestTensions, E
 }
 
 /// Follows the branch from rest to the load of a row, whose answer is in the workspace, and compares the two.
-fn beside_branch(
-    row: HardCase,
-    system: &System<2>,
-    workspace: &mut Workspace<2>,
-    tensions: &[f64],
-) -> HardCase {
+fn beside_branch(row: HardCase, body: &TestTensions, workspace: &mut Workspace<2>) -> HardCase {
     let direct = workspace.positions().to_vec();
-    let traced = trace(system, workspace, tensions, &SolveSettings::default());
+    let traced = trace(&body.system, workspace, &body.tensions, &SolveSettings::default());
     let (critical, stopped) = (traced.from_rest.critical(), traced.from_rest.stopped());
     let ends_at = critical.map(|c| c.load).or(stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
