@@ -46,16 +46,11 @@ pub struct Arguments {
 
 impl Arguments {
     /// What was measured of targets that are sampled together, of which the one with index `posture` is fitted.
-    pub fn read(
-        &self,
-        posterior_model: &PosteriorModel,
-        targets: &[Target],
-        posture: usize,
-    ) -> Result<AuxiliaryData> {
-        let body = &posterior_model.body;
+    pub fn read(&self, model: &PosteriorModel, targets: &[Target], posture: usize) -> Result<AuxiliaryData> {
+        let body = &model.body;
         let sampled = SampledTargets { targets, fitted: posture };
         let mut out = match &self.emg {
-            Some(path) => emg(path, posterior_model, &sampled)?,
+            Some(path) => emg(path, model, &sampled)?,
             None => AuxiliaryData::default(),
         };
         let contours = sampled.files("--contour", &self.contour, contour)?;
@@ -184,11 +179,11 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> Result<()> {
     Ok(())
 }
 
-fn emg(path: &Path, posterior_model: &PosteriorModel, sampled: &SampledTargets<'_>) -> Result<AuxiliaryData> {
+fn emg(path: &Path, model: &PosteriorModel, sampled: &SampledTargets<'_>) -> Result<AuxiliaryData> {
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin)?;
-    let measured = table.relative(&posterior_model.muscles, &Muscles::built_in())?;
+    let measured = table.relative(&model.muscles, &Muscles::built_in())?;
     let postures = (0..sampled.targets.len()).map(Some).chain([None]);
     let postures = Vec::from_iter(postures.filter_map(|p| Some((table.label_of(sampled.vowel(p))?, p))));
     let posture_of = |label: &Vowel| {
@@ -219,7 +214,7 @@ fn emg(path: &Path, posterior_model: &PosteriorModel, sampled: &SampledTargets<'
         let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture_of(v)?, *activity)));
         // A tension that the priors fix says nothing about the gain of an electrode.
         let fixed = |p: Option<usize>, m: &usize| {
-            let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);
+            let (priors, name) = (&model.priors, &model.muscles[*m]);
             p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
         };
         let used: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();

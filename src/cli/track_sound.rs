@@ -50,12 +50,8 @@ impl Arguments {
 }
 
 /// The tract around a body, with the traced palate of the recordings.
-pub fn tract_around(
-    body: &Body<2>,
-    given: Option<Tract>,
-    palate: Option<&[Point]>,
-) -> Result<Arc<VocalTract>> {
-    let mut tract = given.map_or_else(|| VocalTract::reference_for(body), Ok)?;
+pub fn tract_around(body: &Body<2>, own: Option<Tract>, palate: Option<&[Point]>) -> Result<Arc<VocalTract>> {
+    let mut tract = own.map_or_else(|| VocalTract::reference_for(body), Ok)?;
     if let Some(palate) = palate {
         let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
         tract = tract.with_palate(&palate, REACH_MM);

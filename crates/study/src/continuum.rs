@@ -157,7 +157,7 @@ fn spacings_of_nested_meshes(
     name: &'static str,
     settings: Option<&ContinuumSettings>,
 ) -> Result<Vec<Spacing>, Error> {
-    let (anatomy, target) = (Anatomy::reference()?, target("S2", "a", TargetKind::Stretch, None)?);
+    let (anatomy, target) = (Anatomy::reference()?, target("S2", "a", TargetKind::Stretch, &[])?);
     let measure_on = |mesh: Mesh<2>, h_mm: f64| -> Result<Spacing, Error> {
         let plain = Body::new(name, mesh);
         let body = match settings {
@@ -243,7 +243,7 @@ fn sensitivity_row(
     let mut tensions = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
-            let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, None)?)?;
+            let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, &[])?)?;
             tensions.push(tensions_if_converged(&fit));
         }
     }

@@ -107,15 +107,11 @@ pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
 }
 
-/// The target of a row of the built-in table; `muscles` are the active ones, by default those that contract.
-pub fn target(
-    subject: &str,
-    vowel: &str,
-    kind: TargetKind,
-    muscles: Option<&[&str]>,
-) -> Result<Target, Error> {
-    let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
-    let options = TargetOptions { muscles, ..TargetOptions::default() };
+/// The target of a row of the built-in table; `muscles` are the active ones, those that contract if none is given.
+pub fn target(subject: &str, vowel: &str, kind: TargetKind, muscles: &[&str]) -> Result<Target, Error> {
+    let names = muscles.iter().map(|m| (*m).to_owned()).collect();
+    let options =
+        TargetOptions { muscles: (!muscles.is_empty()).then_some(names), ..TargetOptions::default() };
     Ok(Target::new(&Dataset::reference()?, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
 }
 

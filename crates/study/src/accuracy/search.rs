@@ -44,7 +44,7 @@ pub struct TimedFit {
 pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, Error> {
     let mut runs = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
-        let target = target("S2", "a", kind, None)?;
+        let target = target("S2", "a", kind, &[])?;
         let tight = FitSettings {
             method: Method::GaussNewton,
             tension_tolerance: 1e-8,

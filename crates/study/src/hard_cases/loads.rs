@@ -34,8 +34,7 @@ pub(super) fn subsets(mesh: &Mesh<2>, followed_n: f64, full: bool) -> Result<Vec
         for load in [1.0, 10.0, 100.0, 1000.0] {
             let variant = format!("{} at {load} N", active.join(" "));
             let body = all_at(mesh, &active, load)?;
-            let mut workspace = Workspace::new(&body.system);
-            let row = equilibrium_row(variant, &body.system, &mut workspace, &body.tensions);
+            let (row, mut workspace) = equilibrium_row(variant, &body.system, &body.tensions);
             rows.push(if load <= followed_n { beside_branch(row, &body, &mut workspace) } else { row });
         }
     }

@@ -124,26 +124,22 @@ pub fn run_all(cases: &[u8], full: bool) -> Result<Vec<HardCase>, Error> {
 }
 
 fn row_of(variant: String, body: &TestTensions) -> HardCase {
-    equilibrium_row(variant, &body.system, &mut Workspace::new(&body.system), &body.tensions)
+    equilibrium_row(variant, &body.system, &body.tensions).0
 }
 
-/// Solves from rest and checks the stability of the answer.
-fn equilibrium_row<const D: usize>(
-    variant: impl Into<String>,
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-) -> HardCase {
+/// Solves from rest and checks the stability of the answer, which is in the workspace.
+fn equilibrium_row(variant: String, system: &System<2>, tensions: &[f64]) -> (HardCase, Workspace<2>) {
+    let mut workspace = Workspace::new(system);
     workspace.start_from_rest(system);
     let settings = SolveSettings { certify: true, ..SolveSettings::default() };
-    let (solution, wall_s) = timed(|| solve(system, workspace, tensions, &settings));
+    let (solution, wall_s) = timed(|| solve(system, &mut workspace, tensions, &settings));
     let found = matches!(solution.status, SolveStatus::Converged | SolveStatus::Unstable);
-    let smallest_eigenvalue = if found { smallest_eigenvalue(system, workspace) } else { None };
+    let smallest_eigenvalue = if found { smallest_eigenvalue(system, &mut workspace) } else { None };
     let (smallest, _) = system.cell_ratios(workspace.positions());
     let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
     let converged = solution.status == SolveStatus::Converged && stable;
-    HardCase {
+    let row = HardCase {
         converged,
         // Only the status `Inverted` may have inverted cells.
         kept: finite
@@ -157,7 +153,8 @@ fn equilibrium_row<const D: usize>(
         wall_s,
         note: note_of(&solution),
         ..HardCase::new(variant, "equilibrium", status_name(&solution.status))
-    }
+    };
+    (row, workspace)
 }
 
 fn note_of(solution: &Solution) -> String {
