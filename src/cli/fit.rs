@@ -95,19 +95,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, arguments.target.parse()?)?;
     let is_whole = arguments.tell_left_out(&data, &target)?;
-    let outcome = fit(arguments, &data, target, clock, global)?;
-    Ok(if is_whole || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
-}
-
-fn fit(
-    arguments: &Arguments,
-    data: &Dataset,
-    target: Target,
-    clock: Instant,
-    global: &Global,
-) -> Result<Outcome> {
+    let ended =
+        |outcome| if is_whole || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused };
     if let Some(source) = arguments.body.space() {
-        return space_track::fit(source, &target, global);
+        return space_track::fit(source, &target, global).map(ended);
     }
     let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
     let tongue = arguments.body.body()?;
@@ -115,7 +106,7 @@ fn fit(
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
-    let (seen, posture) = arguments.posterior_targets(data, &target)?;
+    let (seen, posture) = arguments.posterior_targets(&data, &target)?;
     let auxiliary = match &posterior_model {
         Some(posterior_model) => arguments.auxiliary.read(posterior_model, &seen, posture)?,
         None => AuxiliaryData::default(),
@@ -144,7 +135,7 @@ fn fit(
     let fit_run = FitRun { target: &target, settings, walls: false, verdict };
     let mut record = fit_run.run(&tongue, &model, &by)?;
     if arguments.lengths.is_some() {
-        inputs::tell_lacking(data, &tongue);
+        inputs::tell_lacking(&data, &tongue);
     }
     let Fit { matched, answer, .. } = &record.fit;
     output::step(|| {
@@ -161,7 +152,7 @@ fn fit(
 
     // With -v the table has a row for a second fit, of the stretches.
     let has_second = target.kind == TargetKind::Ratio && output::is_verbose();
-    let stretches = has_second.then(|| arguments.target(data, TargetKind::Stretch).ok()).flatten();
+    let stretches = has_second.then(|| arguments.target(&data, TargetKind::Stretch).ok()).flatten();
     let from_stretches = stretches.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok());
 
     record.wall_s = Some(clock.elapsed().as_secs_f64());
@@ -203,5 +194,5 @@ fn fit(
         };
         output::summary(&fit_summary.text(), &written)?;
     }
-    Ok(Outcome::of_reasons((!conclusion.trusted).then_some(conclusion.text)))
+    Ok(ended(Outcome::of_reasons((!conclusion.trusted).then_some(conclusion.text))))
 }
