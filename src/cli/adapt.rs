@@ -6,7 +6,7 @@ use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
 use tongue_fit::inner::measured::recording::AlignedRecording;
-use tongue_fit::inner::report::{self, Export, Json, OutputDir, SectionPicture};
+use tongue_fit::inner::report::{self, Export, Json, SectionPicture};
 use tongue_fit::inner::run::{self, ScreenedRecording};
 
 use super::inputs::choice_among;
@@ -91,8 +91,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let summary = text(&speaker, &given.body);
     notes.splice(0..0, speaker.notes.iter().cloned());
     let record = record(&speaker, &given.body, &doubts, &notes);
-    let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
-    output::answer(global, &Json(&record), &super::provenance(), &written, || summary)?;
+    let body = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
+    let (mesh, mut similar) = (&speaker.body.mesh, given.body.mesh.clone());
+    similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
+    let (at_rest, grey) = (vec![0.0; mesh.muscles.len()], "only turned and scaled");
+    let palate = speaker.body.palate.as_deref().unwrap_or_default();
+    let title = "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)";
+    let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
+    let picture = report::tongue(&SectionPicture { seen: &seen, grey, ..section })?;
+    let (body, json) = (Json(&body), Json(&record));
+    let files: [(&str, &dyn Export); 3] =
+        [("body.json", &body), ("adapt.json", &json), ("rest.svg", &picture)];
+    output::write_and_answer(global, (Some(&out), &files), &json, &super::provenance(), || summary)?;
     if doubts.is_empty() {
         return Ok(if is_whole { Outcome::Good } else { Outcome::SomeRowsRefused });
     }
@@ -127,29 +137,6 @@ fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[Strin
         "doubts": doubts,
         "notes": notes,
     })
-}
-
-fn write(
-    out: &OutputDir,
-    speaker: &Speaker,
-    before: &Body<2>,
-    seen: &[Point],
-    record: &Value,
-    arguments: &Arguments,
-) -> Result<Vec<PathBuf>> {
-    let mesh = &speaker.body.mesh;
-    let file = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
-    let at_rest = vec![0.0; mesh.muscles.len()];
-    let palate = speaker.body.palate.as_deref().unwrap_or_default();
-    let mut similar = before.mesh.clone();
-    similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
-    let grey = "only turned and scaled";
-    let title = "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)";
-    let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
-    let picture = report::tongue(&SectionPicture { seen, grey, ..section })?;
-    let files: [(&str, &dyn Export); 3] =
-        [("body.json", &Json(&file)), ("adapt.json", &Json(record)), ("rest.svg", &picture)];
-    Ok(out.export(&files, &super::provenance())?)
 }
 
 fn text(speaker: &Speaker, before: &Body<2>) -> String {
