@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    tongue_fit::cli::main()
+    ExitCode::from(tongue_fit::cli::run(std::env::args_os().collect()))
 }

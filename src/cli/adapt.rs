@@ -1,12 +1,12 @@
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Result, bail};
 use serde_json::{Value, json};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
 use tongue_fit::inner::measured::recording::AlignedRecording;
-use tongue_fit::inner::report::{self, Export, Json, OutputDir, SectionPicture};
+use tongue_fit::inner::report::{self, Export, Json, SectionPicture};
 use tongue_fit::inner::run::{self, ScreenedRecording};
 
 use super::inputs::choice_among;
@@ -40,17 +40,16 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     if let Some(outcome) = arguments.recordings.write_template(global)? {
         return Ok(outcome);
     }
     let given = GivenRecordings::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
-    let (mut notes, mut is_whole, mut implausible) = (Vec::new(), true, None);
-    let (mut speaker, seen) = match &arguments.landmarks {
+    let (mut speaker, seen, mut notes, is_whole, implausible) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
-            let read = |path: &Path| -> anyhow::Result<Landmarks> {
+            let read = |path: &Path| -> Result<Landmarks> {
                 let bytes = inputs::bytes("the landmarks", path)?;
                 Ok(Landmarks::from_bytes(&bytes, &path.display().to_string(), &map)?)
             };
@@ -62,7 +61,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
                 bail!("{}: {problem}", path.display());
             }
             let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
-            (basis.adapt_to_landmarks(&landmarks)?, seen)
+            (basis.adapt_to_landmarks(&landmarks)?, seen, Vec::new(), true, None)
         }
         None => {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
@@ -70,9 +69,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
             }
             let (recordings, left_out) = arguments.recordings.screen(&arguments.recordings.read()?, None)?;
             ScreenedRecording::check_points(&recordings, &given.body)?;
-            is_whole = left_out.is_empty();
-            implausible = ScreenedRecording::implausible(&recordings);
-            notes = left_out;
+            let (is_whole, implausible) = (left_out.is_empty(), ScreenedRecording::implausible(&recordings));
+            let mut notes = left_out;
             notes.extend(ScreenedRecording::notes(&recordings, &given.body, &[]));
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
             let basis = AdaptationInput { palate, ..basis };
@@ -82,7 +80,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
             let speaker = output::with_bar("{bar:40} rest shape, {eta} left", |progress| {
                 basis.adapt_to_recordings(&seen, arguments.rest, &[], progress)
             })?;
-            (speaker?, points_of_some_frames(&seen))
+            (speaker?, points_of_some_frames(&seen), notes, is_whole, implausible)
         }
     };
     let apart_m = run::bones_apart_m(&speaker.followed);
@@ -93,8 +91,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let summary = text(&speaker, &given.body);
     notes.splice(0..0, speaker.notes.iter().cloned());
     let record = record(&speaker, &given.body, &doubts, &notes);
-    let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
-    output::answer(global, &Json(&record), &super::provenance(), &written, || summary)?;
+    let body = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
+    let (mesh, mut similar) = (&speaker.body.mesh, given.body.mesh.clone());
+    similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
+    let (at_rest, grey) = (vec![0.0; mesh.muscles.len()], "only turned and scaled");
+    let palate = speaker.body.palate.as_deref().unwrap_or_default();
+    let title = "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)";
+    let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
+    let picture = report::tongue(&SectionPicture { seen: &seen, grey, ..section })?;
+    let (body, json) = (Json(&body), Json(&record));
+    let files: [(&str, &dyn Export); 3] =
+        [("body.json", &body), ("adapt.json", &json), ("rest.svg", &picture)];
+    output::write_and_answer(global, (Some(&out), &files), &json, &super::provenance(), || summary)?;
     if doubts.is_empty() {
         return Ok(if is_whole { Outcome::Good } else { Outcome::SomeRowsRefused });
     }
@@ -108,12 +116,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 fn points_of_some_frames(seen: &[&AlignedRecording]) -> Vec<Point> {
     let frames: Vec<_> = seen.iter().flat_map(|s| &s.frames).collect();
     let every = frames.len().div_ceil(DRAWN_FRAMES).max(1);
-    let mut out = Vec::new();
-    for frame in frames.iter().step_by(every) {
-        out.extend(frame.contour.iter().chain(&frame.sensors).flatten().map(|m| m.at));
-        out.extend(frame.bones.iter().flatten());
-    }
-    out
+    let points = frames.into_iter().step_by(every).flat_map(|frame| {
+        let marks = frame.contour.iter().chain(&frame.sensors).flatten().map(|m| m.at);
+        marks.chain(frame.bones.iter().flatten().copied())
+    });
+    points.collect()
 }
 
 fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[String]) -> Value {
@@ -130,29 +137,6 @@ fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[Strin
         "doubts": doubts,
         "notes": notes,
     })
-}
-
-fn write(
-    out: &OutputDir,
-    speaker: &Speaker,
-    before: &Body<2>,
-    seen: &[Point],
-    record: &Value,
-    arguments: &Arguments,
-) -> anyhow::Result<Vec<PathBuf>> {
-    let mesh = &speaker.body.mesh;
-    let file = body_record(&speaker.body, &arguments.body.model(), &speaker.adaptation(), &[])?;
-    let at_rest = vec![0.0; mesh.muscles.len()];
-    let palate = speaker.body.palate.as_deref().unwrap_or_default();
-    let mut similar = before.mesh.clone();
-    similar.nodes.iter_mut().for_each(|p| *p = speaker.similarity.place(*p));
-    let grey = "only turned and scaled";
-    let title = "The speaker's tongue at rest over the measured points (dots; grey: only turned and scaled)";
-    let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
-    let picture = report::tongue(&SectionPicture { seen, grey, ..section })?;
-    let files: [(&str, &dyn Export); 3] =
-        [("body.json", &Json(&file)), ("adapt.json", &Json(record)), ("rest.svg", &picture)];
-    Ok(out.export(&files, &super::provenance())?)
 }
 
 fn text(speaker: &Speaker, before: &Body<2>) -> String {

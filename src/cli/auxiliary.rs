@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::Landmarks;
@@ -46,18 +46,13 @@ pub struct Arguments {
 
 impl Arguments {
     /// What was measured of targets that are sampled together, of which the one with index `posture` is fitted.
-    pub fn read(
-        &self,
-        posterior_model: &PosteriorModel,
-        targets: &[Target],
-        posture: usize,
-    ) -> anyhow::Result<AuxiliaryData> {
-        let body = &posterior_model.body;
-        let mut out = AuxiliaryData::default();
+    pub fn read(&self, model: &PosteriorModel, targets: &[Target], posture: usize) -> Result<AuxiliaryData> {
+        let body = &model.body;
         let sampled = SampledTargets { targets, fitted: posture };
-        if let Some(path) = &self.emg {
-            out = out.and(emg(path, posterior_model, &sampled)?);
-        }
+        let mut out = match &self.emg {
+            Some(path) => emg(path, model, &sampled)?,
+            None => AuxiliaryData::default(),
+        };
         let contours = sampled.files("--contour", &self.contour, contour)?;
         let coils = sampled.files("--points", &self.points, coils)?;
         if !(contours.is_empty() && coils.is_empty()) {
@@ -74,7 +69,7 @@ struct SampledTargets<'a> {
 
 impl SampledTargets<'_> {
     /// The posture of a file (`None` for the baseline), and its path.
-    fn posture<'t>(&self, option: &str, text: &'t str) -> anyhow::Result<(Option<usize>, &'t Path)> {
+    fn posture<'t>(&self, option: &str, text: &'t str) -> Result<(Option<usize>, &'t Path)> {
         let Some((name, path)) = text.split_once('=').filter(|_| !Path::new(text).exists()) else {
             return Ok((Some(self.fitted), Path::new(text)));
         };
@@ -96,18 +91,16 @@ impl SampledTargets<'_> {
 
     /// The posture of a vowel (`Some(None)` for the baseline); `None` if it is not sampled.
     fn of_vowel(&self, vowel: &Vowel) -> Option<Option<usize>> {
-        match vowel {
-            v if v == self.vowel(None) => Some(None),
-            v => self.targets.iter().position(|t| t.vowel == *v).map(Some),
-        }
+        let of_target = self.targets.iter().position(|t| t.vowel == *vowel);
+        if vowel == self.vowel(None) { Some(None) } else { of_target.map(Some) }
     }
 
     fn files<T>(
         &self,
         option: &str,
         files: &[String],
-        read: impl Fn(&Path) -> anyhow::Result<T>,
-    ) -> anyhow::Result<Vec<(Option<usize>, T)>> {
+        read: impl Fn(&Path) -> Result<T>,
+    ) -> Result<Vec<(Option<usize>, T)>> {
         let mut out: Vec<(Option<usize>, T)> = Vec::new();
         for file in files {
             let (posture, path) = self.posture(option, file)?;
@@ -126,7 +119,7 @@ impl SampledTargets<'_> {
         body: &Body<2>,
         contours: &[(Option<usize>, Vec<Point>)],
         coils: Vec<(Option<usize>, Recording)>,
-    ) -> anyhow::Result<AuxiliaryData> {
+    ) -> Result<AuxiliaryData> {
         let (of_coils, recordings): (Vec<_>, Vec<_>) = coils.into_iter().unzip();
         let postures = distinct(contours.iter().map(|(p, _)| *p).chain(of_coils.iter().copied()));
         let points = |p: &Option<usize>| {
@@ -163,7 +156,7 @@ impl SampledTargets<'_> {
     }
 }
 
-fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
+fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = median(away).unwrap_or(0.0);
@@ -186,15 +179,11 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn emg(
-    path: &Path,
-    posterior_model: &PosteriorModel,
-    sampled: &SampledTargets<'_>,
-) -> anyhow::Result<AuxiliaryData> {
+fn emg(path: &Path, model: &PosteriorModel, sampled: &SampledTargets<'_>) -> Result<AuxiliaryData> {
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin)?;
-    let measured = table.relative(&posterior_model.muscles)?;
+    let measured = table.relative(&model.muscles)?;
     let postures = (0..sampled.targets.len()).map(Some).chain([None]);
     let postures = Vec::from_iter(postures.filter_map(|p| Some((table.label_of(sampled.vowel(p))?, p))));
     let posture_of = |label: &Vowel| {
@@ -225,16 +214,15 @@ fn emg(
         let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture_of(v)?, *activity)));
         // A tension that the priors fix says nothing about the gain of an electrode.
         let fixed = |p: Option<usize>, m: &usize| {
-            let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);
+            let (priors, name) = (&model.priors, &model.muscles[*m]);
             p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
         };
         let used: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
         (row.name, row.muscles, used)
     }));
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
-    let data = AuxiliaryData::emg(
-        &electrodes.into_iter().map(|(_, muscles, used)| (muscles, used)).collect::<Vec<_>>(),
-    );
+    let electrodes: Vec<_> = electrodes.into_iter().map(|(_, muscles, used)| (muscles, used)).collect();
+    let data = AuxiliaryData::emg(&electrodes);
     ensure!(
         !data.is_empty(),
         "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
@@ -251,7 +239,7 @@ fn emg(
     Ok(data)
 }
 
-fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
+fn contour(path: &Path) -> Result<Vec<Point>> {
     let bytes = inputs::bytes("the contour", path)?;
     let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default())?;
     if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
@@ -261,13 +249,11 @@ fn contour(path: &Path) -> anyhow::Result<Vec<Point>> {
     let points = Landmarks::default().with_contour(read).contour;
     let every = points.len().div_ceil(MOST_POINTS).max(1);
     let points: Vec<Point> = points.into_iter().step_by(every).collect();
-    match points.len() {
-        count @ 0..3 => Err(anyhow!("it has {count} points; three are needed")),
-        _ => Ok(points),
-    }
+    ensure!(points.len() >= 3, "it has {} points; three are needed", points.len());
+    Ok(points)
 }
 
-fn coils(path: &Path) -> anyhow::Result<Recording> {
+fn coils(path: &Path) -> Result<Recording> {
     let recordings = Recording::from_path(path, None)?;
     let [one] = recordings.as_slice() else {
         bail!("it has {} recordings; give a file of one frame for each posture", recordings.len());
@@ -282,11 +268,8 @@ fn coils(path: &Path) -> anyhow::Result<Recording> {
     let unknown: Vec<&str> =
         one.channels.iter().filter(|c| !recording::is_coil(c)).map(String::as_str).collect();
     if !unknown.is_empty() {
-        output::note(&format!(
-            "--points {}: {} left out: not a usual name of a coil",
-            path.display(),
-            unknown.join(", ")
-        ));
+        let (path, unknown) = (path.display(), unknown.join(", "));
+        output::note(&format!("--points {path}: {unknown} left out: not a usual name of a coil"));
     }
     Ok(one.clone())
 }

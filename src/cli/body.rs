@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
+use anyhow::{Result, anyhow, bail};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Command};
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::inner::choice;
 use tongue_fit::inner::run::{BodySource, Kind, PlaneBody, SpaceSource};
@@ -26,8 +28,6 @@ pub fn fit_s(method: Method) -> f64 {
         Method::NelderMead => 0.3,
     }
 }
-
-const ANATOMY: &str = "the anatomy file";
 
 /// Time of an equilibrium over that on the reference tongue: nested dissection in the plane takes a time as the nodes to the power of 1.5.
 pub fn growth(nodes: usize) -> f64 {
@@ -110,18 +110,17 @@ impl Arguments {
     }
 
     /// The anatomy of the mesh; `None` for a mesh file.
-    pub fn anatomy(&self) -> anyhow::Result<Option<Anatomy>> {
-        match (&self.mesh, &self.anatomy) {
-            (Some(_), _) => Ok(None),
-            (None, Some(path)) => {
-                let text = inputs::text(ANATOMY, path)?;
-                Ok(Some(Anatomy::from_toml(&text, &path.display().to_string())?))
-            }
-            (None, None) => Ok(Some(Anatomy::reference()?)),
+    pub fn anatomy(&self) -> Result<Option<Anatomy>> {
+        if self.mesh.is_some() {
+            return Ok(None);
         }
+        Ok(Some(match self.plane()?.source {
+            BodySource::Anatomy { toml, origin } => Anatomy::from_toml(&toml, &origin)?,
+            _ => Anatomy::reference()?,
+        }))
     }
 
-    pub fn plane(&self) -> anyhow::Result<PlaneBody> {
+    pub fn plane(&self) -> Result<PlaneBody> {
         let kind = match &self.body {
             BodyName::Plane(kind) => *kind,
             BodyName::Space(source) => bail!(
@@ -133,14 +132,15 @@ impl Arguments {
         let source = match (&self.mesh, &self.anatomy) {
             (Some(path), _) => BodySource::read(path, self.mesh_unit)?,
             (None, Some(path)) => {
-                BodySource::Anatomy { toml: inputs::text(ANATOMY, path)?, origin: path.display().to_string() }
+                let toml = inputs::text("the anatomy file", path)?;
+                BodySource::Anatomy { toml, origin: path.display().to_string() }
             }
             (None, None) => BodySource::Tongue,
         };
         Ok(PlaneBody { source, kind, spacing_m })
     }
 
-    pub fn body(&self) -> anyhow::Result<Body<2>> {
+    pub fn body(&self) -> Result<Body<2>> {
         let file = self.mesh.as_deref().or(self.anatomy.as_deref()).unwrap_or(Path::new("")).display();
         let body = self.plane()?.make(&mut |concern| output::note(&format!("{file}: {concern}")))?;
         self.warn();
@@ -176,9 +176,62 @@ impl Arguments {
     }
 }
 
-fn spacing(text: &str) -> anyhow::Result<f64> {
+fn spacing(text: &str) -> Result<f64> {
     let number = text.trim().strip_suffix("mm").unwrap_or(text).trim();
     let mm: Result<f64, _> = number.parse();
     mm.map(|mm| mm * 1e-3)
         .map_err(|_| anyhow!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
+}
+
+const SPACE_HEADINGS: [&str; 2] = ["Body in space", "Surgery"];
+
+/// Options that bodies in the plane and in space share, and options of space under other headings, by their names in [`clap`]; `None` for a
+/// command without bodies in space.
+fn options_of_bodies(command: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
+    match command {
+        "" => Some((&["vowel", "subject", "target", "baseline", "lengths", "error_mm"], &[])),
+        "simulate" => Some((&["direct"], &[])),
+        "muscles" => Some((&[], &["activation"])),
+        "sound" => Some((&["tract", "lip_opening", "lip_protrusion", "pitch", "seconds"], &[])),
+        "track" => {
+            Some((&["files", "example", "map", "map_template", "palate", "speaker", "format", "as_is"], &[]))
+        }
+        _ => None,
+    }
+}
+
+/// Refuses options that only bodies in the plane, or only those in space, have if the body is of the other kind.
+pub fn check_options(command: &Command, matches: &ArgMatches) -> Result<()> {
+    let (name, own, command) = match matches.subcommand() {
+        Some((name, own)) => (name, own, command.find_subcommand(name)),
+        None => ("", matches, Some(command)),
+    };
+    let Some(((shared, of_space), command)) = options_of_bodies(name).zip(command) else { return Ok(()) };
+    let body = own.try_get_raw("body").ok().flatten().and_then(|mut words| words.next());
+    let body = body.map(|word| word.to_string_lossy().into_owned());
+    let body = body.filter(|word| space_name(word).is_ok());
+    for option in command.get_arguments().filter(|a| !a.is_global_set()) {
+        let id = option.get_id().as_str();
+        if id == "body" || shared.contains(&id) || own.value_source(id) != Some(ValueSource::CommandLine) {
+            continue;
+        }
+        let heading = option.get_help_heading();
+        let in_space = of_space.contains(&id) || heading.is_some_and(|h| SPACE_HEADINGS.contains(&h));
+        let option = option.get_long().map_or_else(|| id.to_owned(), |long| format!("--{long}"));
+        match &body {
+            Some(body) if !in_space => {
+                bail!(
+                    "{option} is for bodies in the plane, and --body {body} is in space: leave one of the two out (muscles in space have \
+                     strengths, so give activations, like --activation GGP=0.1)"
+                );
+            }
+            None if in_space => {
+                bail!(
+                    "{option} needs a body in space: --body space, --body FOLDER with the files of ArtiSynth's tongue, or --body FILE.msh"
+                );
+            }
+            _ => {}
+        }
+    }
+    Ok(())
 }

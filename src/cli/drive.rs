@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::measured::{Activity, Vowel};
 use tongue_fit::simulation::read_tensions;
@@ -29,7 +29,7 @@ pub struct Arguments {
 
 impl Arguments {
     /// Indices of the body's muscles with their tensions, N per metre of thickness.
-    pub fn tensions<const D: usize>(&self, body: &Body<D>) -> anyhow::Result<Vec<(usize, f64)>> {
+    pub fn tensions<const D: usize>(&self, body: &Body<D>) -> Result<Vec<(usize, f64)>> {
         let given = read_tensions(&self.tension, body).map_err(|error| anyhow!("--tension {error}"))?;
         let (Some(file), Some(vowel)) = (&self.emg, &self.vowel) else { return Ok(given) };
         if let Some(full) = self.full.filter(|full| !(full.is_finite() && *full >= 0.0)) {
@@ -63,7 +63,7 @@ fn has(all: &[(usize, f64)], muscle: usize) -> bool {
 }
 
 /// Names of muscles and numbers from texts such as `GGP=0.1`; `like` is the example in the message about a wrong one.
-pub fn pairs(option: &str, words: &[String], like: &str) -> anyhow::Result<Vec<(String, f64)>> {
+pub fn pairs(option: &str, words: &[String], like: &str) -> Result<Vec<(String, f64)>> {
     let pairs = words.iter().map(|word| {
         let pair = word.split_once('=');
         let pair = pair.and_then(|(name, value)| Some((name.trim().to_owned(), value.trim().parse().ok()?)));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::Context;
+use anyhow::{Context, Result};
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::posterior::AuxiliaryData;
 use tongue_fit::inner::report::{self, Files, Series, SolutionCurveRecord};
@@ -16,8 +16,6 @@ use super::fit_table::ShownFit;
 use super::inputs::choice;
 use super::{Global, Outcome, auxiliary, body, inputs, output, posterior, space_track};
 
-const PUBLISHED_SUBJECT: &str = "S2";
-
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Fit")]
@@ -26,7 +24,7 @@ pub struct Arguments {
     #[arg(long, value_name = "V")]
     pub vowel: Option<String>,
     /// Subject whose lengths are fitted
-    #[arg(long, value_name = "NAME", default_value = PUBLISHED_SUBJECT)]
+    #[arg(long, value_name = "NAME", default_value = "S2")]
     subject: String,
     /// Quantity to fit: ratio (to GGa, as in the thesis) or stretch (to the subject's own /ɯ/)
     #[arg(long, value_name = "KIND", default_value = "ratio")]
@@ -56,7 +54,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn target(&self, data: &Dataset, kind: TargetKind) -> anyhow::Result<Target> {
+    fn target(&self, data: &Dataset, kind: TargetKind) -> Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose()?;
         let options = TargetOptions { muscles: self.muscles.clone(), baseline };
@@ -65,7 +63,7 @@ impl Arguments {
 
     /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths. True if
     /// there are none.
-    fn tell_left_out(&self, data: &Dataset, target: &Target) -> anyhow::Result<bool> {
+    fn tell_left_out(&self, data: &Dataset, target: &Target) -> Result<bool> {
         let rows = data.broken.iter().filter(|row| row.subject.as_ref() == Some(&target.subject));
         let mut left_out = Vec::from_iter(rows.map(|row| format!("{} (this row is left out)", row.fault)));
         for vowel in [&target.vowel, &target.baseline] {
@@ -77,7 +75,7 @@ impl Arguments {
     }
 
     /// The targets that the posterior samples (with `--joint` all vowels of the subject in the table), and the index of the fitted one.
-    fn posterior_targets(&self, data: &Dataset, target: &Target) -> anyhow::Result<(Vec<Target>, usize)> {
+    fn posterior_targets(&self, data: &Dataset, target: &Target) -> Result<(Vec<Target>, usize)> {
         if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
         }
@@ -92,25 +90,15 @@ impl Arguments {
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let clock = Instant::now();
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, arguments.target.parse()?)?;
     let is_whole = arguments.tell_left_out(&data, &target)?;
-    let outcome = fit(arguments, &data, target, clock, global)?;
-    Ok(if is_whole || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
-}
-
-fn fit(
-    arguments: &Arguments,
-    data: &Dataset,
-    target: Target,
-    clock: Instant,
-    global: &Global,
-) -> anyhow::Result<Outcome> {
-    let kind = target.kind;
+    let ended =
+        |outcome| if is_whole || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused };
     if let Some(source) = arguments.body.space() {
-        return space_track::fit(source, &target, global);
+        return space_track::fit(source, &target, global).map(ended);
     }
     let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
     let tongue = arguments.body.body()?;
@@ -118,7 +106,7 @@ fn fit(
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
-    let (seen, posture) = arguments.posterior_targets(data, &target)?;
+    let (seen, posture) = arguments.posterior_targets(&data, &target)?;
     let auxiliary = match &posterior_model {
         Some(posterior_model) => arguments.auxiliary.read(posterior_model, &seen, posture)?,
         None => AuxiliaryData::default(),
@@ -147,7 +135,7 @@ fn fit(
     let fit_run = FitRun { target: &target, settings, walls: false, verdict };
     let mut record = fit_run.run(&tongue, &model, &by)?;
     if arguments.lengths.is_some() {
-        inputs::tell_lacking(data, &tongue);
+        inputs::tell_lacking(&data, &tongue);
     }
     let Fit { matched, answer, .. } = &record.fit;
     output::step(|| {
@@ -163,13 +151,9 @@ fn fit(
     };
 
     // With -v the table has a row for a second fit, of the stretches.
-    let from_stretches = match kind {
-        TargetKind::Ratio if output::is_verbose() => {
-            let target = arguments.target(data, TargetKind::Stretch).ok();
-            target.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok())
-        }
-        _ => None,
-    };
+    let has_second = target.kind == TargetKind::Ratio && output::is_verbose();
+    let stretches = has_second.then(|| arguments.target(&data, TargetKind::Stretch).ok()).flatten();
+    let from_stretches = stretches.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok());
 
     record.wall_s = Some(clock.elapsed().as_secs_f64());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
@@ -210,5 +194,5 @@ fn fit(
         };
         output::summary(&fit_summary.text(), &written)?;
     }
-    Ok(Outcome::of_reasons((!conclusion.trusted).then_some(conclusion.text)))
+    Ok(ended(Outcome::of_reasons((!conclusion.trusted).then_some(conclusion.text))))
 }

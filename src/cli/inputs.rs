@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::de::DeserializeOwned;
 use tongue_fit::acoustics::{Tract, VocalTract};
@@ -10,16 +10,17 @@ use tongue_fit::body::Body;
 use tongue_fit::inner::choice::{named, names};
 use tongue_fit::inner::files::{self, advice};
 use tongue_fit::inner::measured::lengths::plausibility;
+use tongue_fit::inner::report::joined;
 use tongue_fit::measured::Dataset;
 
 use super::{invocation, output};
 
 /// The text of a file. `what` names the file in an error, such as "the map".
-pub fn text(what: &str, path: &Path) -> anyhow::Result<String> {
+pub fn text(what: &str, path: &Path) -> Result<String> {
     files::read_text(path).map_err(|e| unreadable(what, path, &e))
 }
 
-pub fn bytes(what: &str, path: &Path) -> anyhow::Result<Vec<u8>> {
+pub fn bytes(what: &str, path: &Path) -> Result<Vec<u8>> {
     files::read(path).map_err(|e| unreadable(what, path, &e))
 }
 
@@ -27,13 +28,13 @@ fn unreadable(what: &str, path: &Path, error: &std::io::Error) -> anyhow::Error 
     anyhow!("cannot read {what} \"{}\": {error}; {}", path.display(), advice(error))
 }
 
-pub fn tract(path: &Path) -> anyhow::Result<Tract> {
+pub fn tract(path: &Path) -> Result<Tract> {
     Ok(VocalTract::read(&text("the tract", path)?, &path.display().to_string())?)
 }
 
 /// Reads a table of lengths, by default the built-in one, and prints the doubts about it, which are returned too; `half_width_mm` replaces
 /// the half widths of the table, mm.
-pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Result<(Dataset, Vec<String>)> {
+pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> Result<(Dataset, Vec<String>)> {
     if file.is_some_and(|file| file.as_os_str() == "-")
         && invocation::current().is_some_and(|run| run.is_call())
     {
@@ -59,8 +60,7 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> anyhow::Re
 pub fn tell_lacking(data: &Dataset, body: &Body<2>) {
     let own = &body.mesh.muscles;
     let lacking = data.rows.first().into_iter().flat_map(|row| row.lengths.muscles.iter());
-    let lacking = lacking.filter(|name| !own.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
-    let lacking = lacking.map(String::as_str).collect::<Vec<_>>().join(", ");
+    let lacking = joined(lacking.filter(|n| !own.iter().any(|m| m.name.eq_ignore_ascii_case(n))), ", ");
     if !lacking.is_empty() {
         let help = "add them to its anatomy or mesh, or leave their columns out of the table";
         let (table, what) = (&data.origin, &body.what);

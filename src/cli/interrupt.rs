@@ -13,13 +13,16 @@ pub fn set_stop_message(message: Option<String>) {
 }
 
 /// On SIGINT and SIGTERM, removes unfinished files and then lets the signal end the program, because a shell stops a series of commands
-/// only if the interrupted one was ended by the signal. Systems other than Unix keep their default.
+/// only if the interrupted one was ended by the signal. A write beyond the limit of file sizes (`ulimit -f`) fails with an error, which is
+/// reported like any other; by default SIGXFSZ ends the program without a message. Systems other than Unix keep their default.
 #[cfg(unix)]
-pub fn remove_unfinished_files_on_signals() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+pub fn handle_signals() {
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
 
+    // The signal only needs a handler; the flag is never read.
+    let _ = signal_hook::flag::register(SIGXFSZ, std::sync::Arc::default());
     let wanted = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal));
     let Ok(mut signals) = Signals::new(wanted) else { return };
     std::thread::spawn(move || {
@@ -34,16 +37,6 @@ pub fn remove_unfinished_files_on_signals() {
             let _ = emulate_default_handler(signal);
         }
     });
-}
-
-/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error, which is reported like any other. By default the signal
-/// SIGXFSZ ends the program without a message.
-#[cfg(unix)]
-pub fn report_files_that_become_too_large() {
-    use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
-    // The signal only needs a handler; the flag is never read.
-    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)));
 }
 
 /// Whether the signal was ignored when the program was started, as SIGINT is for background jobs; only Linux reports it.

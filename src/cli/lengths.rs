@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use anyhow::Result;
 use serde_json::{Value, json};
 use tongue_fit::inner::choice;
 use tongue_fit::inner::inverse::batch::{self, Refusal, Selection};
@@ -48,7 +49,7 @@ struct SubjectRows<'a> {
     rows: Vec<&'a Row>,
 }
 
-pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(LengthsAction::Check(check): &LengthsAction, global: &Global) -> Result<Outcome> {
     let (data, doubts) = inputs::lengths(Some(&check.file), check.error_mm)?;
     let usual = check.baseline.clone().unwrap_or_else(Vowel::unrounded_u);
     // The plan of a batch of all rows says which rows can be fitted.

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Parser;
 use tongue_fit::inner::report::batch::Shard;
 use tongue_fit::inner::report::batch::journal::{self, Journal};
@@ -25,7 +25,7 @@ pub struct Arguments {
     folders: Vec<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let clock = Instant::now();
     let shards = shards(&arguments.folders)?;
     let first = shards.values().next().and_then(|paths| paths.first());
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())
 }
 
-fn shards(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<Shard, Vec<PathBuf>>> {
+fn shards(folders: &[PathBuf]) -> Result<BTreeMap<Shard, Vec<PathBuf>>> {
     let mut journals: BTreeMap<Shard, Vec<PathBuf>> = BTreeMap::new();
     for folder in folders {
         let entries = std::fs::read_dir(folder)
@@ -86,7 +86,7 @@ fn shards(folders: &[PathBuf]) -> anyhow::Result<BTreeMap<Shard, Vec<PathBuf>>> 
     Ok(journals)
 }
 
-fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> anyhow::Result<Vec<String>> {
+fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> Result<Vec<String>> {
     let counts: BTreeSet<usize> = shards.keys().map(|s| s.of).collect();
     let counts: Vec<usize> = counts.into_iter().collect();
     let [of] = counts[..] else {

@@ -1,5 +1,6 @@
 use std::fmt::Write as _;
 
+use anyhow::Result;
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Mesh, Quality};
 use tongue_fit::inner::report::{Export, Json, Msh, Vtu};
@@ -20,7 +21,7 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let body = arguments.body.body()?;
     let mesh = &body.mesh;
     let out = global.given_folder()?;

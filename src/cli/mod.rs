@@ -14,13 +14,11 @@ mod lengths;
 mod merge;
 mod mesh;
 mod muscles;
-mod option_checks;
 mod output;
 mod page;
 mod posterior;
 mod recordings;
 mod scene;
-mod scene_table;
 mod simulate;
 mod sound;
 mod space;
@@ -36,11 +34,10 @@ mod validate;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -155,10 +152,6 @@ enum Command {
     },
 }
 
-pub fn main() -> ExitCode {
-    ExitCode::from(run(std::env::args_os().collect()))
-}
-
 /// Parses a command line (the name of the program first), runs it, and turns the result into an exit status: 0 done and converged, 1 bad
 /// input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. It may be called once in a process: wrong usage
 /// ends the process, and signals are handled from then on.
@@ -166,11 +159,8 @@ pub fn run(words: Vec<OsString>) -> u8 {
     let (cli, matches) = parse(words.clone()).unwrap_or_else(|error| error.exit());
     Invocation::begin(words, cli.global.volume());
     #[cfg(unix)]
-    {
-        interrupt::remove_unfinished_files_on_signals();
-        interrupt::report_files_that_become_too_large();
-    }
-    exit_status(option_checks::check(&Cli::command(), &matches).and_then(|()| {
+    interrupt::handle_signals();
+    exit_status(body::check_options(&Cli::command(), &matches).and_then(|()| {
         if cli.global.threads.is_some() {
             start_threads(&cli.global, rayon::ThreadPoolBuilder::build_global)?;
         }
@@ -194,7 +184,7 @@ pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
     let invocation = Invocation::call(words, cli.global.volume(), Arc::clone(stop));
     invocation.enter();
     let of_threads = Arc::clone(&invocation);
-    let status = exit_status(option_checks::check(&Cli::command(), &matches).and_then(|()| {
+    let status = exit_status(body::check_options(&Cli::command(), &matches).and_then(|()| {
         let threads = start_threads(&cli.global, |threads| {
             threads.start_handler(move |_| of_threads.enter()).stack_size(STACK).build()
         })?;
@@ -205,7 +195,7 @@ pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
 }
 
 /// The exit status of a command that has ended; an error, or why a result cannot be trusted, is printed.
-fn exit_status(result: anyhow::Result<Outcome>) -> u8 {
+fn exit_status(result: Result<Outcome>) -> u8 {
     match result {
         Ok(Outcome::Good) => 0,
         Ok(Outcome::Untrustworthy(why)) => {
@@ -221,7 +211,7 @@ fn exit_status(result: anyhow::Result<Outcome>) -> u8 {
 }
 
 impl Cli {
-    fn run(&self) -> anyhow::Result<Outcome> {
+    fn run(&self) -> Result<Outcome> {
         output::step(|| {
             format!("tongue-fit {}, {} threads", tongue_fit::VERSION, rayon::current_num_threads())
         });
@@ -246,29 +236,24 @@ impl Cli {
     }
 }
 
-/// The arguments of a command line.
-///
-/// # Errors
-/// For wrong usage, and for a request for help or the version.
+/// An error for wrong usage, and for a request for help or the version.
 fn parse(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
     let matches = Cli::command().try_get_matches_from(with_points_tracked(words))?;
     let cli = Cli::from_arg_matches(&matches)?;
-    if let Some(option) = misplaced_option(&matches) {
-        let message = format!(
-            "--{option} belongs to the fit of a vowel or stands behind its subcommand, not before it"
-        );
-        return Err(Cli::command().error(ErrorKind::ArgumentConflict, &message));
-    }
-    if !cli.fit.auxiliary.points.is_empty() && cli.fit.posterior.posterior.is_none() {
+    let (kind, message) = if let Some(option) = misplaced_option(&matches) {
+        let place = "belongs to the fit of a vowel or stands behind its subcommand, not before it";
+        (ErrorKind::ArgumentConflict, format!("--{option} {place}"))
+    } else if !cli.fit.auxiliary.points.is_empty() && cli.fit.posterior.posterior.is_none() {
         let message = "--points needs --posterior N (points beside the lengths), or comes before all other options (points \
                        alone), as in tongue-fit --points my.csv --as-is";
-        return Err(Cli::command().error(ErrorKind::ArgumentConflict, message));
-    }
-    if cli.command.is_none() && cli.fit.vowel.is_none() {
+        (ErrorKind::ArgumentConflict, message.to_owned())
+    } else if cli.command.is_none() && cli.fit.vowel.is_none() {
         let message = "give a vowel to fit: --vowel i, e, a, o or ɯ (or a subcommand)";
-        return Err(Cli::command().error(ErrorKind::MissingRequiredArgument, message));
-    }
-    Ok((cli, matches))
+        (ErrorKind::MissingRequiredArgument, message.to_owned())
+    } else {
+        return Ok((cli, matches));
+    };
+    Err(Cli::command().error(kind, message))
 }
 
 /// Turns `--points FILE` as the first option into `track FILE`, unless a vowel is fitted.
@@ -290,13 +275,12 @@ fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
 fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     matches.subcommand()?;
     let command = Cli::command();
-    let own = command.get_arguments().filter(|a| !a.is_global_set());
-    let mut given =
-        own.filter(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine));
-    given.find_map(|a| a.get_long().map(str::to_owned))
+    let mut own = command.get_arguments().filter(|a| !a.is_global_set());
+    let given = own.find(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine));
+    given?.get_long().map(str::to_owned)
 }
 
-fn completions(shell: clap_complete::Shell) -> anyhow::Result<Outcome> {
+fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "tongue-fit", &mut script);
     let script = String::from_utf8_lossy(&script);
@@ -310,7 +294,7 @@ fn completions(shell: clap_complete::Shell) -> anyhow::Result<Outcome> {
 fn start_threads<T>(
     global: &Global,
     start: impl FnOnce(rayon::ThreadPoolBuilder) -> Result<T, rayon::ThreadPoolBuildError>,
-) -> anyhow::Result<T> {
+) -> Result<T> {
     let threads = global.threads.map_or(0, std::num::NonZeroUsize::get);
     ensure!(threads <= MOST_THREADS, "--threads is {threads}; give at most {MOST_THREADS}");
     start(rayon::ThreadPoolBuilder::new().num_threads(threads))
@@ -321,26 +305,21 @@ fn start_threads<T>(
 mod tests {
     use super::*;
 
-    /// Every command and subcommand with its words: none for the fit, `scene run` for the subcommand of a subcommand.
-    fn commands() -> Vec<(Vec<String>, clap::Command)> {
+    /// Every command and subcommand with its name, such as `tongue-fit scene run`.
+    fn commands() -> Vec<(String, clap::Command)> {
         let mut command = Cli::command().disable_help_subcommand(true);
         command.build();
-        Vec::from_iter(everything(&command).into_iter().map(|c| {
-            let name = c.get_bin_name().unwrap_or_default();
-            (name.split(' ').skip(1).map(str::to_owned).collect(), c.clone())
-        }))
+        everything(&command)
     }
 
-    fn everything(command: &clap::Command) -> Vec<&clap::Command> {
-        std::iter::once(command).chain(command.get_subcommands().flat_map(everything)).collect()
+    fn everything(command: &clap::Command) -> Vec<(String, clap::Command)> {
+        let own = (command.get_bin_name().unwrap_or(command.get_name()).to_owned(), command.clone());
+        std::iter::once(own).chain(command.get_subcommands().flat_map(everything)).collect()
     }
 
     #[test]
     fn the_page_of_all_commands_lists_those_of_the_program() {
-        let mut commands: Vec<String> = commands()
-            .into_iter()
-            .map(|(words, _)| format!("tongue-fit {}", words.join(" ")).trim().to_owned())
-            .collect();
+        let mut commands: Vec<String> = commands().into_iter().map(|(name, _)| name).collect();
         let rows = include_str!("../../docs/commands.md").lines();
         let mut listed = Vec::new();
         for (command, sentence) in rows.filter_map(|l| l.strip_prefix("| `")?.split_once("` | ")) {
@@ -357,22 +336,22 @@ mod tests {
     fn every_command_shows_examples_in_its_help_that_its_parser_takes() {
         let commands = commands();
         assert!(commands.len() >= 14, "{}", commands.len());
-        for (words, command) in commands {
+        for (name, command) in commands {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            assert!(help.starts_with("Example"), "{words:?} has no example");
+            assert!(help.starts_with("Example"), "{name} has no example");
             let examples: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")).collect();
-            assert!(!examples.is_empty(), "{words:?}");
+            assert!(!examples.is_empty(), "{name}");
             for example in examples {
                 // What follows is for the shell.
                 let typed: Vec<&str> = example.split(['>', '|']).next().unwrap().split_whitespace().collect();
                 let matches =
                     Cli::command().try_get_matches_from(&typed).unwrap_or_else(|e| panic!("{example}: {e}"));
-                let (mut at, mut called) = (&matches, Vec::new());
-                while let Some((name, below)) = at.subcommand() {
-                    called.push(name.to_owned());
+                let (mut at, mut called) = (&matches, "tongue-fit".to_owned());
+                while let Some((word, below)) = at.subcommand() {
+                    called += &format!(" {word}");
                     at = below;
                 }
-                assert!(called.starts_with(&words), "{example} is no example of {words:?}");
+                assert!(called.starts_with(&name), "{example} is no example of {name}");
             }
         }
     }

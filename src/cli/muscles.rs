@@ -1,6 +1,6 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, in the plane or in space.
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, Result, ensure};
 use serde_json::json;
 use tongue_fit::body::Mesh;
 use tongue_fit::geometry::Point;
@@ -31,7 +31,7 @@ pub struct Arguments {
     space: space::ModelArguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let tension = arguments.tension.unwrap_or(15.0);
     ensure!(
         tension.is_finite() && tension > 0.0,
@@ -71,16 +71,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 }
 
 fn answer(
-    each: impl Iterator<Item = anyhow::Result<MuscleEffect>>,
+    each: impl Iterator<Item = Result<MuscleEffect>>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
     tissue: TissueModel,
     out: &OutputDir,
     global: &Global,
-) -> anyhow::Result<Outcome> {
+) -> Result<Outcome> {
     let each = each.inspect(|found| {
         found.iter().for_each(|alone| output::step(|| format!("{}: {:?}", alone.name, alone.status)));
     });
-    let all = each.collect::<anyhow::Result<Vec<_>>>()?;
+    let all = each.collect::<Result<Vec<_>>>()?;
     let columns = EffectRow::columns(tissue == TissueModel::Hexahedra);
     let rows: Vec<EffectRow<'_>> = all.iter().flat_map(MuscleEffect::rows).collect();
     let panels: Vec<Panel> = all.iter().map(panel).collect();

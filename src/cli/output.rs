@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use tongue_fit::body::Body;
@@ -30,7 +30,7 @@ pub fn is_verbose() -> bool {
 }
 
 /// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends normally.
-pub fn print(text: &str) -> anyhow::Result<()> {
+pub fn print(text: &str) -> Result<()> {
     stream(|out| out.write_all(short_numbers(text).as_bytes()))
 }
 
@@ -52,7 +52,7 @@ const OF_SOME_RUNS: [&str; 13] = [
 ];
 
 /// Like [`print`], but not with `-q` if files contain the same. Also notes the files in the folder that an earlier run may have left.
-pub fn summary(text: &str, files: &[PathBuf]) -> anyhow::Result<()> {
+pub fn summary(text: &str, files: &[PathBuf]) -> Result<()> {
     if let Some(folder) = files.first().and_then(|file| file.parent()) {
         let earlier = OF_SOME_RUNS.map(|name| folder.join(name)).into_iter();
         let earlier = earlier.filter(|file| !files.contains(file) && file.is_file());
@@ -71,7 +71,7 @@ pub fn answer(
     by: &Provenance,
     written: &[PathBuf],
     text: impl FnOnce() -> String,
-) -> anyhow::Result<()> {
+) -> Result<()> {
     if global.json {
         stream(|out| record.write(out, by))
     } else {
@@ -80,7 +80,7 @@ pub fn answer(
 }
 
 /// Prints the answer of a command that writes no file: with `--json` the record, otherwise the text.
-pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> String) -> anyhow::Result<()> {
+pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
     if global.json { print(&json(record)?) } else { print(&text()) }
 }
 
@@ -91,23 +91,23 @@ pub fn write_and_answer<'a>(
     record: &dyn Export,
     by: &Provenance,
     text: impl FnOnce() -> String,
-) -> anyhow::Result<()> {
+) -> Result<()> {
     let written = out.map(|out| out.export(files, by)).transpose()?;
     answer(global, record, by, &written.unwrap_or_default(), text)
 }
 
 impl Global {
-    pub fn folder(&self, default: &str) -> anyhow::Result<OutputDir> {
+    pub fn folder(&self, default: &str) -> Result<OutputDir> {
         Ok(OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default)))?)
     }
 
-    pub fn given_folder(&self) -> anyhow::Result<Option<OutputDir>> {
+    pub fn given_folder(&self) -> Result<Option<OutputDir>> {
         Ok(self.out.as_ref().map(OutputDir::prepare).transpose()?)
     }
 }
 
 /// Like [`print`], for output that is too large for memory.
-pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> anyhow::Result<()> {
+pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let mut out = EscapeControl::new(io::BufWriter::new(Stream::Stdout));
     match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -115,7 +115,7 @@ pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> anyhow::R
     }
 }
 
-pub fn json(value: &impl Serialize) -> anyhow::Result<String> {
+pub fn json(value: &impl Serialize) -> Result<String> {
     Ok(serde_json::to_string_pretty(value)? + "\n")
 }
 
@@ -184,7 +184,7 @@ pub fn tell_step(what: &str) {
 }
 
 /// A progress bar on stderr, if that is a terminal, but neither with `-q` nor with `-v` nor in a call within a process.
-pub fn bar(length: u64, template: &str) -> anyhow::Result<ProgressBar> {
+pub fn bar(length: u64, template: &str) -> Result<ProgressBar> {
     // Indicatif draws to stderr only if it is a terminal.
     let target = match current() {
         Some(run) if run.volume == Volume::Normal && !run.is_call() => ProgressDrawTarget::stderr(),
@@ -195,10 +195,7 @@ pub fn bar(length: u64, template: &str) -> anyhow::Result<ProgressBar> {
 }
 
 /// Does some work with a progress bar; `work` reports how many steps are done, and of how many.
-pub fn with_bar<T>(
-    template: &str,
-    work: impl FnOnce(&(dyn Fn(usize, usize) + Sync)) -> T,
-) -> anyhow::Result<T> {
+pub fn with_bar<T>(template: &str, work: impl FnOnce(&(dyn Fn(usize, usize) + Sync)) -> T) -> Result<T> {
     let bar = bar(1, template)?;
     let done = work(&|done, of| {
         stop_if_asked();
@@ -261,7 +258,7 @@ pub fn answer_equilibrium<const D: usize>(
     operation: Option<OperationRecord>,
     picture: Result<Svg, ReportError>,
     (out, global): (Option<&OutputDir>, &Global),
-) -> anyhow::Result<Outcome> {
+) -> Result<Outcome> {
     let Solved { positions, pulls, system, .. } = solved;
     let record = solved.record(body, operation);
     let (json, picture) = (Json(&record), picture?);
@@ -271,8 +268,8 @@ pub fn answer_equilibrium<const D: usize>(
     let by = super::provenance().with_tissue(system.tissue());
     write_and_answer(global, (out, &files), &json, &by, || table::simulation(&record))?;
     let status = record.equilibrium.solution.status;
-    let failed = status != SolveStatus::Converged;
-    let failed = failed.then(|| format!("no equilibrium was found ({})", report::status_in_words(&status)));
+    let failed = (status != SolveStatus::Converged)
+        .then(|| format!("no equilibrium was found ({})", report::status_in_words(&status)));
     let made_up = match &record.of_body {
         OfBody::Hexahedra(of) => of.operation.as_ref(),
         OfBody::Pulled { .. } => None,

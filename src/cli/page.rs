@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use anyhow::Result;
 use serde_json::json;
 use tongue_fit::inner::inverse::batch::{self, Selection};
 use tongue_fit::inner::report::{Export, Json, OutputDir, TonguePage};
@@ -10,7 +11,6 @@ use tongue_fit::system::TissueModel;
 
 use super::{Global, Outcome, body, inputs, output};
 
-const DEFAULT_OUT: &str = "results/tongue.html";
 /// Most fits in a page, which computes all others itself.
 const MOST_FITS: usize = 200;
 
@@ -29,8 +29,8 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
-    let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
+    let path = global.out.clone().unwrap_or_else(|| "results/tongue.html".into());
     let is_page =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
     let path = if is_page { path } else { path.join("tongue.html") };

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, Result, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::inner::posterior::{PosteriorModel, Priors, Quantiles, Sampling, StretchSummary, Summary};
 use tongue_fit::inner::report::{probability, range, with_decimals};
@@ -40,7 +40,7 @@ pub struct Arguments {
     pub joint: bool,
 }
 
-pub fn priors(global: &Global) -> anyhow::Result<()> {
+pub fn priors(global: &Global) -> Result<()> {
     if global.json {
         return output::print(&output::json(&Priors::default())?);
     }
@@ -55,7 +55,7 @@ pub fn priors(global: &Global) -> anyhow::Result<()> {
 }
 
 impl Arguments {
-    pub fn posterior_model(&self, body: &Body<2>, model: &Model) -> anyhow::Result<Option<PosteriorModel>> {
+    pub fn posterior_model(&self, body: &Body<2>, model: &Model) -> Result<Option<PosteriorModel>> {
         if self.posterior.is_none() {
             return Ok(None);
         }
@@ -82,7 +82,7 @@ impl Arguments {
 
     /// Refuses to sample several vowels together against one in which muscles pull where the table has /ɯ/: the answer would depend on which
     /// of the same rows is called the baseline.
-    pub fn check_baseline(&self, data: &Dataset, target: &Target) -> anyhow::Result<()> {
+    pub fn check_baseline(&self, data: &Dataset, target: &Target) -> Result<()> {
         ensure!(
             !self.joint || !target.has_active_baseline() || data.baseline(&target.subject).is_err(),
             "--joint samples the vowels of {} against /ɯ/, which the table has; leave out --baseline, and read the difference to /{}/ among the \

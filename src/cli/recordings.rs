@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::inner::adapt::{Adaptation, AdaptationInput};
@@ -13,8 +13,6 @@ use tongue_fit::inner::standard_deviations::{MEMORY_S, TENSION_N};
 use tongue_fit::inner::track::TrackSettings;
 
 use super::{Global, Outcome, body, inputs, output};
-
-const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -66,7 +64,7 @@ pub struct PriorArguments {
 }
 
 impl PriorArguments {
-    pub fn settings(&self) -> anyhow::Result<TrackSettings> {
+    pub fn settings(&self) -> Result<TrackSettings> {
         let Self { prior, memory } = *self;
         ensure!((0.1..=1000.0).contains(&prior), "--prior is {prior}; it must be from 0.1 to 1000 N/m");
         ensure!((0.0..=1000.0).contains(&memory), "--memory is {memory}; it must be from 0 to 1000 s");
@@ -85,30 +83,29 @@ pub struct Loaded {
 }
 
 impl Arguments {
-    pub fn map(&self) -> anyhow::Result<Map> {
+    pub fn map(&self) -> Result<Map> {
         let Some(path) = &self.map else { return Ok(Map::default()) };
         let text = inputs::text("the map", path)?;
         Ok(Map::from_toml(&text, &path.display().to_string())?)
     }
 
     /// The palate in the axes of the recordings, m.
-    fn palate(&self) -> anyhow::Result<Option<Vec<Point>>> {
+    fn palate(&self) -> Result<Option<Vec<Point>>> {
         let Some(path) = &self.palate else { return Ok(None) };
         let recordings = Recording::from_path(path, Some(Format::Tidy))?;
         let places = recordings.iter().flat_map(|r| &r.samples).flat_map(|s| &s.places).flatten();
         let points: Vec<Point> = places.map(|[x, y, _]| Point::new(*x, *y) * 1e-3).collect();
-        match points.len() {
-            0 | 1 => Err(anyhow!("{}: a palate needs at least two points", path.display())),
-            _ => Ok(Some(points)),
-        }
+        ensure!(points.len() >= 2, "{}: a palate needs at least two points", path.display());
+        Ok(Some(points))
     }
 
-    fn example(&self) -> anyhow::Result<Vec<Recording>> {
-        Ok(Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format)?)
+    fn example(&self) -> Result<Vec<Recording>> {
+        let bytes = include_bytes!("../../targets/recordings/synthetic.tsv");
+        Ok(Recording::from_bytes(bytes, "synthetic.tsv", self.format)?)
     }
 
     /// Writes the map that was asked for; `None` if none was.
-    pub fn write_template(&self, global: &Global) -> anyhow::Result<Option<Outcome>> {
+    pub fn write_template(&self, global: &Global) -> Result<Option<Outcome>> {
         let Some(path) = &self.map_template else { return Ok(None) };
         let recordings = match self.files.first() {
             Some(file) => Recording::from_path(file, self.format)?,
@@ -127,13 +124,13 @@ impl Arguments {
     }
 
     /// All recordings with the names of their files. A recording that is given again is left out, with a note on the first one.
-    pub fn read(&self) -> anyhow::Result<Vec<Loaded>> {
+    pub fn read(&self) -> Result<Vec<Loaded>> {
         let example = self.example.then(|| Ok(("synthetic.tsv".to_owned(), self.example()?)));
         let named = self
             .files
             .iter()
             .map(|file| Ok((file.display().to_string(), Recording::from_path(file, self.format)?)));
-        let files = example.into_iter().chain(named).collect::<anyhow::Result<Vec<_>>>()?;
+        let files = example.into_iter().chain(named).collect::<Result<Vec<_>>>()?;
         let mut read: Vec<Loaded> = Vec::new();
         for (file, recordings) in files {
             let beside = Waveform::sound_file_beside(Path::new(&file));
@@ -163,7 +160,7 @@ impl Arguments {
         &self,
         read: &[Loaded],
         of_body: Option<&[Point]>,
-    ) -> anyhow::Result<(Vec<ScreenedRecording>, Vec<String>)> {
+    ) -> Result<(Vec<ScreenedRecording>, Vec<String>)> {
         let speakers: BTreeSet<&str> = read.iter().filter_map(|r| r.recording.speaker.as_deref()).collect();
         if speakers.len() > 1 {
             return Err(of_several(speakers, "each needs a body of his or her own"));
@@ -202,7 +199,7 @@ pub struct GivenRecordings {
 }
 
 impl GivenRecordings {
-    pub fn read(arguments: &body::Arguments) -> anyhow::Result<Self> {
+    pub fn read(arguments: &body::Arguments) -> Result<Self> {
         let body = arguments.body()?;
         ensure!(
             body.mesh.continuum.is_none(),

@@ -1,5 +1,6 @@
 //! `tongue-fit simulate`: one equilibrium at given tensions, or the motion there.
 
+use anyhow::Result;
 use tongue_fit::inner::report::{self, SectionPicture};
 use tongue_fit::inner::run::Solved;
 
@@ -32,7 +33,7 @@ pub struct Arguments {
     space: space::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     if let Some(source) = arguments.body.space() {
         return space::run(source, &arguments.space, arguments.direct, global);
     }

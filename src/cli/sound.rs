@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{bail, ensure};
+use anyhow::{Result, bail, ensure};
 use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
 use tongue_fit::inner::report::{self, Export, Json, Rows, SoundRecord, Wav};
 use tongue_fit::inner::run::{Kind, SpaceSource, TongueSound};
@@ -17,8 +17,6 @@ use tongue_sound::voice::{self, Voice};
 use super::body::space_name;
 use super::{Global, Outcome, drive, inputs, output, space, table};
 
-/// The vowel in which the tongue is at rest.
-const BASELINE: &str = "ɯ";
 const IN_SPACE: &str = "Body in space";
 
 #[derive(Debug, Clone, clap::Args)]
@@ -37,13 +35,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "S2", conflicts_with = "tension")]
     subject: String,
     /// Quantity to fit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
-    #[arg(
-        long,
-        value_name = "KIND",
-        default_value = "stretch",
-        hide_short_help = true,
-        conflicts_with = "tension"
-    )]
+    #[arg(long, value_name = "KIND", default_value = "stretch", conflicts_with = "tension")]
+    #[arg(hide_short_help = true)]
     target: String,
     /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N")]
@@ -55,13 +48,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG")]
     jaw: Option<f64>,
     /// Shift of the hyoid, mm: back,up
-    #[arg(
-        long,
-        value_name = "X,Y",
-        value_delimiter = ',',
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "X,Y", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(hide_short_help = true)]
     hyoid: Option<Vec<f64>>,
     /// Height of the opening between the lips, mm [default: that of the tract's file for the vowel, else 8]
     #[arg(long, value_name = "MM")]
@@ -89,7 +77,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn check(&self) -> anyhow::Result<()> {
+    fn check(&self) -> Result<()> {
         let Self { pitch, seconds, hyoid, .. } = self;
         ensure!((40.0..=1000.0).contains(pitch), "--pitch is {pitch}; it must be between 40 and 1000 Hz");
         ensure!((0.05..=60.0).contains(seconds), "--seconds is {seconds}; it must be between 0.05 and 60");
@@ -99,7 +87,7 @@ impl Arguments {
     }
 
     /// The vowel with the label of its row in the table, by which the tract's file and the published means name it.
-    fn vowel(&self) -> anyhow::Result<Option<Vowel>> {
+    fn vowel(&self) -> Result<Option<Vowel>> {
         let Some(label) = &self.vowel else { return Ok(None) };
         let (vowel, data) = (label.parse()?, Dataset::reference()?);
         Ok(Some(data.row(&self.subject, &vowel).map_or(vowel, |row| row.vowel.clone())))
@@ -122,8 +110,8 @@ impl Arguments {
     }
 
     /// The scene of given tensions, or of a vowel whose lengths are fitted. The baseline is the body at rest.
-    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> anyhow::Result<Scene> {
-        let fit = vowel.filter(|v| v.label() != BASELINE).map(|v| FitTarget {
+    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> Result<Scene> {
+        let fit = vowel.filter(|v| **v != Vowel::unrounded_u()).map(|v| FitTarget {
             subject: self.subject.clone(),
             vowel: v.label().to_owned(),
             target: self.target.clone(),
@@ -150,7 +138,7 @@ impl Arguments {
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel()?;
     let source = arguments.body.as_ref();

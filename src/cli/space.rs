@@ -1,6 +1,6 @@
 //! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space, or one before and one after surgery.
 
-use anyhow::{anyhow, bail};
+use anyhow::{Result, anyhow, bail, ensure};
 
 use tongue_fit::body::{Body, Unit};
 use tongue_fit::inner::report;
@@ -78,7 +78,7 @@ pub struct ModelArguments {
 }
 
 impl ModelArguments {
-    pub fn body(&self, source: &SpaceSource) -> anyhow::Result<Body<3>> {
+    pub fn body(&self, source: &SpaceSource) -> Result<Body<3>> {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             bail!("--body-unit is the unit of a body from Gmsh: --body FILE.msh");
         }
@@ -89,17 +89,16 @@ impl ModelArguments {
         if let Some(tip) = self.tip {
             let outline = body.midsagittal_mesh().outlines();
             body.tip_node = tip.checked_sub(1).filter(|node| outline.iter().flatten().any(|n| n == node));
-            if body.tip_node.is_none() {
-                bail!(
-                    "--tip {tip}: {} has no such node on its midsagittal contour; nodes are counted from 1",
-                    body.what
-                );
-            }
+            ensure!(
+                body.tip_node.is_some(),
+                "--tip {tip}: {} has no such node on its midsagittal contour; nodes are counted from 1",
+                body.what
+            );
         }
         Ok(body)
     }
 
-    pub fn model(&self) -> anyhow::Result<SpaceModel> {
+    pub fn model(&self) -> Result<SpaceModel> {
         let model =
             SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() };
         model.check()?;
@@ -108,17 +107,12 @@ impl ModelArguments {
 }
 
 /// Activations of all muscles of a body from texts such as `GGP=0.1`.
-pub fn activations(words: &[String], body: &Body<3>) -> anyhow::Result<Vec<f64>> {
+pub fn activations(words: &[String], body: &Body<3>) -> Result<Vec<f64>> {
     let given = drive::pairs("--activation", words, "GGP=0.1")?;
     body.activations(&given).map_err(|error| anyhow!("--activation: {error}"))
 }
 
-pub fn run(
-    source: &SpaceSource,
-    arguments: &Arguments,
-    direct: bool,
-    global: &Global,
-) -> anyhow::Result<Outcome> {
+pub fn run(source: &SpaceSource, arguments: &Arguments, direct: bool, global: &Global) -> Result<Outcome> {
     let whole = arguments.model.body(source)?;
     let all = activations(&arguments.activation, &whole)?;
     let model = arguments.model.model()?;

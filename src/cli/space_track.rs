@@ -1,7 +1,7 @@
 //! `tongue-fit track FILES --body space` or a folder: activations that move a body in space to the measured points, which are in tables of
 //! its nodes or in recordings.
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inner::measured::is_space_table;
@@ -43,7 +43,7 @@ pub fn run(
     (recordings, as_is): (&recordings::Arguments, bool),
     arguments: &Arguments,
     global: &Global,
-) -> anyhow::Result<Outcome> {
+) -> Result<Outcome> {
     ensure!(
         arguments.sd.is_finite() && arguments.sd > 0.0,
         "--sd is {}; it must be a positive number of millimetres",
@@ -72,7 +72,7 @@ pub fn run(
 
 /// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may be
 /// active.
-pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> anyhow::Result<Outcome> {
+pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> Result<Outcome> {
     let (starts, model) = (FitSettings::default().starts, ModelArguments::default());
     let arguments = Arguments { sides_apart: false, starts, sd: 0.0, model };
     let body = arguments.model.body(source)?;
@@ -92,7 +92,7 @@ impl Arguments {
         (mut notes, implausible): (Vec<String>, Option<String>),
         folder: &str,
         global: &Global,
-    ) -> anyhow::Result<Outcome> {
+    ) -> Result<Outcome> {
         let (model, usual) = (self.model.model()?, SpaceSearch::default());
         let settings = FitSettings { starts: self.starts, ..usual.settings };
         let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
@@ -151,7 +151,7 @@ fn read_frames(
     body: &Body<3>,
     recordings: &recordings::Arguments,
     as_is: bool,
-) -> anyhow::Result<(Recorded, Vec<String>, Option<String>)> {
+) -> Result<(Recorded, Vec<String>, Option<String>)> {
     let (screened, left_out) = recordings.screen(&recordings.read()?, None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();

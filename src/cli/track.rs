@@ -1,7 +1,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use tongue_fit::body::Body;
 use tongue_fit::inner::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::inner::choice;
@@ -70,7 +70,7 @@ pub struct Arguments {
     sound: track_sound::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     if let Some(outcome) = arguments.recordings.write_template(global)? {
         return Ok(outcome);
     }
@@ -80,17 +80,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
     let read = arguments.recordings.read()?;
     let speakers = distinct(read.iter().filter_map(|one| one.recording.speaker.clone()));
     if speakers.len() > 1 {
-        return match arguments.of_one_speaker()? {
-            Some(option) => Err(recordings::of_several(
-                speakers.iter().map(String::as_str),
-                &format!("{option} is of one"),
-            )),
-            None => {
-                let track =
-                    |read, out: &OutputDir, name: &str| track_speaker(arguments, read, out, Some(name));
-                track_speakers::run(global, read, &speakers, track)
-            }
-        };
+        let of_one = arguments.placed_by()?;
+        if let Some(option) = arguments.recordings.palate.as_ref().map(|_| "--palate").or(of_one) {
+            let speakers = speakers.iter().map(String::as_str);
+            return Err(recordings::of_several(speakers, &format!("{option} is of one")));
+        }
+        let track = |read, out: &OutputDir, name: &str| track_speaker(arguments, read, out, Some(name));
+        return track_speakers::run(global, read, &speakers, track);
     }
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if let Some(name) = speakers.first().filter(|_| unnamed > 0) {
@@ -105,14 +101,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 }
 
 impl Arguments {
-    fn is_given(&self) -> anyhow::Result<bool> {
-        Ok(self.body.is_given() || self.as_is || self.recordings.map()?.is_in_frame())
-    }
-
-    /// An option that holds for one speaker only, if there is one.
-    fn of_one_speaker(&self) -> anyhow::Result<Option<&'static str>> {
+    /// The option that says that the body is in the frame of the recordings, if there is one.
+    fn placed_by(&self) -> Result<Option<&'static str>> {
         let given = [
-            (self.recordings.palate.is_some(), "--palate"),
             (self.body.is_given(), "the body (--mesh, --anatomy)"),
             (self.as_is, "--as-is"),
             (self.recordings.map()?.is_in_frame(), "the placement in --map"),
@@ -127,10 +118,10 @@ fn track_speaker(
     read: Vec<Loaded>,
     out: &OutputDir,
     among: Option<&str>,
-) -> anyhow::Result<Done> {
+) -> Result<Done> {
     let clock = Instant::now();
     let given = GivenRecordings::read(&arguments.body)?;
-    let is_given = arguments.is_given()?;
+    let is_given = arguments.placed_by()?.is_some();
     // The palate of a drawn body is the speaker's only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
@@ -144,10 +135,8 @@ fn track_speaker(
         kept_draws: arguments.files.kept_draws(),
         ..arguments.prior.settings()?
     };
-    let settings = match among {
-        Some(name) => settings.of_speaker(name),
-        None => settings,
-    };
+    // Without a name the seed stays as it is.
+    let settings = settings.of_speaker(among.unwrap_or_default());
     let wall = recordings.iter().find_map(|r| r.palate.clone());
     let basis =
         AdaptationInput { contracting, palate: wall.as_deref(), ..given.basis(&arguments.body, settings) };
@@ -174,12 +163,10 @@ fn track_speaker(
         );
     }
     let sound_as_read = format!("{sound:?}");
-    let sound = match sound {
-        Some((given, lips)) => {
-            Some((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
-        }
-        None => None,
-    };
+    let sound = sound.map(|(given, lips)| {
+        anyhow::Ok((track_sound::tract_around(&speaker.body, given, wall.as_deref())?, lips))
+    });
+    let sound = sound.transpose()?;
     let add_sound = |frames: &mut [Frame]| {
         sound.iter().for_each(|(airway, lips)| {
             track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
@@ -252,7 +239,7 @@ fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
     super::untrusted_sentence(&tally(bad), frames.len(), "frames")
 }
 
-fn contracting(arguments: &Arguments, body: &Body<2>) -> anyhow::Result<Vec<usize>> {
+fn contracting(arguments: &Arguments, body: &Body<2>) -> Result<Vec<usize>> {
     let names = match &arguments.muscles[..] {
         [] => distinct(body.mesh.muscle_names()),
         given => given.to_vec(),
@@ -268,7 +255,7 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> anyhow::Result<Vec<usiz
     Ok(numbers)
 }
 
-fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> anyhow::Result<Vec<String>> {
+fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> Result<Vec<String>> {
     let first = recordings.iter().take(1).map(|r| &r.seen);
     let points = first.flat_map(|s| s.contour.iter().chain(s.sensors.iter().map(|(name, _)| name)));
     let known: Vec<&String> = points.collect();
@@ -297,7 +284,7 @@ fn held_out_names(arguments: &Arguments, recordings: &[ScreenedRecording]) -> an
 }
 
 /// The given body, or one adapted to these recordings while a progress bar is shown.
-fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> anyhow::Result<TrackedBody> {
+fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> Result<TrackedBody> {
     let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))??;
     if let Some(similarity) = &made.similarity {
         check_scale(similarity.scale(), bones_apart_m(&made.followed))?;
@@ -310,12 +297,7 @@ fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> anyhow::Result<Tra
 }
 
 /// The journal of a run, with the recordings that an earlier run with the same inputs finished. `sound` is the tract that was read.
-fn journal(
-    run: &TrackRun<'_>,
-    out: &OutputDir,
-    seen: &[&AlignedRecording],
-    sound: &str,
-) -> anyhow::Result<Journal> {
+fn journal(run: &TrackRun<'_>, out: &OutputDir, seen: &[&AlignedRecording], sound: &str) -> Result<Journal> {
     let (mesh, model) = (&run.basis.body.mesh, run.basis.model);
     let key = sha256(&[
         tongue_fit::VERSION,
@@ -334,12 +316,12 @@ const MOST_KEPT: usize = 5000;
 fn resume(
     journal: Journal,
     count: usize,
-    search: impl FnOnce(&Watch<'_>) -> anyhow::Result<()>,
-) -> anyhow::Result<(Journal, Vec<TrackedRecording>)> {
+    search: impl FnOnce(&Watch<'_>) -> Result<()>,
+) -> Result<(Journal, Vec<TrackedRecording>)> {
     let clock = Instant::now();
     let recordings: Vec<Option<TrackedRecording>> = (0..count)
         .map(|nth| Ok(journal.read(nth)?.and_then(|entry| entry.result.ok())))
-        .collect::<anyhow::Result<_>>()?;
+        .collect::<Result<_>>()?;
     let wanted: Vec<bool> = recordings.iter().map(Option::is_none).collect();
     let state = Mutex::new((journal, recordings, Ok(())));
     let take = |nth: usize, recording: TrackedRecording| {

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use anyhow::Result;
 use serde_json::{Value, json};
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
@@ -71,7 +72,7 @@ pub fn write(
     body: &Value,
     by: &Provenance,
     arguments: &Arguments,
-) -> anyhow::Result<Vec<PathBuf>> {
+) -> Result<Vec<PathBuf>> {
     let results = &record.results;
     let wants = |also: Also| arguments.also.contains(&also);
     let has_segments = results.recordings.iter().any(|one| !one.tracked.segments.is_empty());
@@ -135,7 +136,7 @@ pub fn body_record(
     model: &Model,
     adaptation: &Adaptation,
     recordings: &[RecordingResult],
-) -> anyhow::Result<Value> {
+) -> Result<Value> {
     let mut record = json!(MeshRecord::of(body, model)?);
     record["adaptation"] = json!(adaptation);
     let groups = recordings.chunk_by(|a, b| a.tracked.rest == b.tracked.rest).skip(1);

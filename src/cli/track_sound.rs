@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use anyhow::Result;
 use tongue_fit::acoustics::{Articulation, Tract, VocalTract};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -32,7 +33,7 @@ pub struct Arguments {
 impl Arguments {
     /// The tract and the lips that the options give, checked; the tract is `None` for the built-in one, which is placed later. The result
     /// is `None` if no formants are wanted.
-    pub fn read(&self) -> anyhow::Result<Option<(Option<Tract>, Articulation)>> {
+    pub fn read(&self) -> Result<Option<(Option<Tract>, Articulation)>> {
         if !self.formants {
             return Ok(None);
         }
@@ -49,12 +50,8 @@ impl Arguments {
 }
 
 /// The tract around a body, with the traced palate of the recordings.
-pub fn tract_around(
-    body: &Body<2>,
-    given: Option<Tract>,
-    palate: Option<&[Point]>,
-) -> anyhow::Result<Arc<VocalTract>> {
-    let mut tract = given.map_or_else(|| VocalTract::reference_for(body), Ok)?;
+pub fn tract_around(body: &Body<2>, own: Option<Tract>, palate: Option<&[Point]>) -> Result<Arc<VocalTract>> {
+    let mut tract = own.map_or_else(|| VocalTract::reference_for(body), Ok)?;
     if let Some(palate) = palate {
         let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
         tract = tract.with_palate(&palate, REACH_MM);

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Result, ensure};
 use serde::Serialize;
 use serde_json::json;
 use tongue_fit::inner::posterior::OverSpeakers;
@@ -30,8 +30,8 @@ pub fn run(
     global: &Global,
     mut read: Vec<Loaded>,
     names: &[String],
-    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> anyhow::Result<Done>,
-) -> anyhow::Result<Outcome> {
+    track: impl Fn(Vec<Loaded>, &OutputDir, &str) -> Result<Done>,
+) -> Result<Outcome> {
     let out = global.folder("results/track")?;
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if unnamed > 0 {
@@ -68,9 +68,7 @@ pub fn run(
         let folder = (recordings > 0).then_some(folder);
         speakers.push(TrackedSpeaker { name: name.clone(), folder, frames, recordings, problem });
     }
-    if speakers.iter().all(|s| s.recordings == 0) {
-        bail!("no speaker could be tracked");
-    }
+    ensure!(speakers.iter().any(|s| s.recordings > 0), "no speaker could be tracked");
     let contrasts = comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one)));
     let over = OverSpeakers::all(contrasts);
     let record = json!({ "speakers": speakers, "over_speakers": over });

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{anyhow, ensure};
+use anyhow::{Result, anyhow, ensure};
 use indicatif::ProgressBar;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::Curves;
@@ -32,7 +32,6 @@ const PART_OF_LIMIT: f64 = 0.9;
 const LENGTHS_PER_FRAME: usize = 10;
 const MOST_FRAMES: usize = 2000;
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
-/// Time after which a progress bar is shown.
 const BAR_AFTER: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Clone, clap::Args)]
@@ -69,7 +68,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn check(&self) -> anyhow::Result<()> {
+    fn check(&self) -> Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         let Self { t_end, ramp, dt, frames, .. } = self;
         ensure!(
@@ -102,7 +101,7 @@ impl Arguments {
     }
 
     /// The integrator, unless its step is beyond its limit or the run would take too long.
-    fn integrator(&self, control: Control, motion: &Motion<'_, 2>) -> anyhow::Result<Box<dyn Integrator<2>>> {
+    fn integrator(&self, control: Control, motion: &Motion<'_, 2>) -> Result<Box<dyn Integrator<2>>> {
         let method = self.method;
         if self.force {
             return Ok(method.integrator(motion, control)?);
@@ -132,22 +131,25 @@ pub fn run(
     pulls: &drive::Arguments,
     body: &body::Arguments,
     global: &Global,
-) -> anyhow::Result<Outcome> {
+) -> Result<Outcome> {
     arguments.check()?;
     let method = arguments.method;
     let tongue = body.body()?;
     let given = pulls.tensions(&tongue)?;
     let (mesh, palate) = (tongue.mesh, tongue.palate.unwrap_or_default());
     let names = mesh.muscle_names();
-    let curves = arguments.tension_curves.as_ref().map(|file| Curves::from_path(file, &names));
-    let curves = curves.transpose()?;
-    let active: Vec<usize> = match &curves {
-        Some(curves) => curves.muscles.clone(),
-        None => given.iter().map(|(m, _)| *m).collect(),
+    let Curves { muscles: active, tensions } = match &arguments.tension_curves {
+        Some(file) => Curves::from_path(file, &names)?,
+        None => {
+            let mut to = vec![0.0; names.len()];
+            given.iter().for_each(|(m, tension)| to[*m] = *tension);
+            let muscles = given.iter().map(|(m, _)| *m).collect();
+            Curves { muscles, tensions: Tensions::ramp(to, arguments.ramp) }
+        }
     };
     let system = System::new(&mesh, &body.model(), &active)?;
-    if let Some((curves, file)) = curves.as_ref().zip(arguments.tension_curves.as_ref())
-        && let Some(last) = curves.tensions.times.last().filter(|last| **last > arguments.t_end)
+    if let Some(file) = &arguments.tension_curves
+        && let Some(last) = tensions.times.last().filter(|last| **last > arguments.t_end)
     {
         output::note(&format!(
             "the motion ends at {} s (--t-end), before the last time of {}, {last} s; its times are in seconds",
@@ -155,14 +157,6 @@ pub fn run(
             file.display()
         ));
     }
-    let tensions = match curves {
-        Some(curves) => curves.tensions,
-        None => {
-            let mut to = vec![0.0; system.muscle_count()];
-            given.iter().for_each(|(m, tension)| to[*m] = *tension);
-            Tensions::ramp(to, arguments.ramp)
-        }
-    };
     let motion = Motion::new(&system, tensions)?;
     let control = arguments.control(&motion);
     let mut integrator = arguments.integrator(control, &motion)?;
@@ -226,7 +220,7 @@ fn write(
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
     sampled: SampledMotion<2>,
-) -> anyhow::Result<Vec<PathBuf>> {
+) -> Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
         motion.tensions.write_at(time, &mut tensions);

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use anyhow::Result;
 use tongue_fit::inner::report::{Files, Json, Markdown};
 use tongue_fit::inner::validate::{self, ValidationPlan};
 use tongue_fit::measured::Vowel;
@@ -34,7 +35,7 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let clock = Instant::now();
     let (data, _) = inputs::lengths(arguments.lengths.as_ref(), None)?;
     let baseline = arguments.baseline.as_deref().map_or(Ok(Vowel::unrounded_u()), str::parse)?;

@@ -53,19 +53,13 @@ impl Default for Acoustics {
 /// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
 fn cosh_and_sinhc(q: Complex64) -> (Complex64, Complex64, Complex64) {
     if q.norm() < 1e-2 {
+        // The sum of powers of `q`, each over a number.
         let series =
-            |terms: [f64; 6]| terms.iter().rev().fold(Complex64::new(0.0, 0.0), |sum, t| sum * q + t);
+            |over: [f64; 6]| over.iter().rev().fold(Complex64::new(0.0, 0.0), |sum, n| sum * q + 1.0 / n);
         return (
-            series([1.0, 1.0 / 2.0, 1.0 / 24.0, 1.0 / 720.0, 1.0 / 40_320.0, 1.0 / 3_628_800.0]),
-            series([1.0, 1.0 / 6.0, 1.0 / 120.0, 1.0 / 5_040.0, 1.0 / 362_880.0, 1.0 / 39_916_800.0]),
-            series([
-                1.0 / 6.0,
-                1.0 / 60.0,
-                1.0 / 1_680.0,
-                1.0 / 90_720.0,
-                1.0 / 7_983_360.0,
-                1.0 / 1_037_836_800.0,
-            ]),
+            series([1.0, 2.0, 24.0, 720.0, 40_320.0, 3_628_800.0]),
+            series([1.0, 6.0, 120.0, 5_040.0, 362_880.0, 39_916_800.0]),
+            series([6.0, 60.0, 1_680.0, 90_720.0, 7_983_360.0, 1_037_836_800.0]),
         );
     }
     let root = q.sqrt();
@@ -86,12 +80,7 @@ struct WithDerivatives {
 }
 
 /// Series impedance and shunt admittance of a section. `share`, 0 to 1, multiplies all losses and the admittance of the wall.
-fn immittance(
-    section: &Section,
-    s: Complex64,
-    acoustics: &Acoustics,
-    share: f64,
-) -> (WithDerivatives, WithDerivatives) {
+fn immittance(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> [WithDerivatives; 2] {
     let Section { length_m: l, area_m2: area } = *section;
     // Circumference, to which the losses in the boundary layer and the admittance of the wall are proportional.
     let perimeter = acoustics.shape_factor * 2.0 * (PI * area).sqrt();
@@ -109,7 +98,7 @@ fn immittance(
         by_length: s * (DENSITY / area) * (viscous + 1.0),
     };
     let spring = area / (DENSITY * SPEED * SPEED);
-    let (mut give, mut give_by_s) = (Complex64::new(0.0, 0.0), Complex64::new(0.0, 0.0));
+    let [mut give, mut give_by_s] = [Complex64::default(); 2];
     if acoustics.wall {
         let impedance = s * s * WALL_MASS + s * WALL_RESISTANCE + WALL_STIFFNESS;
         give = s / impedance * (share * perimeter);
@@ -121,26 +110,20 @@ fn immittance(
         by_area: (s * (spring / area) * (thermal * 0.5 + 1.0) + give / (2.0 * area)) * l,
         by_length: s * spring * (thermal + 1.0) + give,
     };
-    (a, b)
+    [a, b]
 }
 
 /// Impedance at the lips, an inductance parallel to a resistance, with its derivatives by the complex frequency and by the last area.
-fn radiation(
-    area: f64,
-    s: Complex64,
-    acoustics: &Acoustics,
-    share: f64,
-) -> (Complex64, Complex64, Complex64) {
-    let zero = Complex64::new(0.0, 0.0);
+fn radiation(area: f64, s: Complex64, acoustics: &Acoustics, share: f64) -> [Complex64; 3] {
     if !acoustics.radiation {
-        return (zero, zero, zero);
+        return [Complex64::default(); 3];
     }
     let l = inertance(area);
     let r = 128.0 * DENSITY * SPEED / (9.0 * PI * PI * area);
     let w = s * (share * l / r);
     let z = s * l / (w + 1.0);
     let by_s = (w + 1.0).powi(-2) * l;
-    (z, by_s, -z / (2.0 * area) * (w / (w + 1.0) + 1.0))
+    [z, by_s, -z / (2.0 * area) * (w / (w + 1.0) + 1.0)]
 }
 
 fn inertance(area: f64) -> f64 {
@@ -154,10 +137,10 @@ pub(crate) fn characteristic(
     acoustics: &Acoustics,
     share: f64,
 ) -> (Complex64, Complex64) {
-    let (mut p, mut p_s, _) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, share);
+    let [mut p, mut p_s, _] = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, share);
     let (mut u, mut u_s) = (Complex64::new(1.0, 0.0), Complex64::new(0.0, 0.0));
     for section in sections.iter().rev() {
-        let (a, b) = immittance(section, s, acoustics, share);
+        let [a, b] = immittance(section, s, acoustics, share);
         let (c, h, h_q) = cosh_and_sinhc(a.value * b.value);
         let q_s = a.by_s * b.value + a.value * b.by_s;
         let (c_s, h_s) = (h * 0.5 * q_s, h_q * q_s);
@@ -172,20 +155,19 @@ pub(crate) fn characteristic(
 /// Derivatives of `E(s)` by the area and by the length of every section.
 pub(crate) fn by_sections(sections: &[Section], s: Complex64, acoustics: &Acoustics) -> Vec<[Complex64; 2]> {
     let one = Complex64::new(1.0, 0.0);
-    let zero = Complex64::new(0.0, 0.0);
-    let (z, _, z_area) = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, 1.0);
+    let [z, _, z_area] = radiation(sections.last().map_or(1.0, |x| x.area_m2), s, acoustics, 1.0);
     // Pressure and flow at the lip side of each section.
     let mut states = vec![(z, one); sections.len()];
     let steps: Vec<_> = sections.iter().map(|x| immittance(x, s, acoustics, 1.0)).collect();
-    let hyperbolic: Vec<_> = steps.iter().map(|(a, b)| cosh_and_sinhc(a.value * b.value)).collect();
+    let hyperbolic: Vec<_> = steps.iter().map(|[a, b]| cosh_and_sinhc(a.value * b.value)).collect();
     for i in (1..sections.len()).rev() {
-        let ((a, b), (c, h, _), (p, u)) = (steps[i], hyperbolic[i], states[i]);
+        let ([a, b], (c, h, _), (p, u)) = (steps[i], hyperbolic[i], states[i]);
         states[i - 1] = (c * p + a.value * h * u, b.value * h * p + c * u);
     }
     // The row (0 1) times the matrices of all sections nearer to the glottis.
-    let (mut row_p, mut row_u) = (zero, one);
+    let (mut row_p, mut row_u) = (Complex64::default(), one);
     let mut out = Vec::with_capacity(sections.len());
-    for ((&(a, b), &(c, h, h_q)), &(p, u)) in steps.iter().zip(&hyperbolic).zip(&states) {
+    for ((&[a, b], &(c, h, h_q)), &(p, u)) in steps.iter().zip(&hyperbolic).zip(&states) {
         let rate = |a_x: Complex64, b_x: Complex64| {
             let q_x = a_x * b.value + a.value * b_x;
             let (c_x, h_x) = (h * 0.5 * q_x, h_q * q_x);
@@ -246,13 +228,5 @@ pub fn curve(sections: &[Section], acoustics: &Acoustics, step_hz: f64, highest_
 pub struct Section {
     /// Length along the midline, m.
     pub length_m: f64,
-    /// Area of the cross-section, m^2.
     pub area_m2: f64,
-}
-
-impl Section {
-    /// Whether length and area are finite and positive.
-    pub fn is_open(&self) -> bool {
-        [self.length_m, self.area_m2].iter().all(|v| v.is_finite() && *v > 0.0)
-    }
 }

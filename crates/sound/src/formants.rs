@@ -36,23 +36,20 @@ pub fn formants(
     acoustics: &Acoustics,
     count: usize,
 ) -> Result<Vec<Formant>, TractError> {
-    if sections.is_empty() {
-        return Err(TractError::Empty);
-    }
-    if let Some(closed) = sections.iter().position(|s| !s.is_open()) {
-        return Err(TractError::Closed(closed));
-    }
     let squares = ideal_squares(sections, acoustics, count)?;
-    let mut out = Vec::with_capacity(count);
-    for (i, &square) in squares.iter().enumerate() {
-        let from = Complex64::new(0.0, square.sqrt());
-        let pole = follow(sections, acoustics, from).ok_or(TractError::NotFound(i + 1))?;
-        out.push(Formant::from_pole(pole));
-    }
+    let formants = squares.iter().enumerate().map(|(i, square)| {
+        let pole = follow(sections, acoustics, Complex64::new(0.0, square.sqrt()));
+        pole.map(Formant::from_pole).ok_or_else(|| not_found(i + 1))
+    });
+    let mut out = formants.collect::<Result<Vec<_>, _>>()?;
     out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     // Two starts that end in one pole mean that another pole was lost.
     let twin = out.windows(2).position(|w| w[1].frequency_hz - w[0].frequency_hz < 1e-6 * w[1].frequency_hz);
-    twin.map_or(Ok(out), |i| Err(TractError::NotFound(i + 2)))
+    twin.map_or(Ok(out), |i| Err(not_found(i + 2)))
+}
+
+fn not_found(number: usize) -> TractError {
+    TractError(format!("formant {number} of the tract could not be found"))
 }
 
 /// Squared angular frequencies without losses.
@@ -75,7 +72,7 @@ fn ideal_squares(sections: &[Section], acoustics: &Acoustics, count: usize) -> R
             }
         }
         if !is_found || found.last().is_some_and(|last| x <= *last) {
-            return Err(TractError::NotFound(found.len() + 1));
+            return Err(not_found(found.len() + 1));
         }
         found.push(x);
     }

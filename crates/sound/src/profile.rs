@@ -14,12 +14,9 @@
 mod tract;
 mod walls;
 
-pub use tract::{
-    Articulation, Carrier, Grid, LEAST_OPENING_MM, Larynx, Lips, ProfilePoint, Teeth, Tongue, Tract, Wall,
-};
-use tract::{cross, minus};
-pub use walls::Across;
-use walls::{Walls, are_apart};
+pub use tract::{Articulation, LEAST_OPENING_MM, ProfilePoint, Tract};
+use tract::{cross, minus, mm};
+use walls::{Across, Walls, are_apart};
 
 use crate::{Section, TractError};
 
@@ -63,10 +60,7 @@ impl Profile {
     }
 
     /// The sections of a tract around a tongue in space; `tongue` has its surface points in the midsagittal plane from root to tip, m.
-    /// Derivatives by these points are not computed.
-    ///
-    /// # Errors
-    /// [`TractError`]; [`TractError::Bad`] also for a tract without widths.
+    /// Derivatives by these points are not computed. An error also for a tract without widths.
     pub fn in_space(
         tract: &Tract,
         tongue: &[ProfilePoint],
@@ -88,7 +82,7 @@ impl Profile {
                 };
                 [-1.0, 1.0].iter().map(|sign| one_side(half_width, |side| gap(sign * side))).sum()
             } else {
-                return Err(TractError::Bad(format!(
+                return Err(TractError(format!(
                     "wall `{}` has no half_width_mm and arch_mm, which cross-sections of a tongue in space need; add both to the tract",
                     start.wall
                 )));
@@ -116,7 +110,13 @@ impl Profile {
             let between = between(&pair[0], &pair[1], |distance| area_of(i, distance));
             let (section, slope) = between
                 .filter(|(section, _)| section.area_m2 > 0.0)
-                .ok_or_else(|| TractError::Crossed(walls.starts[i].wall.to_owned(), pair[0].middle()))?;
+                .ok_or_else(|| {
+                    TractError(format!(
+                        "walls cross: lines across the airway meet at {} before they reach the wall opposite to the {}",
+                        mm(pair[0].middle()),
+                        walls.starts[i].wall
+                    ))
+                })?;
             sections.push(section);
             slopes.push(slope);
         }

@@ -4,7 +4,6 @@ use std::f64::consts::{PI, TAU};
 
 use crate::Formant;
 
-/// Sampling rate, Hz.
 pub const RATE_HZ: u32 = 22_050;
 /// Decrease of the pitch until the end over the pitch at the beginning.
 const FALL: f64 = 0.15;
@@ -13,7 +12,6 @@ const OPEN_QUOTIENT: f64 = 0.6;
 /// Largest sample over full scale.
 const LEVEL: f64 = 0.5;
 
-/// Settings of a spoken vowel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Voice {
     pub seconds: f64,
@@ -88,33 +86,20 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
 
 /// A WAV file of one channel with 16 bits a sample, and a comment.
 pub fn wav(samples: &[f64], rate_hz: u32, comment: &str) -> Vec<u8> {
-    let size = 2 * samples.len() as u32;
-    // The text of a chunk ends with a zero byte, and chunks have an even length.
+    // The text ends with a zero byte, and chunks have an even length.
     let mut text = comment.as_bytes().to_vec();
-    text.push(0);
-    if text.len() % 2 == 1 {
-        text.push(0);
-    }
-    let list = 12 + text.len() as u32;
-    let mut out = Vec::with_capacity(52 + size as usize + text.len() + 12);
-    out.extend(b"RIFF");
-    out.extend((36 + 8 + list + size).to_le_bytes());
-    out.extend(b"WAVEfmt ");
-    out.extend(16_u32.to_le_bytes());
-    out.extend(1_u16.to_le_bytes()); // PCM
-    out.extend(1_u16.to_le_bytes()); // one channel
-    out.extend(rate_hz.to_le_bytes());
-    out.extend((2 * rate_hz).to_le_bytes());
-    out.extend(2_u16.to_le_bytes());
-    out.extend(16_u16.to_le_bytes());
-    out.extend(b"LIST");
-    out.extend(list.to_le_bytes());
-    out.extend(b"INFOICMT");
-    out.extend((text.len() as u32).to_le_bytes());
-    out.extend(text);
-    out.extend(b"data");
-    out.extend(size.to_le_bytes());
-    let full = f64::from(i16::MAX);
-    samples.iter().for_each(|x| out.extend(((x.clamp(-1.0, 1.0) * full).round() as i16).to_le_bytes()));
-    out
+    text.resize((text.len() + 2) / 2 * 2, 0);
+    let rates = [rate_hz, 2 * rate_hz].map(u32::to_le_bytes);
+    // PCM, one channel; two bytes, 16 bits a sample.
+    let [kind, width] = [[1_u16, 1], [2, 16]].map(|pair| pair.map(u16::to_le_bytes));
+    let format = [kind.as_flattened(), rates.as_flattened(), width.as_flattened()].concat();
+    let samples = samples.iter().map(|x| (x.clamp(-1.0, 1.0) * f64::from(i16::MAX)).round() as i16);
+    let samples: Vec<u8> = samples.flat_map(i16::to_le_bytes).collect();
+    let list = [&b"INFO"[..], &chunk(b"ICMT", &text)].concat();
+    let chunks = [chunk(b"fmt ", &format), chunk(b"LIST", &list), chunk(b"data", &samples)].concat();
+    chunk(b"RIFF", &[&b"WAVE"[..], &chunks].concat())
+}
+
+fn chunk(name: &[u8; 4], content: &[u8]) -> Vec<u8> {
+    [&name[..], &(content.len() as u32).to_le_bytes(), content].concat()
 }

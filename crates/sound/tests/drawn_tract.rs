@@ -1,9 +1,8 @@
 //! The tract drawn around the reference tongue: areas and refusals.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a failed test panics")]
+#![allow(clippy::unwrap_used, reason = "a failed test panics")]
 
 use tongue_sound::Acoustics;
-use tongue_sound::TractError;
 use tongue_sound::formants::formants;
 use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
@@ -53,28 +52,31 @@ fn with(change: fn(&mut Articulation)) -> Vec<f64> {
 #[test]
 fn walls_that_meet_are_refused_with_their_names_and_places() {
     let refused = |tongue: &[ProfilePoint], posture: &Articulation| {
-        Profile::new(&tract(), tongue, posture).unwrap_err()
+        Profile::new(&tract(), tongue, posture).unwrap_err().to_string()
     };
     // The blade is raised through the palate.
     let mut raised = tongue();
     raised[7][1] += 0.018;
-    let TractError::Through(wall, at, by) = refused(&raised, &Articulation::default()) else { panic!() };
-    assert!(wall == "hard palate" && (0.0..0.03).contains(&at[0]) && (0.0..0.01).contains(&by), "{wall}");
+    let message = refused(&raised, &Articulation::default());
+    assert!(message.contains("passes through the hard palate at (20.3, 61.3) mm, by 5.3 mm"), "{message}");
     // The root is moved through the back wall of the pharynx.
     let back: Vec<ProfilePoint> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
-    assert!(refused(&back, &Articulation::default()).to_string().contains("there is no airway"));
+    assert!(refused(&back, &Articulation::default()).contains("there is no airway"));
     // The lower teeth pass through the upper ones.
     let shut = Articulation { jaw_deg: -8.0, ..Articulation::default() };
-    assert!(matches!(refused(&tongue(), &shut), TractError::Through(..)));
-    for posture in [
-        Articulation { lip_opening_mm: 0.0, ..Articulation::default() },
-        Articulation { lip_opening_mm: 1.0, lip_protrusion_mm: 30.0, ..Articulation::default() },
-        Articulation { lip_protrusion_mm: -9.0, ..Articulation::default() },
-        Articulation { jaw_deg: f64::NAN, ..Articulation::default() },
+    assert!(refused(&tongue(), &shut).contains("there is no airway"));
+    for (posture, why) in [
+        (Articulation { lip_opening_mm: 0.0, ..Articulation::default() }, "are closed"),
+        (
+            Articulation { lip_opening_mm: 1.0, lip_protrusion_mm: 30.0, ..Articulation::default() },
+            "are closed",
+        ),
+        (Articulation { lip_protrusion_mm: -9.0, ..Articulation::default() }, "no length"),
+        (Articulation { jaw_deg: f64::NAN, ..Articulation::default() }, "finite numbers"),
     ] {
-        assert!(matches!(refused(&tongue(), &posture), TractError::Bad(_)));
+        assert!(refused(&tongue(), &posture).contains(why));
     }
-    assert!(matches!(refused(&tongue()[..1], &Articulation::default()), TractError::Bad(_)));
+    assert!(refused(&tongue()[..1], &Articulation::default()).contains("two finite points"));
 }
 
 #[test]

@@ -6,14 +6,13 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use crate::measure::{Effort, ONE_PER_CENT, Timed, measure};
-use crate::table::{duration, markdown, number};
+use crate::table::{curves, duration, markdown, number};
 use crate::test_tensions::{largest_difference, target, with_poisson_ratio};
 use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
-use tongue_core::statistics::distinct;
 use tongue_core::system::Model;
-use tongue_files::report::{PrecisionCurve, ReportError, Svg, work_precision};
+use tongue_files::report::{ReportError, Svg, work_precision};
 use tongue_infer::inverse::{self, Fit, FitSettings as Search, Method};
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Target, TargetKind};
@@ -158,7 +157,7 @@ fn spacings_of_nested_meshes(
     name: &'static str,
     settings: Option<&ContinuumSettings>,
 ) -> Result<Vec<Spacing>, Error> {
-    let (anatomy, target) = (Anatomy::reference()?, target("S2", "a", TargetKind::Stretch, None)?);
+    let (anatomy, target) = (Anatomy::reference()?, target("S2", "a", TargetKind::Stretch, &[])?);
     let measure_on = |mesh: Mesh<2>, h_mm: f64| -> Result<Spacing, Error> {
         let plain = Body::new(name, mesh);
         let body = match settings {
@@ -244,7 +243,7 @@ fn sensitivity_row(
     let mut tensions = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
-            let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, None)?)?;
+            let fit = fit_target(&body, &model, &target(subject, vowel, TargetKind::Stretch, &[])?)?;
             tensions.push(tensions_if_converged(&fit));
         }
     }
@@ -303,13 +302,7 @@ fn verdict(spacings: &[Spacing]) -> String {
 }
 
 pub fn picture(spacings: &[Spacing]) -> Result<Svg, ReportError> {
-    let bodies = distinct(spacings.iter().map(|row| row.body));
-    let curves = bodies.into_iter().map(|body| {
-        let own = spacings.iter().filter(|row| row.body == body);
-        let points = own.filter_map(|row| Some((row.fit_s, row.error_of_tension?))).collect();
-        PrecisionCurve { name: body.to_owned(), points }
-    });
-    let curves: Vec<PrecisionCurve> = curves.collect();
+    let curves = curves(spacings, |row| row.body, |row| Some((row.fit_s, row.error_of_tension?)));
     let title = "Fits of S2 /a/: difference from the finest mesh of the same body";
     work_precision(title, "time of a fit, s", "error of a tension, as a part of it", &curves)
 }

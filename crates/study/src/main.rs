@@ -20,6 +20,7 @@ use tongue_files::report::{Export, Markdown, OutputDir, Provenance, Rows};
 use tongue_input::bodies::artisynth;
 
 use measure::Effort;
+use plane::SpaceAndPlane;
 use test_tensions::{PUBLISHED_A, TestTensions};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
@@ -73,7 +74,7 @@ impl Study {
 
     fn write(&self, out: &OutputDir, by: &Provenance) -> Result<Vec<PathBuf>, Error> {
         let made = format!("Made by `{}` on {}.", by.command, machine());
-        let written = match self {
+        Ok(match self {
             Self::Accuracy { quick } => {
                 let effort = if *quick { Effort::QUICK } else { Effort::FULL };
                 let study = accuracy::run(&effort)?;
@@ -106,20 +107,20 @@ impl Study {
                     Some(folder) => artisynth::read(folder)?,
                     None => Body::tongue_in_space(1)?,
                 };
-                let (study, signs) = (plane::run(&body)?, plane_signs::run(&body)?);
-                let page = plane::page(&study, &made)? + &plane_signs::page(&signs)?;
-                let picture = plane::picture(&study)?;
+                let bodies = SpaceAndPlane::new(&body)?;
+                let (alone, inverse, signs) = (bodies.alone(), bodies.inverse()?, plane_signs::run(&body)?);
+                let page = plane::page(&body.what, &alone, &inverse, &made)? + &plane_signs::page(&signs)?;
+                let picture = plane::picture(&alone)?;
                 let files: [(&str, &dyn Export); 5] = [
                     ("README.md", &Markdown(page)),
                     ("alone.svg", &picture),
-                    ("alone.csv", &Rows(&study.alone)),
-                    ("inverse.csv", &Rows(&study.inverse)),
+                    ("alone.csv", &Rows(&alone)),
+                    ("inverse.csv", &Rows(&inverse)),
                     ("signs.csv", &Rows(&signs)),
                 ];
                 out.export(&files, by)?
             }
-        };
-        Ok(written)
+        })
     }
 }
 

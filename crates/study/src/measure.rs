@@ -33,8 +33,8 @@ impl Effort {
         repeats: 5,
         repeat_within_s: 0.1,
         longest_run_s: 0.5,
-        most_steps: 2e7,
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3],
+        ..Self::FULL
     };
     /// For tests: each run once, with few steps on coarse meshes.
     #[cfg(test)]
@@ -51,7 +51,6 @@ impl Effort {
 pub struct Timed<T> {
     /// The result of the last repeat.
     pub result: T,
-    /// Median wall-clock time, s.
     pub seconds: f64,
     pub repeats: usize,
 }

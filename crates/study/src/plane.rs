@@ -56,14 +56,6 @@ pub struct InverseRow {
     pub rms_mm: f64,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlaneStudy {
-    pub body: String,
-    pub alone: Vec<PlaneRow>,
-    /// Only muscles with an activation in space or in the plane.
-    pub inverse: Vec<InverseRow>,
-}
-
 /// Positions of all nodes; `None` if there is no equilibrium.
 pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
     let mut w = Workspace::new(system);
@@ -71,13 +63,8 @@ pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>
     (solution.status == SolveStatus::Converged).then(|| w.positions().to_vec())
 }
 
-pub fn run(body: &Body<3>) -> Result<PlaneStudy, Error> {
-    let bodies = SpaceAndPlane::new(body)?;
-    Ok(PlaneStudy { body: body.what.clone(), alone: bodies.alone(), inverse: bodies.inverse()? })
-}
-
 #[derive(Debug)]
-struct SpaceAndPlane<'a> {
+pub struct SpaceAndPlane<'a> {
     body: &'a Body<3>,
     /// Free nodes of the midsagittal contour.
     contour: Vec<usize>,
@@ -87,7 +74,7 @@ struct SpaceAndPlane<'a> {
 }
 
 impl<'a> SpaceAndPlane<'a> {
-    fn new(body: &'a Body<3>) -> Result<Self, Error> {
+    pub fn new(body: &'a Body<3>) -> Result<Self, Error> {
         let model = SpaceModel::default();
         let is_free = |node: &usize| body.mesh.fixed.binary_search(node).is_err();
         let free: Vec<usize> = (0..body.mesh.nodes.len()).filter(is_free).collect();
@@ -104,7 +91,7 @@ impl<'a> SpaceAndPlane<'a> {
         self.contour.iter().map(|&n| x[n] - self.body.mesh.nodes[n]).collect()
     }
 
-    fn alone(&self) -> Vec<PlaneRow> {
+    pub fn alone(&self) -> Vec<PlaneRow> {
         let Self { body, space, plane, .. } = self;
         let faces = body.midsagittal();
         let mut alone = Vec::new();
@@ -129,8 +116,8 @@ impl<'a> SpaceAndPlane<'a> {
         alone
     }
 
-    /// Simulates contours in space, and fits them in the plane.
-    fn inverse(&self) -> Result<Vec<InverseRow>, Error> {
+    /// Simulates contours in space, and fits them in the plane. Only muscles with an activation in space or in the plane have rows.
+    pub fn inverse(&self) -> Result<Vec<InverseRow>, Error> {
         let Self { body, contour, space, plane } = self;
         let mut inverse = Vec::new();
         for (posture, given) in POSTURES {
@@ -162,28 +149,26 @@ fn area(faces: &[[usize; 4]], x: &[Vector3<f64>]) -> f64 {
     faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
 }
 
-pub fn picture(study: &PlaneStudy) -> Result<Svg, ReportError> {
-    let muscles: Vec<String> = study.alone.iter().map(|row| row.muscle.clone()).collect();
-    let values = study.alone.iter().map(|row| row.error).collect();
+pub fn picture(alone: &[PlaneRow]) -> Result<Svg, ReportError> {
+    let (muscles, values): (Vec<String>, _) = alone.iter().map(|row| (row.muscle.clone(), row.error)).unzip();
     let error = Series { name: "after the best scaling".to_owned(), values };
     let title = "What a plane misses of the displacement of the midsagittal contour when one muscle pulls";
     parts(&muscles, &[error], "error, as a part of the displacement", title)
 }
 
-pub fn page(study: &PlaneStudy, made: &str) -> Result<String, Error> {
-    let middle = median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
+pub fn page(body: &str, alone: &[PlaneRow], inverse: &[InverseRow], made: &str) -> Result<String, Error> {
+    let middle = median(alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(
-        "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the displacement of the \
+        "# How wrong the plane is\n\n{made}\n\nOf {body}, against itself with no node moving sideways: **the plane misses {:.0} % of the displacement of the \
          midsagittal contour (the median of {} muscles), after the best scaling.**\n\n\
          ![Error of the plane for each muscle](alone.svg)\n\n## Each muscle alone, at an activation of {ALONE}\n\n{}\n\
          ## Contours made in space and inverted in the plane\n\nFree nodes of the midsagittal contour, known to {} mm. Muscles that act, and those \
          that act in the plane but not in space (above 0.01).\n\n{}",
-        study.body,
         100.0 * middle,
-        study.alone.len(),
-        markdown(&study.alone, &[])?,
+        alone.len(),
+        markdown(alone, &[])?,
         1e3 * SD_M,
-        markdown(&study.inverse, &[])?
+        markdown(inverse, &[])?
     ))
 }
 

@@ -1,8 +1,10 @@
-//! Markdown tables of serialisable rows, whose fields are the columns.
+//! Rows as Markdown tables, whose columns are their fields, and as curves.
 
 use serde::Serialize;
 use serde_json::{Error, Value};
 
+use tongue_core::statistics::grouped;
+use tongue_files::report::PrecisionCurve;
 use tongue_files::report::column::{self, Column};
 
 /// `without` names fields that are left out; unknown values are a dash.
@@ -18,6 +20,19 @@ pub fn markdown<'a, T: Serialize + 'a>(
             .with_text(move |row| cell(&field, &row[&field]))
     }));
     Ok(column::markdown(&columns, &rows) + "\n")
+}
+
+/// A curve for each name, through the points of its rows.
+pub fn curves<R>(
+    rows: &[R],
+    name: fn(&R) -> &'static str,
+    point: fn(&R) -> Option<(f64, f64)>,
+) -> Vec<PrecisionCurve> {
+    let curves = grouped(rows, |row| name(row)).into_iter().map(|own| PrecisionCurve {
+        name: name(own[0]).to_owned(),
+        points: own.into_iter().filter_map(point).collect(),
+    });
+    curves.collect()
 }
 
 /// The name of a field in words, with its unit unless cells contain it.

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
+use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh, largest_distance};
 use tongue_core::dynamics::{Motion, Tensions};
 use tongue_core::effect::Incompressibility;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
@@ -93,11 +93,9 @@ impl TestTensions {
         TargetKind::Ratio.values(&self.system.lengths(positions), &rest, reference)
     }
 
-    /// Largest distance of an unknown node between two shapes, mm, and largest difference of a ratio.
+    /// Largest distance of a node between two shapes, mm, and largest difference of a ratio.
     pub fn differences(&self, a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> (f64, f64) {
-        let nodes = self.system.pattern().nodes();
-        let distance = nodes.iter().map(|&n| (a[n] - b[n]).norm()).fold(0.0, f64::max);
-        (1e3 * distance, largest_difference(&self.ratios(a), &self.ratios(b)))
+        (1e3 * largest_distance(a, b), largest_difference(&self.ratios(a), &self.ratios(b)))
     }
 }
 
@@ -109,15 +107,11 @@ pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
 }
 
-/// The target of a row of the built-in table; `muscles` are the active ones, by default those that contract.
-pub fn target(
-    subject: &str,
-    vowel: &str,
-    kind: TargetKind,
-    muscles: Option<&[&str]>,
-) -> Result<Target, Error> {
-    let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
-    let options = TargetOptions { muscles, ..TargetOptions::default() };
+/// The target of a row of the built-in table; `muscles` are the active ones, those that contract if none is given.
+pub fn target(subject: &str, vowel: &str, kind: TargetKind, muscles: &[&str]) -> Result<Target, Error> {
+    let names = muscles.iter().map(|m| (*m).to_owned()).collect();
+    let options =
+        TargetOptions { muscles: (!muscles.is_empty()).then_some(names), ..TargetOptions::default() };
     Ok(Target::new(&Dataset::reference()?, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
 }
 

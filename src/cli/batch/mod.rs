@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use anyhow::{anyhow, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use rayon::prelude::*;
 use tongue_fit::inner::choice::name_of;
 use tongue_fit::inner::inverse::batch::{Job, Selection};
@@ -60,7 +60,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    fn selection(&self) -> anyhow::Result<Selection> {
+    fn selection(&self) -> Result<Selection> {
         let kinds = match self.target.as_str() {
             "both" => TargetKind::ALL.to_vec(),
             name => vec![name.parse().map_err(|e| anyhow!("--target: {e}, or both of them: both"))?],
@@ -82,7 +82,7 @@ impl Arguments {
     }
 }
 
-pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
+pub fn run(arguments: &Arguments, global: &Global) -> Result<Outcome> {
     let clock = Instant::now();
     let words = super::words_of_the_result();
     if arguments.shard.is_some() && arguments.lengths.as_deref() == Some(Path::new("-")) {
@@ -141,12 +141,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> anyhow::Result<Outcome> {
 
 /// Opens the journal of this command at `path` for a run of `jobs` jobs, of which `mine` are done here. If the program is stopped from now
 /// on, it prints that the command can be resumed.
-pub fn open_journal(
-    path: PathBuf,
-    key: &str,
-    jobs: usize,
-    (mine, what): (usize, &str),
-) -> anyhow::Result<Journal> {
+pub fn open_journal(path: PathBuf, key: &str, jobs: usize, (mine, what): (usize, &str)) -> Result<Journal> {
     let journal = Journal::open(path.clone(), key, &super::words_of_the_result(), jobs)?;
     if let Some(of) = &journal.replaced {
         output::note(&format!("the journal in this folder was of {of}: it was replaced by a new one"));
@@ -162,7 +157,7 @@ pub fn open_journal(
 }
 
 /// Makes the fits in `todo`, one at a time on each thread, and adds each to the journal; `of` is the number of all fits of this run.
-fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> anyhow::Result<Journal> {
+fn fit_all(prepared: &PreparedBatch, todo: &[usize], of: usize, journal: Journal) -> Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let (nodes, fits) = (prepared.run.body.mesh.nodes.len(), todo.len() as f64);
     body::tell_duration(&format!("{fits} fits"), nodes, fits * body::fit_s(prepared.run.settings.method));

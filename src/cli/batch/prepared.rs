@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use anyhow::bail;
+use anyhow::{Result, bail};
 use tongue_fit::inner::inverse::batch;
 use tongue_fit::inner::report::batch::journal::Journal;
 use tongue_fit::inner::report::batch::{
@@ -30,7 +30,7 @@ pub struct PreparedBatch {
 
 impl PreparedBatch {
     /// Prepares the batch of these arguments; `words` are the arguments without those that do not change results.
-    pub fn new(arguments: &Arguments, words: &[String]) -> anyhow::Result<Self> {
+    pub fn new(arguments: &Arguments, words: &[String]) -> Result<Self> {
         let selection = arguments.selection()?;
         let (data, _) = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
         let unreadable: Vec<String> = data.left_out();
@@ -74,7 +74,7 @@ impl PreparedBatch {
         journal: &Journal,
         global: &Global,
         wall_s: f64,
-    ) -> anyhow::Result<Outcome> {
+    ) -> Result<Outcome> {
         let plan = &self.run.plan;
         let (digests, not_begun) = outputs::digests(&plan.jobs, journal)?;
         not_begun.iter().take(MOST_NOTES).for_each(|r| output::complain(&r.to_string()));
@@ -114,14 +114,11 @@ impl PreparedBatch {
     }
 
     pub fn tell_what_is_left_out(&self) {
-        for message in self.unreadable.iter().take(MOST_NOTES) {
-            output::complain(message);
-        }
-        for r in self.run.plan.refusals.iter().take(MOST_NOTES) {
-            output::complain(&r.to_string());
-        }
-        let more = self.unreadable.len().saturating_sub(MOST_NOTES)
-            + self.run.plan.refusals.len().saturating_sub(MOST_NOTES);
+        let refusals = &self.run.plan.refusals;
+        self.unreadable.iter().take(MOST_NOTES).for_each(|message| output::complain(message));
+        refusals.iter().take(MOST_NOTES).for_each(|r| output::complain(&r.to_string()));
+        let more =
+            self.unreadable.len().saturating_sub(MOST_NOTES) + refusals.len().saturating_sub(MOST_NOTES);
         if more > 0 {
             output::complain(&format!(
                 "{more} more rows cannot be fitted; fits.csv and batch.json name them all"
@@ -141,7 +138,7 @@ impl PreparedBatch {
 
 const MOST_LISTED: usize = 60;
 
-fn text(batch: &Batch<'_>, wall_s: f64) -> anyhow::Result<String> {
+fn text(batch: &Batch<'_>, wall_s: f64) -> Result<String> {
     let s = batch.summary;
     let mut text = String::new();
     if batch.jobs.len() <= MOST_LISTED {
@@ -209,7 +206,7 @@ fn contrast_name(s: &SubjectContrast) -> String {
     format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b)
 }
 
-fn fits(batch: &Batch<'_>) -> anyhow::Result<String> {
+fn fits(batch: &Batch<'_>) -> Result<String> {
     let (mut verdicts, mut lines) = (String::new(), Vec::new());
     for number in 0..batch.jobs.len() {
         if let Some((_, fit)) = batch.fits.read(number)? {

@@ -19,6 +19,19 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
     [a[0] - b[0], a[1] - b[1]]
 }
 
+pub(super) fn mm(p: ProfilePoint) -> String {
+    format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
+}
+
+/// Where the ray from a point along a way crosses the side between two others: the distance as a multiple of the way, and the part of the
+/// side.
+pub(super) fn crossing(from: ProfilePoint, way: ProfilePoint, side: [ProfilePoint; 2]) -> Option<(f64, f64)> {
+    let (start, side) = (minus(side[0], from), minus(side[1], side[0]));
+    let across = cross(way, side);
+    let (along, part) = (cross(start, side) / across, cross(start, way) / across);
+    (0.0..=1.0).contains(&part).then_some((along, part))
+}
+
 /// Largest coordinate of a tract, mm. It limits memory, since lines begin at every step of the outer wall.
 const FARTHEST_MM: f64 = 1e3;
 
@@ -49,7 +62,6 @@ pub struct Tract {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// Name in messages.
     pub name: String,
     /// The part that carries the piece; without one it is fixed to the skull.
     pub moves_with: Option<Carrier>,
@@ -66,7 +78,6 @@ pub struct Wall {
     pub points_mm: Vec<[f64; 4]>,
 }
 
-/// The part that carries a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
@@ -145,71 +156,57 @@ impl Tract {
     /// Checks all numbers of the file.
     pub fn check(&self) -> Result<(), TractError> {
         let positive = |key: &str, x: f64| {
-            if x.is_finite() && x > 0.0 {
-                Ok(())
-            } else {
-                bad(format!("{key} is {x}; it must be a positive number"))
-            }
+            ensure(x.is_finite() && x > 0.0, || format!("{key} is {x}; it must be a positive number"))
         };
-        if self.wall.is_empty() {
-            return bad("wall: at least one piece of the outer wall is needed".to_owned());
-        }
-        for wall in &self.wall {
-            for (key, both, most) in [("alpha", wall.alpha, MOST_ALPHA), ("beta", wall.beta, MOST_BETA)] {
-                for x in both {
-                    positive(&format!("{key} of wall `{}`", wall.name), x)?;
-                    if x > most {
-                        return bad(format!(
-                            "{key} of wall `{}` is {x}; it is at most {most}, since areas are in cm^2 and distances in cm",
-                            wall.name
-                        ));
-                    }
+        let are_finite = |numbers: &[f64]| !numbers.is_empty() && numbers.iter().all(|x| x.is_finite());
+        ensure(!self.wall.is_empty(), || "wall: at least one piece of the outer wall is needed".to_owned())?;
+        for Wall { name, alpha, beta, half_width_mm, arch_mm, points_mm, .. } in &self.wall {
+            for (key, both, most) in [("alpha", alpha, MOST_ALPHA), ("beta", beta, MOST_BETA)] {
+                for &x in both {
+                    positive(&format!("{key} of wall `{name}`"), x)?;
+                    ensure(x <= most, || {
+                        format!(
+                            "{key} of wall `{name}` is {x}; it is at most {most}, since areas are in cm^2 and distances in cm"
+                        )
+                    })?;
                 }
             }
-            for width in wall.half_width_mm.iter().flatten() {
-                positive(&format!("half_width_mm of wall `{}`", wall.name), *width)?;
+            for width in half_width_mm.iter().flatten() {
+                positive(&format!("half_width_mm of wall `{name}`"), *width)?;
             }
-            if wall.arch_mm.iter().flatten().any(|x| !x.is_finite() || *x < 0.0) {
-                return bad(format!("arch_mm of wall `{}`: two numbers of at least 0 are needed", wall.name));
-            }
-            if wall.points_mm.is_empty() || wall.points_mm.iter().flatten().any(|x| !x.is_finite()) {
-                return bad(format!(
-                    "points_mm of wall `{}`: rows of four finite numbers are needed",
-                    wall.name
-                ));
-            }
+            let is_arch = arch_mm.iter().flatten().all(|x| x.is_finite() && *x >= 0.0);
+            ensure(is_arch, || format!("arch_mm of wall `{name}`: two numbers of at least 0 are needed"))?;
+            let has_points = are_finite(points_mm.as_flattened());
+            ensure(has_points, || {
+                format!("points_mm of wall `{name}`: rows of four finite numbers are needed")
+            })?;
         }
         let walls = self.wall.iter().flat_map(|w| w.points_mm.as_flattened());
         let points = [self.larynx.front_mm.as_flattened(), self.jaw.floor_mm.as_flattened()];
         let points = points.into_iter().flatten().chain(walls);
         let others = [self.tongue.root_mm, self.tongue.tip_mm, self.jaw.joint_mm];
         if let Some(far) = points.chain(others.as_flattened()).find(|x| x.abs() > FARTHEST_MM) {
-            return bad(format!(
+            return Err(TractError(format!(
                 "a coordinate is {far}; those of a tract are at most {FARTHEST_MM} mm from 0"
-            ));
+            )));
         }
-        positive("grid.step_mm", self.grid.step_mm)?;
+        let (step, least) = (self.grid.step_mm, 0.5);
+        positive("grid.step_mm", step)?;
         positive("lips.length_mm", self.lips.length_mm)?;
         positive("lips.width_mm", self.lips.width_mm)?;
-        let least = 0.5;
-        if self.grid.step_mm < least {
-            return bad(format!("grid.step_mm is {}; it must be at least {least}", self.grid.step_mm));
-        }
+        ensure(step >= least, || format!("grid.step_mm is {step}; it must be at least {least}"))?;
         let lists = [("larynx.front_mm", &self.larynx.front_mm), ("jaw.floor_mm", &self.jaw.floor_mm)];
         for (key, list) in lists {
-            if list.is_empty() || list.iter().flatten().any(|x| !x.is_finite()) {
-                return bad(format!("{key}: at least one point of two finite numbers is needed"));
-            }
+            ensure(are_finite(list.as_flattened()), || {
+                format!("{key}: at least one point of two finite numbers is needed")
+            })?;
         }
         for (key, point) in ["tongue.root_mm", "tongue.tip_mm", "jaw.joint_mm"].into_iter().zip(others) {
-            if point.iter().any(|x| !x.is_finite()) {
-                return bad(format!("{key} must be two finite numbers"));
-            }
+            ensure(are_finite(&point), || format!("{key} must be two finite numbers"))?;
         }
-        if !self.larynx.follows_hyoid.is_finite() {
-            return bad("larynx.follows_hyoid must be a finite number".to_owned());
-        }
-        Ok(())
+        ensure(self.larynx.follows_hyoid.is_finite(), || {
+            "larynx.follows_hyoid must be a finite number".to_owned()
+        })
     }
 
     /// The tract in another frame: `place` moves points, mm, by a similarity that multiplies lengths by `scale`.
@@ -237,12 +234,8 @@ impl Tract {
         for row in self.wall.iter_mut().flat_map(|w| &mut w.points_mm) {
             let (from, to) = ([row[2], row[3]], [row[0], row[1]]);
             let way = minus(to, from);
-            let crossings = palate.windows(2).filter_map(|pair| {
-                let side = minus(pair[1], pair[0]);
-                let (across, start) = (cross(way, side), minus(pair[0], from));
-                let (along, part) = (cross(start, side) / across, cross(start, way) / across);
-                ((0.0..=1.0).contains(&part) && along > 0.0).then_some(along)
-            });
+            let crossings = palate.windows(2).filter_map(|pair| crossing(from, way, [pair[0], pair[1]]));
+            let crossings = crossings.map(|(along, _)| along).filter(|along| *along > 0.0);
             let beside = |along: &f64| (along - 1.0).abs() * way[0].hypot(way[1]);
             let nearest = crossings.min_by(|a, b| beside(a).total_cmp(&beside(b)));
             if let Some(along) = nearest.filter(|a| beside(a) < reach_mm) {
@@ -257,23 +250,23 @@ impl Tract {
         let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
         let length = self.lips.length_mm + protrusion;
-        if !opening.is_finite() || opening < LEAST_OPENING_MM || width.is_nan() || width <= 0.0 {
-            return Err(TractError::Bad(format!(
+        ensure(opening.is_finite() && opening >= LEAST_OPENING_MM && width > 0.0, || {
+            format!(
                 "lips with an opening of {opening} mm and a protrusion of {protrusion} mm are closed, or so near to each other that \
                  they make a consonant: there is no vowel (an opening is at least {LEAST_OPENING_MM} mm)"
-            )));
-        }
-        if !length.is_finite() || length <= 0.0 {
-            return Err(TractError::Bad(format!(
+            )
+        })?;
+        ensure(length.is_finite() && length > 0.0, || {
+            format!(
                 "a lip protrusion of {protrusion} mm gives the lips no length; without protrusion they are {} mm long",
                 self.lips.length_mm
-            )));
-        }
+            )
+        })?;
         let section = Section { length_m: 0.5e-3 * length, area_m2: 1e-6 * PI / 4.0 * opening * width };
         Ok([section; 2])
     }
 }
 
-fn bad<T>(what: String) -> Result<T, TractError> {
-    Err(TractError::Bad(what))
+pub(super) fn ensure(holds: bool, problem: impl FnOnce() -> String) -> Result<(), TractError> {
+    if holds { Ok(()) } else { Err(TractError(problem())) }
 }

@@ -1,6 +1,6 @@
 //! The walls in a posture, and the lines across the airway between them.
 
-use super::tract::{Articulation, Carrier, ProfilePoint, Tract, cross, minus};
+use super::tract::{Articulation, Carrier, ProfilePoint, Tract, cross, crossing, ensure, minus, mm};
 use crate::TractError;
 
 /// Largest length of a line across the airway, m.
@@ -8,7 +8,6 @@ const REACH_M: f64 = 0.08;
 /// Distance behind the outer wall within which an inner wall that has passed through it is found, m.
 const BEYOND_M: f64 = 0.01;
 
-/// A line across the airway.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Across {
     /// Its beginning at the outer wall, m.
@@ -28,7 +27,6 @@ impl Across {
         way[0].hypot(way[1])
     }
 
-    /// Its middle, m.
     pub fn middle(&self) -> ProfilePoint {
         [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
     }
@@ -68,13 +66,10 @@ impl<'a> Walls<'a> {
         posture: &Articulation,
     ) -> Result<Self, TractError> {
         let numbers = [posture.jaw_deg, posture.hyoid_mm[0], posture.hyoid_mm[1], posture.lip_protrusion_mm];
-        if numbers.iter().any(|x| !x.is_finite()) {
-            return Err(TractError::Bad("jaw, hyoid and lips must be finite numbers".to_owned()));
-        }
-        if tongue.len() < 2 || tongue.iter().flatten().any(|x| !x.is_finite()) {
-            let problem = "the surface of the tongue needs two finite points or more";
-            return Err(TractError::Bad(problem.to_owned()));
-        }
+        let are_finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
+        ensure(are_finite(&numbers), || "jaw, hyoid and lips must be finite numbers".to_owned())?;
+        let is_surface = tongue.len() >= 2 && are_finite(tongue.as_flattened());
+        ensure(is_surface, || "the surface of the tongue needs two finite points or more".to_owned())?;
         let larynx = posture.hyoid_mm.map(|x| x * tract.larynx.follows_hyoid * 1e-3);
         let (sin, cos) = posture.jaw_deg.to_radians().sin_cos();
         let joint = tract.jaw.joint_mm.map(|x| x * 1e-3);
@@ -95,7 +90,8 @@ impl<'a> Walls<'a> {
     pub(super) fn lines_across(&self) -> Result<Vec<Across>, TractError> {
         let ways: Vec<ProfilePoint> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
         let given = self.lines(&ways)?;
-        if given.windows(2).all(|pair| are_apart(&pair[0], &pair[1])) {
+        let are_all_apart = |lines: &[Across]| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1]));
+        if are_all_apart(&given) {
             return Ok(given);
         }
         let mut averaged = (1..=given.len() / 2).filter_map(|neighbours| {
@@ -103,7 +99,7 @@ impl<'a> Walls<'a> {
                 let near = i.saturating_sub(neighbours)..(i + neighbours + 1).min(given.len());
                 given[near].iter().fold([0.0; 2], |sum, line| [0, 1].map(|k| sum[k] + line.direction[k]))
             }));
-            self.lines(&ways).ok().filter(|lines| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1])))
+            self.lines(&ways).ok().filter(|lines| are_all_apart(lines))
         });
         let apart = averaged.next();
         Ok(apart.unwrap_or(given))
@@ -117,49 +113,43 @@ impl<'a> Walls<'a> {
     fn line(&self, start: &WallStart<'_>, way: ProfilePoint) -> Result<Across, TractError> {
         let name = start.wall;
         let norm = way[0].hypot(way[1]);
-        if norm.is_nan() || norm <= 0.0 {
-            return Err(TractError::Bad(format!(
+        ensure(norm > 0.0, || {
+            format!(
                 "a point of wall `{name}` has no direction: the point towards which its line runs is the same"
+            )
+        })?;
+        let u = [way[0] / norm, way[1] / norm];
+        let crossings = Vec::from_iter(self.inner.windows(2).filter_map(|pair| {
+            let (along, part) = crossing(start.at, u, [pair[0].0, pair[1].0])?;
+            Some((along, part, pair))
+        }));
+        let beyond = crossings.iter().map(|(along, ..)| *along);
+        let beyond = beyond.filter(|along| *along <= 0.0 && *along > -BEYOND_M).reduce(f64::min);
+        if let Some(deepest) = beyond {
+            return Err(TractError(format!(
+                "the inner wall (tongue, lower teeth or larynx) touches or passes through the {name} at {}, by {:.1} mm: there is no airway, \
+                 so no vowel can be computed",
+                mm(start.at),
+                -deepest * 1e3
             )));
         }
-        let u = [way[0] / norm, way[1] / norm];
-        let mut found: Option<(f64, Across)> = None;
-        // The deepest crossing behind the outer wall within `BEYOND_M`, m.
-        let mut beyond: Option<f64> = None;
-        for pair in self.inner.windows(2) {
-            let ((p, p_number), (q, q_number)) = (pair[0], pair[1]);
-            let side = minus(q, p);
-            let across = cross(u, side);
-            if across == 0.0 {
-                continue;
-            }
-            let from = minus(p, start.at);
-            let (along, part) = (cross(from, side) / across, cross(from, u) / across);
-            if !(0.0..=1.0).contains(&part) || along > REACH_M {
-                continue;
-            }
-            if along <= 0.0 {
-                if along > -BEYOND_M && beyond.is_none_or(|b| along < b) {
-                    beyond = Some(along);
-                }
-                continue;
-            }
-            if found.as_ref().is_some_and(|(nearest, _)| *nearest <= along) {
-                continue;
-            }
-            // A displacement of the inner wall moves the crossing by its component along the wall's normal.
-            let normal = [-side[1], side[0]];
-            let slope = normal[0] * u[0] + normal[1] * u[1];
-            let rate = |share: f64| [share * normal[0] / slope, share * normal[1] / slope];
-            let inner = [start.at[0] + along * u[0], start.at[1] + along * u[1]];
-            let ends = [p_number.map(|n| (n, rate(1.0 - part))), q_number.map(|n| (n, rate(part)))];
-            found = Some((along, Across { outer: start.at, inner, direction: u, ends }));
-        }
-        match (beyond, found) {
-            (Some(by), _) => Err(TractError::Through(name.to_owned(), start.at, -by)),
-            (None, Some((_, line))) => Ok(line),
-            (None, None) => Err(TractError::Open(name.to_owned(), start.at)),
-        }
+        let before = crossings.into_iter().filter(|(along, ..)| *along > 0.0 && *along <= REACH_M);
+        let nearest = before.min_by(|a, b| a.0.total_cmp(&b.0));
+        let (along, part, pair) = nearest.ok_or_else(|| {
+            TractError(format!(
+                "no inner wall is opposite to the {name} at {}: the line across the airway meets neither larynx, tongue nor lower teeth",
+                mm(start.at)
+            ))
+        })?;
+        let [(p, p_number), (q, q_number)] = [pair[0], pair[1]];
+        // A displacement of the inner wall moves the crossing by its component along the wall's normal.
+        let side = minus(q, p);
+        let normal = [-side[1], side[0]];
+        let slope = normal[0] * u[0] + normal[1] * u[1];
+        let rate = |share: f64| [share * normal[0] / slope, share * normal[1] / slope];
+        let inner = [start.at[0] + along * u[0], start.at[1] + along * u[1]];
+        let ends = [p_number.map(|n| (n, rate(1.0 - part))), q_number.map(|n| (n, rate(part)))];
+        Ok(Across { outer: start.at, inner, direction: u, ends })
     }
 }
 

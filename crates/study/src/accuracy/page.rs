@@ -8,8 +8,8 @@ use super::methods::{NEWTON, Run, fastest};
 use super::search::TimedFit;
 use crate::Error;
 use crate::measure::ONE_PER_CENT;
-use crate::table::{duration, markdown, number};
-use tongue_core::statistics::{distinct, least_by};
+use crate::table::{curves, duration, markdown, number};
+use tongue_core::statistics::least_by;
 use tongue_files::report::column::{self, Column};
 use tongue_files::report::{Files, Markdown, PrecisionCurve, Rows, work_precision};
 use tongue_infer::inverse::{FitSettings, Method};
@@ -20,13 +20,13 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
     let time = "time, s (median)";
     let error = "largest position error, mm";
     let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
-    let curves = best_curves(&study.trajectory);
-    let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &curves)?;
+    let along_the_way = best_curves(&study.trajectory);
+    let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &along_the_way)?;
     let meshes = work_precision(
         "Change of a ratio from one mesh spacing to the next finer one",
         "time of one equilibrium, s",
         "largest change of a ratio",
-        &mesh_curves(&study.meshes),
+        &curves(&study.meshes, |r| r.scene, |r| Some((r.solve_s, r.change_from_next_coarser?))),
     )?;
     let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
     let fits =
@@ -47,9 +47,8 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
 
 /// For every method the runs that no other run of the method beats in both time and error.
 fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
-    let curves = distinct(runs.iter().map(|run| run.method)).into_iter().map(|method| {
-        let own = runs.iter().filter(|run| run.method == method);
-        let mut points: Vec<(f64, f64)> = own.filter_map(|run| run.seconds.zip(run.error_mm)).collect();
+    let mut all = curves(runs, |run| run.method, |run| run.seconds.zip(run.error_mm));
+    for PrecisionCurve { points, .. } in &mut all {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut least = f64::INFINITY;
         points.retain(|(_, error)| {
@@ -57,18 +56,8 @@ fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
             least = least.min(*error);
             is_better
         });
-        PrecisionCurve { name: method.into(), points }
-    });
-    curves.collect()
-}
-
-fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
-    let curves = SCENES.map(|(scene, _)| {
-        let of_scene = runs.iter().filter(|r| r.scene == scene);
-        let points = of_scene.filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?))).collect();
-        PrecisionCurve { name: scene.into(), points }
-    });
-    curves.into()
+    }
+    all
 }
 
 fn fit_curves(runs: &[TimedFit]) -> Vec<PrecisionCurve> {

@@ -10,7 +10,7 @@ use tongue_input::measured::TargetKind;
 
 use super::methods::DONE;
 use crate::measure::{Effort, measure};
-use crate::test_tensions::target;
+use crate::test_tensions::{largest_difference, target};
 
 /// Tolerances of tensions in Nelder-Mead, N.
 const SIMPLEX_TOLERANCES: [f64; 5] = [1.0, 1e-1, 1e-2, 1e-4, 1e-6];
@@ -44,7 +44,7 @@ pub struct TimedFit {
 pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, Error> {
     let mut runs = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
-        let target = target("S2", "a", kind, None)?;
+        let target = target("S2", "a", kind, &[])?;
         let tight = FitSettings {
             method: Method::GaussNewton,
             tension_tolerance: 1e-8,
@@ -57,7 +57,6 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
         for settings in settings_of_rows() {
             let timed = measure(effort, || inverse::fit(mesh, &Model::default(), &target, &settings));
             let fit = timed.result?;
-            let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
             let inverse::Answer { status, misfit, starts, .. } = &fit.answer;
             runs.push(TimedFit {
                 target: kind,
@@ -65,7 +64,7 @@ pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, 
                 starts: settings.starts,
                 tolerance_n: settings.tension_tolerance,
                 warm: settings.warm_start,
-                error_n: off.fold(0.0, f64::max),
+                error_n: largest_difference(&fit.tensions(), &reference.tensions()),
                 misfit: *misfit,
                 seconds: timed.seconds,
                 repeats: timed.repeats,

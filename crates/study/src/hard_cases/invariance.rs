@@ -5,7 +5,6 @@ use nalgebra::SVector;
 use crate::test_tensions::{PUBLISHED_A, TestTensions, target, tongue};
 use tongue_core::body::{Mesh, largest_distance};
 use tongue_core::parallel;
-use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Answer, FitSettings};
 use tongue_input::measured::TargetKind;
@@ -49,8 +48,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
 
 fn solve_published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Vec<SVector<f64, 2>>), Error> {
     let TestTensions { system, tensions, .. } = TestTensions::new(mesh, &Model::default(), &PUBLISHED_A)?;
-    let mut workspace = Workspace::new(&system);
-    let row = equilibrium_row(variant, &system, &mut workspace, &tensions);
+    let (row, workspace) = equilibrium_row(variant, &system, &tensions);
     Ok((row, workspace.positions().to_vec()))
 }
 
@@ -61,7 +59,7 @@ fn with_difference(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector
 }
 
 fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
-    let target = target("S2", "a", TargetKind::Ratio, None)?;
+    let target = target("S2", "a", TargetKind::Ratio, &[])?;
     let settings = FitSettings { starts: 4, ..FitSettings::default() };
     let mut first: Option<Vec<u64>> = None;
     let mut rows = Vec::new();

@@ -6,7 +6,6 @@
 
 #[path = "../../../../tests/fixtures/bodies.rs"]
 mod bodies;
-mod branches;
 mod invariance;
 mod loads;
 mod materials;
@@ -19,7 +18,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::measure::timed;
 use crate::test_tensions::{TestTensions, tongue};
@@ -104,7 +103,7 @@ const CASES: [NamedCase; 11] = [
     ("Targets", |_| search::targets()),
     ("Nelder-Mead", search::simplices),
     ("Steps of time", motion::steps),
-    ("Two equilibria", |_| branches::two_equilibria()),
+    ("Two equilibria", |_| loads::two_equilibria()),
     ("Threads, numbering, position", |_| invariance::same_answers()),
     ("Subsets of the muscles of a continuum (8 mm) at 1, 10, 100 and 1000 N", |full| {
         loads::subsets(&loads::continuum()?, loads::FOLLOWED_N, full)
@@ -125,26 +124,22 @@ pub fn run_all(cases: &[u8], full: bool) -> Result<Vec<HardCase>, Error> {
 }
 
 fn row_of(variant: String, body: &TestTensions) -> HardCase {
-    equilibrium_row(variant, &body.system, &mut Workspace::new(&body.system), &body.tensions)
+    equilibrium_row(variant, &body.system, &body.tensions).0
 }
 
-/// Solves from rest and checks the stability of the answer.
-fn equilibrium_row<const D: usize>(
-    variant: impl Into<String>,
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-) -> HardCase {
+/// Solves from rest and checks the stability of the answer, which is in the workspace.
+fn equilibrium_row(variant: String, system: &System<2>, tensions: &[f64]) -> (HardCase, Workspace<2>) {
+    let mut workspace = Workspace::new(system);
     workspace.start_from_rest(system);
     let settings = SolveSettings { certify: true, ..SolveSettings::default() };
-    let (solution, wall_s) = timed(|| solve(system, workspace, tensions, &settings));
+    let (solution, wall_s) = timed(|| solve(system, &mut workspace, tensions, &settings));
     let found = matches!(solution.status, SolveStatus::Converged | SolveStatus::Unstable);
-    let smallest_eigenvalue = if found { smallest_eigenvalue(system, workspace) } else { None };
+    let smallest_eigenvalue = if found { smallest_eigenvalue(system, &mut workspace) } else { None };
     let (smallest, _) = system.cell_ratios(workspace.positions());
     let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
     let converged = solution.status == SolveStatus::Converged && stable;
-    HardCase {
+    let row = HardCase {
         converged,
         // Only the status `Inverted` may have inverted cells.
         kept: finite
@@ -158,7 +153,8 @@ fn equilibrium_row<const D: usize>(
         wall_s,
         note: note_of(&solution),
         ..HardCase::new(variant, "equilibrium", status_name(&solution.status))
-    }
+    };
+    (row, workspace)
 }
 
 fn note_of(solution: &Solution) -> String {
@@ -215,7 +211,7 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
     }
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
-        out.push_str(&branches(rows));
+        out += &branches(rows)?;
         let ordinary =
             |r: &HardCase| r.kept && r.converged && (r.branch_ends_at.is_none() || r.is_on_branch());
         let shown: Vec<&&HardCase> = rows.iter().filter(|r| !LONG.contains(case) || !ordinary(r)).collect();
@@ -277,30 +273,21 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     ]
 }
 
-fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
-    type Of<'a> = Column<'a, (&'a str, Vec<&'a HardCase>)>;
-    let falls =
-        |rows: &[&HardCase]| count(rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
-    vec![
-        Of::of_page("load", |(load, _)| (*load).into()),
-        Of::of_page("rows", |(_, rows)| rows.len().into()),
-        Of::of_page("the branch from rest reaches it, and the answer lies there", move |(_, rows)| {
-            count(rows, HardCase::is_on_branch).into()
-        }),
-        Of::of_page("it ends before, and the answer is where the body then falls", move |(_, rows)| {
-            falls(rows).into()
-        }),
-        Of::of_page("the answer lies elsewhere", move |(_, rows)| {
-            (rows.len() - count(rows, HardCase::is_on_branch) - falls(rows)).into()
-        }),
-    ]
-}
-
 /// The table of answers on the branch from rest, by load; empty if no branch was followed.
-fn branches(rows: &[&HardCase]) -> String {
+fn branches(rows: &[&HardCase]) -> Result<String, serde_json::Error> {
     let followed: Vec<&HardCase> = rows.iter().copied().filter(|r| r.branch_ends_at.is_some()).collect();
-    let groups = rows_of_loads(&followed);
-    if groups.is_empty() { String::new() } else { column::markdown(&by_load(), &groups) + "\n" }
+    let of_loads = Vec::from_iter(rows_of_loads(&followed).into_iter().map(|(load, rows)| {
+        let on_branch = count(&rows, HardCase::is_on_branch);
+        let falls = count(&rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
+        json!({
+            "load": load,
+            "rows": rows.len(),
+            "the branch from rest reaches it, and the answer lies there": on_branch,
+            "it ends before, and the answer is where the body then falls": falls,
+            "the answer lies elsewhere": rows.len() - on_branch - falls,
+        })
+    }));
+    if of_loads.is_empty() { Ok(String::new()) } else { table::markdown(&of_loads, &[]) }
 }
 
 /// The loads of subsets of muscles, each with its rows.

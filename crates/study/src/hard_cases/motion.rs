@@ -1,12 +1,11 @@
 //! Cases 1 and 8: motions with the misprints of the thesis, and with steps from a microsecond to a hundred seconds.
 
-use nalgebra::SVector;
-
 use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
 use tongue_core::body::largest_distance;
 use tongue_core::dynamics::{
     self, Control, IntegrationMethod, Motion, MotionOutcome, MotionStatus, Tensions,
 };
+use tongue_core::geometry::Point;
 use tongue_core::system::Model;
 use tongue_files::report::status_name;
 
@@ -18,8 +17,8 @@ use crate::measure::timed;
 const PRINTED_STEP: f64 = 5.0e-6;
 /// Mass of a node as printed, and by eq. 4.1, kg.
 const MASSES: [(&str, f64); 2] = [("m 2.2e-4 (printed)", 2.2e-4), ("m 2.2e-2", 2.2e-2)];
-/// Tolerance of each step of adaptive runs, m.
-const TOLERANCE: f64 = 1e-5;
+/// Adaptive runs, with the tolerance of each step, m.
+const ADAPTIVE: (IntegrationMethod, Control) = (IntegrationMethod::TrBdf2, Control::Adaptive(1e-5));
 /// End of the motions in the thesis, s.
 const PRINTED_END: f64 = 3.0;
 /// Largest allowed difference of an explicit run from an implicit one at its end, m.
@@ -41,8 +40,7 @@ pub(super) fn printed_table() -> Result<Vec<HardCase>, Error> {
             let motion = Motion::with_mass(&body.system, Tensions::constant(body.tensions.clone()), mass)?;
             rows.push(explicit(&format!("{mass_name}, {kappa}, dt 5e-6 s"), &motion)?);
             let adaptive = format!("{mass_name}, {kappa}, adaptive to {PRINTED_END} s");
-            let (method, control) = (IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE));
-            rows.push(run(&adaptive, &motion, method, control, PRINTED_END)?);
+            rows.push(run(&adaptive, &motion, ADAPTIVE, PRINTED_END)?.0);
         }
     }
     Ok(rows)
@@ -50,18 +48,12 @@ pub(super) fn printed_table() -> Result<Vec<HardCase>, Error> {
 
 /// A step that is refused is also run without the check, which must end in another status than `completed`.
 fn explicit(name: &str, motion: &Motion<'_, 2>) -> Result<HardCase, Error> {
-    let method = IntegrationMethod::Verlet;
-    let control = Control::Fixed(PRINTED_STEP);
-    let end = PRINTED_STEPS * PRINTED_STEP;
-    match method.checked_integrator(motion, control) {
-        Ok(_) => run(name, motion, method, control, end),
-        Err(error) => {
-            let unchecked = run(name, motion, method, control, end)?;
-            let row = HardCase::refusal(name, method.name(), Some(error.to_string()));
-            let note = format!("{}; run all the same: {} at {}", row.note, unchecked.status, unchecked.note);
-            Ok(HardCase { kept: unchecked.status != "completed", note, ..row })
-        }
-    }
+    let (method, control) = (IntegrationMethod::Verlet, Control::Fixed(PRINTED_STEP));
+    let (unchecked, _) = run(name, motion, (method, control), PRINTED_STEPS * PRINTED_STEP)?;
+    let Err(error) = method.checked_integrator(motion, control) else { return Ok(unchecked) };
+    let row = HardCase::refusal(name, method.name(), Some(error.to_string()));
+    let note = format!("{}; run all the same: {} at {}", row.note, unchecked.status, unchecked.note);
+    Ok(HardCase { kept: unchecked.status != "completed", note, ..row })
 }
 
 /// Case 8: implicit steps from a microsecond to a hundred seconds, many explicit steps, and a sudden load of 300 N.
@@ -72,21 +64,19 @@ pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for dt in [1e-6, 1e-4, 1e-2, 1.0, 100.0] {
         let name = format!("20 steps of {dt:e} s");
-        rows.push(run(&name, &motion, IntegrationMethod::TrBdf2, Control::Fixed(dt), 20.0 * dt)?);
+        rows.push(run(&name, &motion, (IntegrationMethod::TrBdf2, Control::Fixed(dt)), 20.0 * dt)?.0);
     }
     let sudden = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A.map(|(m, _)| (m, 300.0)))?;
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
-    rows.push(run(name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);
+    rows.push(run(name, &suddenly, ADAPTIVE, PRINTED_END)?.0);
     let count = if full { 1_000_000 } else { 10_000 };
     if let Some(limit) = IntegrationMethod::Verlet.step_limit(&motion) {
         let dt = 0.5 * limit;
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");
         let end = f64::from(count) * dt;
-        let mut row = run(&name, &motion, IntegrationMethod::Verlet, Control::Fixed(dt), end)?;
-        let (_, explicit) = integrate(&motion, IntegrationMethod::Verlet, Control::Fixed(dt), end)?;
-        let implicit_step = Control::Fixed(end / 400.0);
-        let (_, implicit) = integrate(&motion, IntegrationMethod::TrBdf2, implicit_step, end)?;
+        let (mut row, explicit) = run(&name, &motion, (IntegrationMethod::Verlet, Control::Fixed(dt)), end)?;
+        let (_, implicit) = run("", &motion, (IntegrationMethod::TrBdf2, Control::Fixed(end / 400.0)), end)?;
         let drift = largest_distance(&explicit, &implicit);
         row.note += &format!(", {drift:.1e} m from tr-bdf2");
         row.kept &= row.converged && drift < MOST_DRIFT_M;
@@ -95,17 +85,20 @@ pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
     Ok(rows)
 }
 
-/// Runs from rest. The promise is kept if the last state is finite without inverted cells, and the run completed or says that the step is
-/// too long.
+/// Runs from rest; the last positions are returned too. The promise is kept if the last state is finite without inverted cells, and the run
+/// completed or says that the step is too long.
 fn run(
     variant: &str,
     motion: &Motion<'_, 2>,
-    method: IntegrationMethod,
-    control: Control,
+    (method, control): (IntegrationMethod, Control),
     end: f64,
-) -> Result<HardCase, Error> {
-    let (run, wall_s) = timed(|| integrate(motion, method, control, end));
-    let (outcome, positions) = run?;
+) -> Result<(HardCase, Vec<Point>), Error> {
+    let mut state = motion.at_rest();
+    let (outcome, wall_s) = timed(|| -> Result<MotionOutcome, Error> {
+        let mut integrator = method.integrator(motion, control)?;
+        Ok(dynamics::run(motion, integrator.as_mut(), &mut state, end, &[], &mut ()))
+    });
+    let (outcome, positions) = (outcome?, state.positions);
     let (smallest, _) = motion.system.cell_ratios(&positions);
     let finite = positions.iter().flatten().all(|x| x.is_finite());
     let completed = outcome.status == MotionStatus::Completed;
@@ -117,7 +110,7 @@ fn run(
         let apart = largest_distance(&equilibrium.positions, &positions);
         note += &format!(", {apart:.1e} m from equilibrium");
     }
-    Ok(HardCase {
+    let row = HardCase {
         converged: completed,
         kept: finite && smallest > 0.0 && (completed || outcome.status == MotionStatus::NotSolved),
         iterations: usize::try_from(outcome.counts.steps).unwrap_or(usize::MAX),
@@ -125,18 +118,6 @@ fn run(
         wall_s,
         note,
         ..HardCase::new(variant, method.name(), status_name(&outcome.status))
-    })
-}
-
-/// The outcome of a motion from rest, and its last positions.
-fn integrate(
-    motion: &Motion<'_, 2>,
-    method: IntegrationMethod,
-    control: Control,
-    end: f64,
-) -> Result<(MotionOutcome, Vec<SVector<f64, 2>>), Error> {
-    let mut integrator = method.integrator(motion, control)?;
-    let mut state = motion.at_rest();
-    let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, end, &[], &mut ());
-    Ok((outcome, state.positions))
+    };
+    Ok((row, positions))
 }

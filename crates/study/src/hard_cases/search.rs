@@ -14,16 +14,15 @@ use crate::test_tensions::{target, tongue};
 /// Whether the target can be met, if this is known. A fit must miss a target that cannot be met and meet one that can.
 type Reachable = Option<bool>;
 
-/// Case 6.
 pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let data = Dataset::reference()?;
     let eight: Vec<&str> = data.muscles.iter().map(String::as_str).collect();
-    let a = target("S2", "a", TargetKind::Stretch, None)?;
-    let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
+    let a = target("S2", "a", TargetKind::Stretch, &[])?;
+    let one = target("S2", "a", TargetKind::Stretch, &["HGa"])?;
     let of_one = |value| with_values(one.clone(), &[("HGa", value)]);
-    let pair = target("S1", "o", TargetKind::Stretch, Some(&["GGa", "SGa"]))?;
+    let pair = target("S1", "o", TargetKind::Stretch, &["GGa", "SGa"])?;
     let cases = [
-        ("S2 /a/, ratios", target("S2", "a", TargetKind::Ratio, None)?, Some(true)),
+        ("S2 /a/, ratios", target("S2", "a", TargetKind::Ratio, &[])?, Some(true)),
         ("unreachable: HGa to a hundredth of its length", of_one(0.01), Some(false)),
         ("unreachable: HGa three times as long", of_one(3.0), Some(false)),
         ("at the bound: HGa as at rest", of_one(1.0), Some(true)),
@@ -33,7 +32,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
             Some(false),
         ),
         ("one muscle", one.clone(), None),
-        ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
+        ("all eight", target("S2", "a", TargetKind::Stretch, &eight)?, None),
         ("S1 /o/ with GGa at 0.70 and SGa at 1.29", with_values(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
     ];
     cases.into_iter().map(|(name, t, reachable)| row(name, &t, &two_starts(), reachable)).collect()
@@ -48,8 +47,8 @@ fn with_values(mut t: Target, values: &[(&str, f64)]) -> Target {
 
 /// Case 7. In a sample, the search in which every direct solve fails may take one more iteration a solve, and is three times as fast.
 pub(super) fn simplices(full: bool) -> Result<Vec<HardCase>, Error> {
-    let mut at_rest = target("S2", "a", TargetKind::Stretch, None)?;
-    let target = target("S2", "a", TargetKind::Ratio, None)?;
+    let mut at_rest = target("S2", "a", TargetKind::Stretch, &[])?;
+    let target = target("S2", "a", TargetKind::Ratio, &[])?;
     at_rest.values.fill(1.0);
     let usual = two_starts();
     let few = |max_iterations| statics::SolveSettings { max_iterations, load_steps: 0, ..Default::default() };
