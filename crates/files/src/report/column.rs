@@ -41,15 +41,15 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 
     pub fn decimals(self, count: usize) -> Self {
-        self.numbers(move |v| format!("{v:.count$}"))
+        self.with_number(move |v| format!("{v:.count$}"))
     }
 
     /// The column with parts of one shown as percentages.
     pub fn per_cent(self, decimals: usize) -> Self {
-        self.numbers(move |v| format!("{:.decimals$} %", 100.0 * v))
+        self.with_number(move |v| format!("{:.decimals$} %", 100.0 * v))
     }
 
-    fn numbers(self, text: impl Fn(f64) -> String + 'a) -> Self {
+    pub fn with_number(self, text: impl Fn(f64) -> String + 'a) -> Self {
         let value = self.value.clone();
         self.with_text(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
     }

@@ -162,16 +162,12 @@ impl EffectRow<'_> {
                 let heading = if axis == 0 { format!("{place} {way}") } else { way.to_owned() };
                 let column =
                     RowColumn::new(format!("{place}_{way}_mm"), move |r| r.alone.moved_mm[end][axis].into());
-                columns.push(
-                    column.with_heading(heading).with_text(move |r| tenths(r.alone.moved_mm[end][axis])),
-                );
+                columns.push(column.with_heading(heading).with_number(tenths));
             }
         }
         if in_space {
             let wider = RowColumn::new("wider_mm", |r| json!(r.alone.wider_mm));
-            columns.push(
-                wider.with_heading("wider").with_text(|r| tenths(r.alone.wider_mm.unwrap_or_default())),
-            );
+            columns.push(wider.with_heading("wider").with_number(tenths));
         }
         columns.push(RowColumn::new("alarms", |r| r.alone.alarm_texts().into()).in_csv_alone());
         columns
