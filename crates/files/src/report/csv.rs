@@ -61,13 +61,12 @@ impl Export for Table {
 pub(super) fn write(
     out: &mut dyn Write,
     by: &Provenance,
-    columns: impl IntoIterator<Item = impl AsRef<str>>,
+    columns: impl IntoIterator<Item = impl Into<String>>,
     rows: impl Iterator<Item = impl IntoIterator<Item = String>>,
     is_long: bool,
 ) -> io::Result<()> {
     let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
-    let columns = columns.into_iter().map(|name| name.as_ref().to_owned());
-    let header = columns.chain(names.into_iter().map(str::to_owned)).collect();
+    let header = columns.into_iter().map(Into::into).chain(names).collect();
     let rows = rows.enumerate().map(|(number, row)| {
         let by = values.iter().map(|v| if is_long && number > 0 { String::new() } else { v.clone() });
         row.into_iter().chain(by).collect()
