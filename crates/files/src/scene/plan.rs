@@ -36,7 +36,7 @@ pub struct ScenePlan {
     pub title: String,
     pub want: Want,
     pub body: String,
-    pub method: String,
+    pub method: &'static str,
     pub dimension: usize,
     pub nodes: usize,
     pub unknowns: usize,
@@ -144,7 +144,7 @@ fn light(elements: usize) -> (usize, f64) {
 pub(super) fn count<const D: usize>(
     scene: &Scene,
     body: &str,
-    method: String,
+    method: &'static str,
     mut effects: Vec<Planned>,
     muscles: Vec<MuscleRole>,
     system: &System<D>,

@@ -12,9 +12,7 @@ use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 
 /// The columns of `muscles.csv`: those of every fit ([`muscle_columns::columns`]), and the provenance.
 fn muscle_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
-    let mut columns = muscle_columns::columns();
-    columns.extend(provenance(by));
-    columns
+    muscle_columns::columns().into_iter().chain(provenance(by)).collect()
 }
 
 pub(super) fn provenance<'a, R: 'a>(by: &'a Provenance) -> [Column<'a, R>; 3] {
@@ -104,20 +102,15 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
 }
 
-pub fn of_muscles(r: &AssessedRecord, by: &Provenance) -> Table {
-    column::table(&muscle_columns(by), &r.record.muscles(r.substitute_baseline))
-}
-
-/// The header of `posterior.csv`, and its rows for one fit; no rows if the fit has no posterior.
-pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
-    let rows =
-        if r.record.posterior.is_some() { r.record.muscles(r.substitute_baseline) } else { Vec::new() };
-    column::table(&posterior_columns(by), &rows)
-}
-
-/// The header of `fits.csv` for a body with these muscles, and the row of one fit.
-pub fn of_fit(r: &AssessedRecord, names: &[String], by: &Provenance) -> Table {
-    column::table(&fit_columns(names, by), std::slice::from_ref(r))
+/// The headers of `fits.csv` (for a body with muscles of these names), `muscles.csv` and `posterior.csv`, and their rows for one fit.
+pub fn of_fit(r: &AssessedRecord, names: &[String], by: &Provenance) -> [Table; 3] {
+    let muscles = r.record.muscles(r.substitute_baseline);
+    let of_posterior = if r.record.posterior.is_some() { &muscles[..] } else { &[] };
+    [
+        column::table(&fit_columns(names, by), std::slice::from_ref(r)),
+        column::table(&muscle_columns(by), &muscles),
+        column::table(&posterior_columns(by), of_posterior),
+    ]
 }
 
 /// The header of `fits.csv`, and its rows for baselines and for rows that could not be fitted.
