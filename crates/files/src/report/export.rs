@@ -57,12 +57,10 @@ impl Provenance {
     }
 }
 
-/// Items in one line of text.
 pub fn joined(items: impl IntoIterator<Item = impl ToString>, separator: &str) -> String {
     items.into_iter().map(|item| item.to_string()).collect::<Vec<_>>().join(separator)
 }
 
-/// Names with commas; `none` without names.
 pub(crate) fn names_or_none(names: impl IntoIterator<Item = impl ToString>) -> String {
     Some(joined(names, ", ")).filter(|text| !text.is_empty()).unwrap_or_else(|| "none".to_owned())
 }

@@ -131,7 +131,6 @@ pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Co
 /// A baseline tension that is fixed below this counts as zero, N per metre of thickness.
 const SLACK_N_PER_M: f64 = 1.0;
 
-/// The verdict of a posterior, or why it has none.
 fn of_posterior(report: &Report) -> Result<Verdict, String> {
     let verdict = Verdict::of(report).ok_or_else(|| report.diagnostics.why.clone())?;
     let mut tones = verdict.muscles.iter().map(|m| report.priors.fixed_tone(&m.muscle));
