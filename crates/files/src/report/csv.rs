@@ -1,6 +1,5 @@
 //! Records, tables and draws of a posterior (for ArviZ) as CSV, without cells that a spreadsheet would run as formulas.
 
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::io::{self, Write};
 
@@ -77,22 +76,21 @@ pub(super) fn write(
 pub(super) fn lines(out: &mut dyn Write, lines: impl Iterator<Item = Vec<String>>) -> io::Result<()> {
     let mut writer = ::csv::Writer::from_writer(out);
     for line in lines {
-        line.iter().try_for_each(|cell| writer.write_field(harmless(cell).as_bytes()))?;
-        writer.write_record(None::<&[u8]>)?;
+        writer.write_record(line.into_iter().map(harmless))?;
     }
     writer.flush()
 }
 
 /// A cell with an apostrophe in front of it if a spreadsheet would run it as a formula: it begins like one and is not a number. Names in
 /// tables and recordings are written by others, and `=cmd|...` starts a program. A vowel may be called `@`, as in SAMPA.
-fn harmless(cell: &str) -> Cow<'_, str> {
+fn harmless(cell: String) -> String {
     let is_formula = match cell.as_bytes() {
         [] | [_] => false,
         [b'@', ..] => cell.contains('('),
         [b'=' | b'+' | b'-' | b'\t' | b'\r', ..] => cell.parse::<f64>().is_err(),
         _ => false,
     };
-    if is_formula { format!("'{cell}").into() } else { cell.into() }
+    if is_formula { format!("'{cell}") } else { cell }
 }
 
 /// Draws as CSV: `chain`, `draw`, a column for each number, then version and command. All chains have the same length, so that they fill an

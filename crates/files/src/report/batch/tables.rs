@@ -125,13 +125,10 @@ pub fn of_rows_without_fit(batch: &Batch<'_>) -> Table {
         json!({"line": r.line, "subject": r.subject, "vowel": r.vowel, "target_kind": r.kind,
             "status": "not_fitted", "message": r.message})
     });
-    let by = provenance(batch.provenance);
+    let by = json!(batch.provenance);
     for row in baselines.chain(refusals) {
-        let values = columns.iter().map(|column| match row.get(&*column.name) {
-            Some(value) => text(value.clone()),
-            None => by.iter().find(|by| by.name == column.name).map_or_else(String::new, |by| by.cell(&())),
-        });
-        table.rows.push(values.collect());
+        let value = |name: &str| row.get(name).or(by.get(name)).cloned().unwrap_or_default();
+        table.rows.push(columns.iter().map(|column| text(value(&column.name))).collect());
     }
     table
 }
