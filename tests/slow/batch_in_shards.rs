@@ -93,7 +93,7 @@ fn shards_of_different_batches_are_refused() {
     is_refused(folder, "merge out", &["batch-1-of-2.journal\": line 10 is damaged; delete this line"]);
     fs::write(&journal, "nonsense\n").unwrap();
     is_refused(folder, "merge out", &["it is no journal"]);
-    for word in ["0/2", "3/2", "x", "1"] {
+    for word in ["0/2", "3/2", "x", "1", "a/b", "1/0", "-1/3", "1/3/5", "1/1000000"] {
         assert_eq!(run(folder, &format!("batch --shard {word}")).status, Some(2), "{word}");
     }
 }

@@ -118,7 +118,6 @@ fn metres(text: &str) -> Result<Vec<f64>, String> {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OperationRecord {
-    /// The regions as they were asked for.
     pub regions: Vec<String>,
     pub filling: FillingKind,
     pub elements: usize,
@@ -276,7 +275,6 @@ impl Operation {
     }
 }
 
-/// Whether surgery has removed all elements at a node.
 fn is_removed<const D: usize>(body: &Body<D>, node: usize) -> bool {
     !body.mesh.hexahedra.iter().any(|corners| corners.contains(&node))
 }

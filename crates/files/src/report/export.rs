@@ -4,7 +4,9 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
+use serde_json::json;
 
+use super::csv;
 use tongue_core::body::ContinuumSettings;
 use tongue_core::system::TissueModel;
 use tongue_sound::voice;
@@ -49,25 +51,16 @@ impl Provenance {
     }
 
     /// Names and values, each value on one line.
-    pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let values = [
-            ("version", Some(self.version)),
-            ("command", Some(self.command.as_str())),
-            ("tissue", self.tissue),
-            ("body", self.body),
-            ("chosen", self.chosen.as_deref()),
-            ("inputs_sha256", self.inputs_sha256.as_deref()),
-        ];
-        values.into_iter().filter_map(|(name, value)| Some((name, value?.replace(char::is_control, " "))))
+    pub(super) fn entries(&self) -> impl Iterator<Item = (String, String)> {
+        let fields = json!(self).as_object().cloned().unwrap_or_default();
+        fields.into_iter().map(|(name, value)| (name, csv::text(value).replace(char::is_control, " ")))
     }
 }
 
-/// Items in one line of text.
 pub fn joined(items: impl IntoIterator<Item = impl ToString>, separator: &str) -> String {
     items.into_iter().map(|item| item.to_string()).collect::<Vec<_>>().join(separator)
 }
 
-/// Names with commas; `none` without names.
 pub(crate) fn names_or_none(names: impl IntoIterator<Item = impl ToString>) -> String {
     Some(joined(names, ", ")).filter(|text| !text.is_empty()).unwrap_or_else(|| "none".to_owned())
 }

@@ -152,14 +152,10 @@ fn begin(folder: &Path) -> io::Result<NamedTempFile> {
 mod tests {
     use super::*;
 
-    fn write_all(out: &OutputDir, files: &[(&str, &str)]) -> Result<Vec<PathBuf>, ReportError> {
-        let texts: Vec<String> = files.iter().map(|(_, text)| (*text).to_owned()).collect();
-        let files = files.iter().zip(&texts).map(|((name, _), text)| (*name, text as &dyn Export));
-        out.export(&files.collect::<Vec<_>>(), &Provenance::new("a test"))
-    }
-
-    fn write(out: &OutputDir, name: &str, text: &str) -> Result<PathBuf, ReportError> {
-        write_all(out, &[(name, text)]).map(|mut written| written.remove(0))
+    fn write_all(out: &OutputDir, names: &[&str], text: &str) -> Result<Vec<PathBuf>, ReportError> {
+        let text = text.to_owned();
+        let files: Vec<_> = names.iter().map(|name| (*name, &text as &dyn Export)).collect();
+        out.export(&files, &Provenance::new("a test"))
     }
 
     fn names(folder: &Path) -> Vec<String> {
@@ -174,11 +170,10 @@ mod tests {
     fn one_bad_file_of_a_set_changes_nothing() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputDir::prepare(root.path()).unwrap();
-        write(&out, "fit.csv", "old").unwrap();
+        write_all(&out, &["fit.csv"], "old").unwrap();
         fs::create_dir(root.path().join("taken")).unwrap();
         for bad in ["taken", "../fit.csv", "a/b.csv", "", "..", "/etc/x"] {
-            let error =
-                write_all(&out, &[("fit.csv", "new"), ("fresh.csv", "new"), (bad, "new")]).unwrap_err();
+            let error = write_all(&out, &["fit.csv", "fresh.csv", bad], "new").unwrap_err();
             assert!(error.to_string().contains(bad), "{error}");
             assert_eq!(fs::read_to_string(root.path().join("fit.csv")).unwrap(), "old");
             assert_eq!(names(root.path()), ["fit.csv", "taken"]);
@@ -194,6 +189,6 @@ mod tests {
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
         let ordinary = root.path().join("ordinary");
         fs::write(&ordinary, "").unwrap();
-        assert_eq!(mode(&write(&out, "fit.csv", "").unwrap()), mode(&ordinary));
+        assert_eq!(mode(&write_all(&out, &["fit.csv"], "").unwrap()[0]), mode(&ordinary));
     }
 }

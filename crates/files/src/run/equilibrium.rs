@@ -77,7 +77,6 @@ impl From<Trace> for Equilibrium {
     }
 }
 
-/// A body at equilibrium.
 #[derive(Debug, Clone)]
 pub struct Solved<const D: usize> {
     pub equilibrium: Equilibrium,

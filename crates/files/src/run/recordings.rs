@@ -6,7 +6,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::choice;
 use tongue_core::geometry::Point;
 use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::median;
+use tongue_core::statistics::{grouped, median};
 use tongue_infer::adapt::AdaptationInput;
 use tongue_infer::track::{self, Followed, FrameStatus, Tracked, TrackedRecording};
 use tongue_input::measured::recording::{
@@ -15,7 +15,7 @@ use tongue_input::measured::recording::{
 };
 
 use super::track::{TrackRun, TrackedBody, given_body};
-use crate::report::{RecordingResult, TrackRecord, TrackResults, names_or_none, status_name, tally};
+use crate::report::{RecordingResult, TrackRecord, TrackResults, joined, names_or_none, status_name, tally};
 use crate::simulation::SimulationError;
 
 /// A recording without its outliers.
@@ -120,16 +120,11 @@ impl ScreenedRecording {
 
     /// Sentences about the recordings; one that several recordings share names all of them.
     pub fn notes(all: &[Self], body: &Body<2>, freed: &[String]) -> Vec<String> {
-        let mut notes: Vec<(String, Vec<&str>)> = Vec::new();
-        for one in all {
-            for note in one.own_notes(body, freed) {
-                match notes.iter_mut().find(|(known, _)| *known == note) {
-                    Some((_, names)) => names.push(&one.seen.name),
-                    None => notes.push((note, vec![&one.seen.name])),
-                }
-            }
-        }
-        notes.into_iter().map(|(note, names)| format!("{}: {note}", names.join("; "))).collect()
+        let notes = all.iter().flat_map(|one| {
+            one.own_notes(body, freed).into_iter().map(|note| (one.seen.name.as_str(), note))
+        });
+        let same = grouped(notes, |(_, note)| note.clone()).into_iter();
+        same.map(|all| format!("{}: {}", joined(all.iter().map(|(name, _)| name), "; "), all[0].1)).collect()
     }
 
     fn own_notes(&self, body: &Body<2>, freed: &[String]) -> Vec<String> {

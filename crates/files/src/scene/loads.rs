@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::effects::{HeadPosture, SceneGravity};
 use super::file::{Points, Scene};
 use super::plan::{self, Planned};
+use crate::report::names_or_none;
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
@@ -105,25 +106,21 @@ pub(super) fn displace_bones<const D: usize>(
     });
     let shifted = scene.effects.hyoid.as_ref();
     let shifted = shifted.map(|h| PrescribedDisplacement::Shifted(flat(h.shift_mm.map(|x| x * 1e-3))));
-    let mut planned = ["jaw", "hyoid"].map(|name| Planned::leave_out(name, "not asked for"));
-    let wanted = [(turned, body.bone(MANDIBLE)), (shifted, body.bone(HYOID))];
-    for (planned, (displacement, nodes)) in planned.iter_mut().zip(wanted) {
-        let Some(displacement) = displacement else { continue };
+    let mut displace = |effect, bone, displacement: Option<PrescribedDisplacement<D>>| {
+        let Some(displacement) = displacement else { return Ok(Planned::leave_out(effect, "not asked for")) };
+        let nodes = body.bone(bone);
         if nodes.is_empty() {
-            let bone = if planned.effect == "jaw" { MANDIBLE } else { HYOID };
-            let known: Vec<String> = body.bones.iter().map(|b| format!("{:?}", b.name)).collect();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            let known = names_or_none(body.bones.iter().map(|b| format!("{:?}", b.name)));
             let why = format!(
                 "this body has no bone {bone:?} (its bones: {known}); give its nodes that name in the mesh, or take the reference tongue"
             );
-            let key = format!("effects.{}", planned.effect);
-            return Err(SimulationError::contradiction(key, scene.body_key(), why));
+            return Err(SimulationError::contradiction(format!("effects.{effect}"), scene.body_key(), why));
         }
         additions.displaced.extend(nodes.iter().map(|&n| (n, displacement.place(body.mesh.nodes[n]))));
         let why = "asked for; brought there in parts, each an equilibrium";
-        *planned = Planned::simulate(planned.effect, why).counting(nodes.len());
-    }
-    Ok(planned)
+        Ok(Planned::simulate(effect, why).counting(nodes.len()))
+    };
+    Ok([displace("jaw", MANDIBLE, turned)?, displace("hyoid", HYOID, shifted)?])
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -64,7 +64,6 @@ pub struct EffectTime {
     pub energy_us: f64,
     pub force_us: f64,
     pub stiffness_us: f64,
-    /// All evaluations of the solve together.
     pub total_us: f64,
 }
 

@@ -36,7 +36,7 @@ pub struct ScenePlan {
     pub title: String,
     pub want: Want,
     pub body: String,
-    pub method: String,
+    pub method: &'static str,
     pub dimension: usize,
     pub nodes: usize,
     pub unknowns: usize,
@@ -73,7 +73,6 @@ impl Planned {
         Self { elements, ..self }
     }
 
-    /// A decision that depends only on whether the effect is asked for.
     pub fn by_request(effect: &'static str, asked: bool) -> Self {
         if asked { Self::simulate(effect, "asked for") } else { Self::leave_out(effect, "not asked for") }
     }
@@ -140,11 +139,10 @@ fn light(elements: usize) -> (usize, f64) {
     (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3)
 }
 
-/// The plan: the decisions about effects, with the counts of the system that was made from them.
 pub(super) fn count<const D: usize>(
     scene: &Scene,
     body: &str,
-    method: String,
+    method: &'static str,
     mut effects: Vec<Planned>,
     muscles: Vec<MuscleRole>,
     system: &System<D>,

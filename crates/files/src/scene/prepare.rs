@@ -283,15 +283,15 @@ fn roles<const D: usize>(
     roles
 }
 
-fn method(scene: &Scene) -> String {
+fn method(scene: &Scene) -> &'static str {
     match scene.want {
-        Want::Trajectory => "TR-BDF2 with adaptive steps".to_owned(),
+        Want::Trajectory => "TR-BDF2 with adaptive steps",
         _ if scene.points.is_some() => {
-            "Gauss-Newton over some ten equilibria by Newton's method on the energy".to_owned()
+            "Gauss-Newton over some ten equilibria by Newton's method on the energy"
         }
         _ if scene.fit.is_some() => {
-            "Nelder-Mead over some thousand equilibria by Newton's method on the energy".to_owned()
+            "Nelder-Mead over some thousand equilibria by Newton's method on the energy"
         }
-        _ => "one equilibrium by Newton's method on the energy".to_owned(),
+        _ => "one equilibrium by Newton's method on the energy",
     }
 }

@@ -86,15 +86,10 @@ impl<const D: usize> InverseProblem<D> {
 
     /// The problem with other bounds of a tension, N (2D: per metre of thickness).
     pub fn with_bounds(mut self, muscle: &str, lower: f64, upper: f64) -> Result<Self, SimulationError> {
-        let name = format!("the lower bound of {muscle}");
-        check_number(&name, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
-        let good = upper.is_finite() && upper > lower;
-        check_number(
-            &format!("the upper bound of {muscle}"),
-            upper,
-            good,
-            "finite and above the lower bound",
-        )?;
+        let [low, high] = ["lower", "upper"].map(|end| format!("the {end} bound of {muscle}"));
+        check_number(&low, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
+        let is_above = upper.is_finite() && upper > lower;
+        check_number(&high, upper, is_above, "finite and above the lower bound")?;
         let unknown = self.tension_of(muscle)?;
         (unknown.lower, unknown.upper) = (lower, upper);
         Ok(self)

@@ -50,13 +50,9 @@ impl Case {
     }
 }
 
-/// Every vowel that has passive muscles, of every subject that has the baseline, in the order of the table.
-pub fn cases(data: &Dataset, mesh: &Mesh<2>, baseline: &Vowel) -> Vec<Case> {
-    of_rows(data, mesh, baseline, |lengths| lengths.clone())
-}
-
-/// Like [`cases`], with lengths that `make` changes.
-pub fn of_rows(
+/// Every vowel that has passive muscles, of every subject that has the baseline, in the order of the table, with lengths as `make` makes
+/// them of the measured ones.
+pub fn cases(
     data: &Dataset,
     mesh: &Mesh<2>,
     baseline: &Vowel,

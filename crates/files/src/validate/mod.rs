@@ -17,7 +17,7 @@ use tongue_core::body::{Body, HYOID};
 use tongue_core::parallel;
 use tongue_core::system::Model;
 use tongue_infer::posterior::PosteriorError;
-use tongue_input::measured::{Dataset, Vowel};
+use tongue_input::measured::{Dataset, Lengths, Vowel};
 
 use crate::report::ByMuscle;
 use crate::simulation::SimulationError;
@@ -56,7 +56,7 @@ pub fn run(
     tell: &(dyn Fn(usize, usize, &str) + Sync),
 ) -> Result<ValidationStudy, SimulationError> {
     let (mesh, baseline) = (&body.mesh, &plan.baseline);
-    let all = cases::cases(data, mesh, baseline);
+    let all = cases::cases(data, mesh, baseline, Lengths::clone);
     let names: Vec<String> = subjects(&all).into_iter().map(str::to_owned).collect();
     if names.len() < 2 {
         let [subjects, have] = if names.len() == 1 { ["1 subject", "has"] } else { ["0 subjects", "have"] };

@@ -15,9 +15,9 @@ use tongue_infer::posterior::{
     LeftOut, Measurements, MixtureComponent, PosteriorError, PosteriorModel, PosteriorProblem,
     PredictionMethod, Priors, left_out, predict_each_from_others,
 };
-use tongue_input::measured::{Dataset, Vowel};
+use tongue_input::measured::{Dataset, Lengths, Vowel};
 
-use super::cases::{Case, cases, of_rows, permutations, subjects, with_muscle_order};
+use super::cases::{Case, cases, permutations, subjects, with_muscle_order};
 use super::scored::{
     GAUSSIAN, JOINT_TILT, Opponent, ROW, Scored, ScoredPrediction, all_scored, score, scored_predictions,
     verdict, warning,
@@ -170,7 +170,7 @@ pub fn study(
     let posterior_model = PosteriorModel::new(body, model, &priors)?;
     let without_tilt = PosteriorModel::new(body, model, &fixed_tilt)?;
     let predictors = Predictors { posterior_model, without_tilt, seed };
-    let all = cases(data, &body.mesh, baseline);
+    let all = cases(data, &body.mesh, baseline, Lengths::clone);
     let opponents = predictors.opponents(&all, &KINDS)?;
     progress(all.len(), "posterior");
     let scores = all_scored(&opponents, &all, |_| true);
@@ -189,7 +189,7 @@ pub fn study(
     let vowels: Vec<Vowel> = distinct(data.rows.iter().map(|row| row.lengths.vowel.clone()));
     let mut other_baselines = Vec::new();
     for vowel in vowels {
-        let all = cases(data, &body.mesh, &vowel);
+        let all = cases(data, &body.mesh, &vowel, Lengths::clone);
         if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
@@ -205,7 +205,7 @@ pub fn study(
     }
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in permutations(data.muscles.len(), plan.permutations.min(MOST_PERMUTATIONS), seed) {
-        let all = of_rows(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
+        let all = cases(data, &body.mesh, baseline, |lengths| with_muscle_order(lengths, &order));
         if let Ok(posterior) = predictors.predict(SINGLE_ROWS, &all) {
             let permuted = score(&posterior, &all, |_| true);
             permuted_rms.push(permuted.rms);
@@ -241,7 +241,8 @@ mod tests {
         let body = Body::tongue(8e-3).unwrap();
         // Three speakers have four vowels each; with /i/ as the baseline a fourth one has three.
         for (baseline, groups_of) in [("ɯ", 3), ("i", 4)] {
-            let all = cases(&Dataset::reference().unwrap(), &body.mesh, &baseline.parse().unwrap());
+            let data = Dataset::reference().unwrap();
+            let all = cases(&data, &body.mesh, &baseline.parse().unwrap(), Lengths::clone);
             let groups = of_other_speakers(&all);
             let mut taken: Vec<usize> = groups.concat();
             taken.sort_unstable();

@@ -152,11 +152,7 @@ pub fn fit_outputs(
     let shown = shown.map(|number| page::PageFit::new(number, record, (mesh, muscles), ridges));
     Ok(Fitted {
         digest: Digest::new(record, posterior.map(|p| p.contrasts.clone()).unwrap_or_default()),
-        tables: [
-            tables::of_fit(record, muscles, provenance),
-            tables::of_muscles(record, provenance),
-            tables::of_posterior(record, provenance),
-        ],
+        tables: tables::of_fit(record, muscles, provenance),
         line: line(record),
         verdict: record.verdict().map(|verdict| format!("{}: {verdict}", record.row())),
         shown: shown.transpose()?,

@@ -114,7 +114,6 @@ impl<'a> BodyView<'a> {
         all
     }
 
-    /// The places of the bones in view.
     pub fn bones(&self, positions: &[Point]) -> Vec<Px> {
         let seen = self.mesh.fixed.iter().filter_map(|&n| positions.get(n));
         seen.filter(|p| self.view.bounds.contains(p)).map(|p| self.view.place(p)).collect()

@@ -181,11 +181,10 @@ impl Svg {
         );
     }
 
-    fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {
+    fn render(&self, metadata: &str) -> String {
         let Self { width, height, elements, .. } = self;
         let [title, description] = [&self.title, &self.description].map(|text| escape_xml(text));
-        write!(
-            out,
+        format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\">\n<title>{title}</title>\n<desc>{description}</desc>\n{metadata}\
              <rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{elements}</svg>\n"
@@ -196,7 +195,7 @@ impl Svg {
 impl fmt::Display for Svg {
     /// As a part of a page, which has its own provenance.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.render(f, "")
+        f.write_str(&self.render(""))
     }
 }
 
@@ -204,9 +203,7 @@ impl Export for Svg {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let entries = by.entries().map(|(name, value)| format!("{name}: {}", escape_xml(&printable(&value))));
         let metadata = format!("<metadata>{}</metadata>\n", joined(entries, "\n"));
-        let mut text = String::new();
-        self.render(&mut text, &metadata).map_err(io::Error::other)?;
-        out.write_all(text.as_bytes())
+        out.write_all(self.render(&metadata).as_bytes())
     }
 }
 

@@ -26,7 +26,6 @@ pub(super) enum Axis<'a> {
     Nothing,
 }
 
-/// Marks between two edges, and their texts.
 fn tick_marks(edges: [f64; 2], logarithmic: bool) -> Vec<(f64, String)> {
     let [low, high] = [edges[0].min(edges[1]), edges[0].max(edges[1])];
     if logarithmic {

@@ -222,7 +222,6 @@ pub fn status_in_words(status: &impl Serialize) -> String {
     status_name(status).replace('_', " ")
 }
 
-/// How often each item occurs.
 pub fn tally<T: Ord>(items: impl IntoIterator<Item = T>) -> BTreeMap<T, usize> {
     let mut counts = BTreeMap::new();
     items.into_iter().for_each(|item| *counts.entry(item).or_default() += 1);

@@ -73,31 +73,28 @@ mod tests {
     fn the_file_is_read_back_with_the_spans_that_are_sure() {
         let (sure, less) = ((1.0, 5.0, "converged"), (-5.0, -1.0, "converged"));
         let frames = [(-1.0, 1.0, "gap"), sure, sure, less, (1.0, 2.0, "out_of_reach"), sure, sure];
-        let mut frames: Vec<Tracked> = frames.iter().enumerate().map(|(i, (low, high, status))| {
+        let times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 5.0];
+        let frames: Vec<Tracked> = frames.iter().zip(times).map(|((low, high, status), time_s)| {
             let course = json!([{ "median": 0.5 * (low + high), "low": low, "high": high, "variance": 1.0 }]);
             let frame = json!({
-                "time_s": 0.1 * i as f64, "status": status, "levels": course, "courses": course, "bones": [], "rms_m": null,
+                "time_s": time_s, "status": status, "levels": course, "courses": course, "bones": [], "rms_m": null,
                 "hidden": [], "resolved": 1, "other_way": false, "positions": [], "formants": [], "faults": [],
             });
             serde_json::from_value(frame).unwrap()
         }).collect();
-        frames[6].time_s = 5.0;
-        let of_frames = |frames: &[Tracked]| RecordingResult {
-            tracked: TrackedRecording { frames: frames.to_vec(), ..TrackedRecording::default() },
-            ..RecordingResult::default()
+        let written = |muscle: &str, frames: &[Tracked]| {
+            let tracked = TrackedRecording { frames: frames.to_vec(), ..TrackedRecording::default() };
+            let mut bytes = Vec::new();
+            let one = RecordingResult { tracked, ..RecordingResult::default() };
+            one.write_text_grid(&[muscle.to_owned()], &mut bytes).unwrap();
+            text_grid(&bytes, "a.TextGrid").unwrap()
         };
-        let one = of_frames(&frames);
-        let mut bytes = Vec::new();
-        one.write_text_grid(&["my \"own\"".to_owned()], &mut bytes).unwrap();
-        let labels = text_grid(&bytes, "a.TextGrid").unwrap();
+        let labels = written("my \"own\"", &frames);
         let read = Vec::from_iter(labels.iter().map(|l| format!("{} {:.9} {:.9}", l.name, l.from_s, l.to_s)));
         let expected =
             [("above", 0.05, 0.25), ("below", 0.25, 0.35), ("above", 0.45, 0.55), ("above", 4.95, 5.0)];
         assert_eq!(read, expected.map(|(word, from_s, to_s)| format!("{word} {from_s:.9} {to_s:.9}")));
-        let single = of_frames(&frames[1..2]);
-        let mut bytes = Vec::new();
-        single.write_text_grid(&["GGa".to_owned()], &mut bytes).unwrap();
-        let label = &text_grid(&bytes, "a.TextGrid").unwrap()[0];
+        let label = &written("GGa", &frames[1..2])[0];
         assert!(label.from_s == 0.1 && label.to_s > 0.1, "{label:?}");
         assert_eq!(labels[0].tier, "my \"own\"");
     }
