@@ -1,4 +1,4 @@
-//! Columns of tables: name and value of each, from which every format is made. `docs/columns.md` explains those of fits.
+//! Columns of tables: name, unit, meaning and value of each, from which every format is made.
 
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -13,6 +13,9 @@ type CellValue<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 pub struct Column<'a, R> {
     /// Its name in CSV and JSON.
     pub name: Cow<'static, str>,
+    /// Unit of its values; empty if they have none.
+    pub unit: &'static str,
+    pub meaning: &'static str,
     value: CellValue<'a, R, Value>,
     /// Its heading on pages and on the terminal; `None` if only CSV has it.
     heading: Option<Cow<'static, str>>,
@@ -24,16 +27,26 @@ pub struct Column<'a, R> {
 
 impl<'a, R: 'a> Column<'a, R> {
     /// A column whose heading is its name in words.
-    pub fn new(name: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
+    pub fn named(name: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let name = name.into();
         let heading = Some(name.replace('_', " ").into());
-        Self { name, value: Rc::new(value), heading, text: None, is_text: false }
+        Self { name, unit: "", meaning: "", value: Rc::new(value), heading, text: None, is_text: false }
+    }
+
+    /// The same with the unit and the meaning of its values.
+    pub fn new(
+        name: impl Into<Cow<'static, str>>,
+        unit: &'static str,
+        meaning: &'static str,
+        value: impl Fn(&R) -> Value + 'a,
+    ) -> Self {
+        Self { unit, meaning, ..Self::named(name, value) }
     }
 
     /// A column that only pages and the terminal have.
     pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let heading = heading.into();
-        Self::new(heading.clone(), value).with_heading(heading)
+        Self::named(heading.clone(), value).with_heading(heading)
     }
 
     pub fn with_heading(self, heading: impl Into<Cow<'static, str>>) -> Self {
@@ -91,10 +104,10 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 }
 
-pub(super) type NamedColumn<R> = (&'static str, fn(&R) -> Value);
+pub(super) type NamedColumn<R> = (&'static str, &'static str, &'static str, fn(&R) -> Value);
 
 pub(super) fn columns<'a, R: 'a, const N: usize>(all: [NamedColumn<R>; N]) -> Vec<Column<'a, R>> {
-    all.into_iter().map(|(name, value)| Column::new(name, value)).collect()
+    all.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value)).collect()
 }
 
 pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
@@ -131,4 +144,15 @@ pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
 
 fn line(cells: Vec<String>) -> String {
     format!("|{}|\n", cells.join("|"))
+}
+
+#[cfg(all(test, feature = "files"))]
+pub(crate) fn explanations<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
+    type Explained<'a, R> = Column<'a, Column<'a, R>>;
+    let of = [
+        Explained::of_page("column", |c| format!("`{}`", c.name).into()),
+        Explained::of_page("unit", |c| c.unit.into()).with_text(|c| c.unit.to_owned()),
+        Explained::of_page("meaning", |c| c.meaning.into()),
+    ];
+    markdown(&of, columns)
 }

@@ -75,29 +75,39 @@ impl FitRecord {
 /// Lengths in mm: measured ones are the subject's; others are in the size of the model. What was not measured is empty.
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     column::columns::<OfMuscle<'a>, _>([
-        ("subject", |r| json!(r.target().subject)),
-        ("vowel", |r| json!(r.target().vowel)),
-        ("baseline", |r| json!(r.target().baseline)),
-        ("substitute_baseline", |r| r.substitute_baseline.into()),
-        ("target_kind", |r| json!(r.target().kind)),
-        ("status", |r| json!(r.record.fit.answer.status)),
-        ("muscle", |r| r.name().into()),
-        ("active", |r| r.target().active.contains(&r.muscle).into()),
-        ("fitted", |r| r.target().fitted.contains(&r.muscle).into()),
-        ("uncertain", |r| r.target().activation.get(r.muscle).is_some_and(|a| a.uncertain).into()),
-        ("tension_n_per_m", |r| json!(r.own(&r.record.fit.tensions()))),
-        ("baseline_length_mm", |r| json!(r.own(&r.target().baseline_mm))),
-        ("measured_length_mm", |r| json!(r.own(&r.target().measured_mm))),
-        ("rest_length_mm", |r| json!(r.mm(&r.record.fit.rest_lengths))),
-        ("target_length_mm", |r| json!(r.target_mm())),
-        ("simulated_length_mm", |r| json!(r.mm(&r.record.fit.lengths()))),
-        ("residual_mm", |r| json!(r.mm(&r.record.fit.lengths()).zip(r.target_mm()).map(|(s, t)| s - t))),
-        ("target_ratio", |r| json!(r.measured(Ratio))),
-        ("simulated_ratio", |r| json!(r.simulated(Ratio))),
-        ("residual_ratio", |r| r.residual(Ratio)),
-        ("target_stretch", |r| json!(r.measured(Stretch))),
-        ("simulated_stretch", |r| json!(r.simulated(Stretch))),
-        ("residual_stretch", |r| r.residual(Stretch)),
+        ("subject", "", "subject", |r| json!(r.target().subject)),
+        ("vowel", "", "vowel", |r| json!(r.target().vowel)),
+        ("baseline", "", "vowel with which this one is compared", |r| json!(r.target().baseline)),
+        ("substitute_baseline", "", "whether the baseline stands in for a missing /ɯ/", |r| {
+            r.substitute_baseline.into()
+        }),
+        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| json!(r.target().kind)),
+        ("status", "", "how the fit ended", |r| json!(r.record.fit.answer.status)),
+        ("muscle", "", "muscle", |r| r.name().into()),
+        ("active", "", "whether it may contract", |r| r.target().active.contains(&r.muscle).into()),
+        ("fitted", "", "whether the fit has to meet it", |r| r.target().fitted.contains(&r.muscle).into()),
+        ("uncertain", "", "whether its change is within the rounding of the data", |r| {
+            r.target().activation.get(r.muscle).is_some_and(|a| a.uncertain).into()
+        }),
+        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.record.fit.tensions()))),
+        ("baseline_length_mm", "mm", "measured in the baseline", |r| json!(r.own(&r.target().baseline_mm))),
+        ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
+        ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
+        ("target_length_mm", "mm", "measured length in the size of the model", |r| json!(r.target_mm())),
+        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.mm(&r.record.fit.lengths()))),
+        ("residual_mm", "mm", "simulated less target length", |r| {
+            json!(r.mm(&r.record.fit.lengths()).zip(r.target_mm()).map(|(s, t)| s - t))
+        }),
+        ("target_ratio", "", "measured length over that of the reference muscle", |r| {
+            json!(r.measured(Ratio))
+        }),
+        ("simulated_ratio", "", "simulated length over that of the reference muscle", |r| {
+            json!(r.simulated(Ratio))
+        }),
+        ("residual_ratio", "", "simulated less measured ratio", |r| r.residual(Ratio)),
+        ("target_stretch", "", "measured length over that in the baseline", |r| json!(r.measured(Stretch))),
+        ("simulated_stretch", "", "simulated length over that at rest", |r| json!(r.simulated(Stretch))),
+        ("residual_stretch", "", "simulated less measured stretch", |r| r.residual(Stretch)),
     ])
 }
 

@@ -138,38 +138,45 @@ impl EffectRow<'_> {
     /// The columns of `muscles.csv`; the terminal shows those with a heading.
     pub fn columns<'a>(in_space: bool) -> Vec<Column<'a, EffectRow<'a>>> {
         type RowColumn<'a> = Column<'a, EffectRow<'a>>;
-        let pull = if in_space { "activation" } else { "tension_n_per_m" };
+        let pull = if in_space { ("activation", "") } else { ("tension_n_per_m", "N/m") };
         let mut columns: Vec<RowColumn<'a>> = vec![
-            RowColumn::new("pulling", |r| r.alone.name.as_str().into()),
-            RowColumn::new(pull, |r| r.alone.pull.into()).in_csv_alone(),
-            RowColumn::new("status", |r| json!(r.alone.status)).in_csv_alone(),
+            RowColumn::new("pulling", "", "the muscle that pulls alone", |r| r.alone.name.as_str().into()),
+            RowColumn::new(pull.0, pull.1, "how hard it pulls", |r| r.alone.pull.into()).in_csv_alone(),
+            RowColumn::new("status", "", "how the solve ended", |r| json!(r.alone.status)).in_csv_alone(),
         ];
         if !in_space {
             let length_mm = |end: usize| move |r: &EffectRow<'a>| json!(r.muscle.map(|m| 1e3 * m.1[end]));
             columns.extend([
-                RowColumn::new("muscle", |r| json!(r.muscle.map(|m| &m.0))).in_csv_alone(),
-                RowColumn::new("rest_length_mm", length_mm(0)).in_csv_alone(),
-                RowColumn::new("length_mm", length_mm(1)).in_csv_alone(),
+                RowColumn::new("muscle", "", "a muscle of the body", |r| json!(r.muscle.map(|m| &m.0)))
+                    .in_csv_alone(),
+                RowColumn::new("rest_length_mm", "mm", "its length at rest", length_mm(0)).in_csv_alone(),
+                RowColumn::new("length_mm", "mm", "its length", length_mm(1)).in_csv_alone(),
             ]);
         }
         columns.push(
-            RowColumn::new("stretch", |r| r.stretch().into())
+            RowColumn::new("stretch", "", "its length over that at rest", |r| r.stretch().into())
                 .with_heading("its length")
                 .with_text(|r| format!("{:+.1} %", 100.0 * (r.stretch() - 1.0))),
         );
+        let what = "displacement of the foremost, highest or rearmost point of the surface at rest";
         for (end, place) in ["tip", "top", "root"].into_iter().enumerate() {
             for (axis, way) in ["forward", "up"].into_iter().enumerate() {
                 let heading = if axis == 0 { format!("{place} {way}") } else { way.to_owned() };
-                let column =
-                    RowColumn::new(format!("{place}_{way}_mm"), move |r| r.alone.moved_mm[end][axis].into());
+                let column = RowColumn::new(format!("{place}_{way}_mm"), "mm", what, move |r| {
+                    r.alone.moved_mm[end][axis].into()
+                });
                 columns.push(column.with_heading(heading).with_number(tenths));
             }
         }
         if in_space {
-            let wider = RowColumn::new("wider_mm", |r| json!(r.alone.wider_mm));
+            let wider =
+                RowColumn::new("wider_mm", "mm", "how much wider the body is", |r| json!(r.alone.wider_mm));
             columns.push(wider.with_heading("wider").with_number(tenths));
         }
-        columns.push(RowColumn::new("alarms", |r| r.alone.alarm_texts().into()).in_csv_alone());
+        columns.push(
+            RowColumn::new("alarms", "", "reasons for doubt", |r| r.alone.alarm_texts().into())
+                .in_csv_alone(),
+        );
         columns
     }
 }

@@ -18,35 +18,35 @@ type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     type RowColumn<'a> = Column<'a, ScoredOpponent>;
     vec![
-        RowColumn::new("name", |o| o.name.as_str().into())
+        RowColumn::named("name", |o| o.name.as_str().into())
             .with_heading("opponent")
             .with_text(|o| o.name.replace('_', " ")),
-        RowColumn::new("tuned_parameters", |o| o.tuned_parameters.into()).with_heading("tuned"),
-        RowColumn::new("rms", |o| o.rms.into()).with_heading("RMS").decimals(3),
-        RowColumn::new("low", |o| o.low.into())
+        RowColumn::named("tuned_parameters", |o| o.tuned_parameters.into()).with_heading("tuned"),
+        RowColumn::named("rms", |o| o.rms.into()).with_heading("RMS").decimals(3),
+        RowColumn::named("low", |o| o.low.into())
             .with_heading("95 % of bootstraps")
             .with_text_on_the_left(|o| format!("{:.3}–{:.3}", o.low, o.high)),
-        RowColumn::new("high", |o| o.high.into()).in_csv_alone(),
-        RowColumn::new("worse_than_no_change", |o| o.worse_than_no_change.into())
+        RowColumn::named("high", |o| o.high.into()).in_csv_alone(),
+        RowColumn::named("worse_than_no_change", |o| o.worse_than_no_change.into())
             .with_text(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
-        RowColumn::new("better_than_constant", |o| o.better_than_constant.into())
+        RowColumn::named("better_than_constant", |o| o.better_than_constant.into())
             .with_heading("better than the constant")
             .per_cent(1),
-        RowColumn::new("correlation", |o| o.correlation.into()).with_heading("r").decimals(2),
+        RowColumn::named("correlation", |o| o.correlation.into()).with_heading("r").decimals(2),
     ]
 }
 
 fn predictions(study: &ValidationStudy) -> Vec<Column<'_, Prediction>> {
     type RowColumn<'a> = Column<'a, Prediction>;
     let mut columns = vec![
-        RowColumn::new("subject", |p| p.subject.as_str().into()),
-        RowColumn::new("vowel", |p| p.vowel.to_string().into()),
-        RowColumn::new("muscle", |p| p.muscle.as_str().into()),
-        RowColumn::new("measured", |p| brief(p.measured)),
+        RowColumn::named("subject", |p| p.subject.as_str().into()),
+        RowColumn::named("vowel", |p| p.vowel.to_string().into()),
+        RowColumn::named("muscle", |p| p.muscle.as_str().into()),
+        RowColumn::named("measured", |p| brief(p.measured)),
     ];
     columns.extend(study.opponents.iter().map(|o| {
         let predicted = move |p: &Prediction| p.predicted.get(&o.name).map_or(Value::Null, |v| brief(*v));
-        RowColumn::new(o.name.clone(), predicted)
+        RowColumn::named(o.name.clone(), predicted)
     }));
     columns
 }

@@ -198,18 +198,24 @@ pub fn over_subjects(all: &[SubjectContrast]) -> Vec<OverSpeakers> {
 
 /// The columns of `contrasts.csv`, but for the provenance.
 pub(super) const CONTRASTS: [NamedColumn<SubjectContrast>; 12] = [
-    ("subject", |c| json!(c.subject)),
-    ("baseline", |c| json!(c.baseline)),
-    ("vowel", |c| json!(c.contrast.a)),
-    ("other_vowel", |c| json!(c.contrast.b)),
-    ("muscle", |c| json!(c.contrast.muscle)),
-    ("difference_median_n_per_m", |c| c.contrast.median.into()),
-    ("difference_low_95_n_per_m", |c| c.contrast.interval_95[0].into()),
-    ("difference_high_95_n_per_m", |c| c.contrast.interval_95[1].into()),
-    ("probability_more", |c| c.contrast.probability_more.into()),
-    ("decided", |c| c.contrast.is_decided().into()),
-    ("depends_on_prior", |c| json!(c.contrast.depends_on_prior)),
-    ("sign_depends_on_prior", |c| json!(c.contrast.sign_depends_on_prior)),
+    ("subject", "", "subject", |c| json!(c.subject)),
+    ("baseline", "", "vowel with which both are compared", |c| json!(c.baseline)),
+    ("vowel", "", "vowel", |c| json!(c.contrast.a)),
+    ("other_vowel", "", "another vowel of the subject", |c| json!(c.contrast.b)),
+    ("muscle", "", "muscle", |c| json!(c.contrast.muscle)),
+    ("difference_median_n_per_m", "N/m", "tension less that in the other vowel", |c| {
+        c.contrast.median.into()
+    }),
+    ("difference_low_95_n_per_m", "N/m", "lower end of its 95 % interval", |c| {
+        c.contrast.interval_95[0].into()
+    }),
+    ("difference_high_95_n_per_m", "N/m", "upper end", |c| c.contrast.interval_95[1].into()),
+    ("probability_more", "", "probability that it is above 0", |c| c.contrast.probability_more.into()),
+    ("decided", "", "whether that is at least 0.95 or at most 0.05", |c| c.contrast.is_decided().into()),
+    ("depends_on_prior", "", "whether its size is mostly of the prior", |c| {
+        json!(c.contrast.depends_on_prior)
+    }),
+    ("sign_depends_on_prior", "", "whether its sign is as well", |c| json!(c.contrast.sign_depends_on_prior)),
 ];
 
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {

@@ -96,12 +96,12 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
     type RowColumn<'a> = Column<'a, (String, Repeated)>;
     let (count, repetitions) = (repeats.labels.len(), repeats.labels.values().sum::<usize>());
     fn number<'a>(name: &'static str, heading: &'static str, value: fn(&Repeated) -> f64) -> RowColumn<'a> {
-        let column = RowColumn::new(name, move |(_, r)| value(r).into());
+        let column = RowColumn::new(name, "", "", move |(_, r)| value(r).into());
         let column = column.with_heading(heading).with_text(move |(_, r)| with_decimals(value(r), 2));
         if heading.is_empty() { column.in_csv_alone() } else { column }
     }
     vec![
-        RowColumn::new("muscle", |(muscle, _)| muscle.as_str().into()),
+        RowColumn::new("muscle", "", "", |(muscle, _)| muscle.as_str().into()),
         number("icc", "ICC of its course", |r| r.icc),
         number("by_chance", "", |r| r.by_chance),
         number("chance_95", "95 % by shifts", |r| r.chance_95),
@@ -109,9 +109,9 @@ pub fn repeats_columns(repeats: &Repeatability) -> Vec<Column<'_, (String, Repea
         number("exchange_95", "by exchanges", |r| r.exchange_95),
         number("of_label", "ICC of the label", |r| r.of_label),
         number("of_label_95", "95 % by exchanges", |r| r.of_label_95),
-        RowColumn::new("tier", |_| repeats.tier.as_str().into()).in_csv_alone(),
-        RowColumn::new("labels", move |_| count.into()).in_csv_alone(),
-        RowColumn::new("repetitions", move |_| repetitions.into()).in_csv_alone(),
+        RowColumn::new("tier", "", "", |_| repeats.tier.as_str().into()).in_csv_alone(),
+        RowColumn::new("labels", "", "", move |_| count.into()).in_csv_alone(),
+        RowColumn::new("repetitions", "", "", move |_| repetitions.into()).in_csv_alone(),
     ]
 }
 

@@ -37,35 +37,37 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
     let rows: Vec<(&str, &Contrast)> =
         comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one))).collect();
     let columns = columns::<(&str, &Contrast), _>([
-        ("tier", |(tier, _)| json!(tier)),
-        ("muscle", |(_, c)| json!(c.muscle)),
-        ("a", |(_, c)| json!(c.a)),
-        ("b", |(_, c)| json!(c.b)),
-        ("difference_n_per_m", |(_, c)| c.median.into()),
-        ("low_n_per_m", |(_, c)| c.interval_95[0].into()),
-        ("high_n_per_m", |(_, c)| c.interval_95[1].into()),
-        ("p_harder", |(_, c)| c.probability_more.into()),
-        ("word", |(_, c)| c.certainty.text().into()),
-        ("repetitions_a", |(_, c)| json!(c.repetitions.map(|n| n[0]))),
-        ("repetitions_b", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
+        ("tier", "", "", |(tier, _)| json!(tier)),
+        ("muscle", "", "", |(_, c)| json!(c.muscle)),
+        ("a", "", "", |(_, c)| json!(c.a)),
+        ("b", "", "", |(_, c)| json!(c.b)),
+        ("difference_n_per_m", "N/m", "", |(_, c)| c.median.into()),
+        ("low_n_per_m", "N/m", "", |(_, c)| c.interval_95[0].into()),
+        ("high_n_per_m", "N/m", "", |(_, c)| c.interval_95[1].into()),
+        ("p_harder", "", "", |(_, c)| c.probability_more.into()),
+        ("word", "", "", |(_, c)| c.certainty.text().into()),
+        ("repetitions_a", "", "", |(_, c)| json!(c.repetitions.map(|n| n[0]))),
+        ("repetitions_b", "", "", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
     ]);
     table(&columns, &rows)
 }
 
 /// The columns of `over_speakers.csv`.
 pub(in crate::report) const OVER_SPEAKERS: [NamedColumn<OverSpeakers>; 12] = [
-    ("tier", |c| json!(c.tier)),
-    ("muscle", |c| json!(c.muscle)),
-    ("a", |c| json!(c.a)),
-    ("b", |c| json!(c.b)),
-    ("speakers", |c| c.speakers.into()),
-    ("surely_harder_in_a", |c| c.surely_harder_in_a.into()),
-    ("harder_in_a", |c| c.harder_in_a.into()),
-    ("surely_harder_in_b", |c| c.surely_harder_in_b.into()),
-    ("harder_in_b", |c| c.harder_in_b.into()),
-    ("mean_difference_n_per_m", |c| c.mean_n.into()),
-    ("low_n_per_m", |c| json!(c.interval_95.map(|ends| ends[0]))),
-    ("high_n_per_m", |c| json!(c.interval_95.map(|ends| ends[1]))),
+    ("tier", "", "tier of the labels; of a batch, the baseline of the vowels", |c| json!(c.tier)),
+    ("muscle", "", "muscle", |c| json!(c.muscle)),
+    ("a", "", "vowel or label", |c| json!(c.a)),
+    ("b", "", "another one", |c| json!(c.b)),
+    ("speakers", "", "speakers with both", |c| c.speakers.into()),
+    ("surely_harder_in_a", "", "those in whom the muscle surely pulls harder in a", |c| {
+        c.surely_harder_in_a.into()
+    }),
+    ("harder_in_a", "", "those in whom it does so surely or probably", |c| c.harder_in_a.into()),
+    ("surely_harder_in_b", "", "those in whom it surely pulls harder in b", |c| c.surely_harder_in_b.into()),
+    ("harder_in_b", "", "those in whom it does so surely or probably", |c| c.harder_in_b.into()),
+    ("mean_difference_n_per_m", "N/m", "mean of the tension in a less that in b", |c| c.mean_n.into()),
+    ("low_n_per_m", "N/m", "lower end of its 95 % interval", |c| json!(c.interval_95.map(|ends| ends[0]))),
+    ("high_n_per_m", "N/m", "upper end", |c| json!(c.interval_95.map(|ends| ends[1]))),
 ];
 
 /// Differences between labels over speakers: a row for each muscle and two labels of a tier.
