@@ -20,8 +20,8 @@
 //!   not. A scene with a wall is not checked unless its direct solve descended from an unstable state.
 //! - Does the body reach it as all loads grow together, perhaps with jumps? [`FromRest::leads_here`] of a trace tells, which candidates
 //!   of a search on the load path require (`on_load_path`). [`lanes::LaneGroup::solve_from_rest`] takes less time: a few load steps, in
-//!   which bones are displaced in proportion to the tensions. Draws of a posterior have the shapes to which it leads, and frames of a
-//!   recording are tested by it first.
+//!   which bones are displaced in proportion to the tensions. Draws of a posterior have the shapes to which it leads. The mode is
+//!   tested by its lengths (`is_reached_from_rest`), and frames of a recording are tested by this question first.
 //! - Does Newton's method find it from rest at the whole loads? [`Trace::same_by_newton`] tells; a search compares costs
 //!   (`same_cost_by_newton`) and misfits along a curve. Fits use this; a scene with a wall keeps the shape of Newton's method.
 //! - Does another path lead to it: from a neighbour's shape, or with one muscle before the others? `leads_from_neighbour` and
@@ -36,7 +36,6 @@
 //!
 //! The study of hard cases measures over all subsets of the muscles how often a trace agrees with a direct solve (`results/stability`).
 
-mod from_rest;
 pub mod lanes;
 mod mass_spring;
 mod newton;
@@ -44,15 +43,16 @@ mod response;
 mod safeguards;
 mod solution;
 mod solve;
+mod solve_and_trace;
 mod stability;
 mod state;
 mod trace;
 mod workspace;
 
-pub use from_rest::{SAME_SHAPE_M, solve_and_trace, trace_beside};
 pub use response::{Response, position_rates};
 pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;
+pub use solve_and_trace::{SAME_SHAPE_M, solve_and_trace, trace_beside};
 pub use stability::smallest_eigenvalue;
 pub use trace::{Critical, CriticalKind, FromRest, Trace, trace};
 pub use workspace::Workspace;

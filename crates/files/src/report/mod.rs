@@ -10,6 +10,7 @@ mod export;
 #[cfg(feature = "files")]
 mod file;
 mod muscle_columns;
+mod numbers;
 mod record;
 mod simulation;
 mod sound;
@@ -27,6 +28,7 @@ pub(crate) use export::names_or_none;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav, joined};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, discard_unfinished, write};
+pub use numbers::{probability, range, with_decimals};
 pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
 pub use simulation::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};

@@ -34,7 +34,7 @@ pub enum VerdictSource<'a> {
 pub struct FitRun<'a> {
     pub target: &'a Target,
     pub settings: FitSettings,
-    /// Whether the palate and the teeth stop the tongue.
+    /// Whether the palate and the teeth stop the tongue, as on the web page.
     pub walls: bool,
     pub verdict: VerdictSource<'a>,
 }

@@ -9,7 +9,7 @@ use super::file::{Scene, SceneBody, Want};
 use super::loads::PointsFit;
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, SceneMotion, SceneOutcome};
 use super::outcome::{formants, sound_record};
-use super::prepare::{Prepared, prepare};
+use super::prepare::{Prepared, prepare, search_method};
 use super::vocal_tract;
 use crate::report::Pulls;
 use crate::run::{Equilibrium, STEP_ERROR_MM, SampledMotion};
@@ -116,11 +116,7 @@ pub fn fit<const D: usize>(
     prepared: &mut Prepared<D>,
 ) -> Result<Option<inverse::Answer<D>>, SimulationError> {
     let Some(target) = prepared.target.clone() else { return Ok(None) };
-    // The end point of Nelder-Mead depends on the last bits of a machine, which moves a formant by 2 Hz.
-    let method = match prepared.airway {
-        Some(_) => inverse::Method::GaussNewton,
-        None => inverse::Method::default(),
-    };
+    let method = search_method(prepared.airway.as_ref());
     let settings = inverse::FitSettings { method, ..inverse::FitSettings::default() };
     let fit = inverse::fit_in(&prepared.system, target, &settings)?;
     prepared.tensions.clone_from(&fit.answer.tensions);

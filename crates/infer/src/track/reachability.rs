@@ -158,7 +158,8 @@ impl FrameSolver<'_> {
         let whole = self.tensions_of(x);
         let muscles = self.system.contracting().to_vec();
         let mut orders = muscles.iter().flat_map(|&m| [(m, true), (m, false)]).map(|(muscle, alone)| {
-            let tensions = whole.iter().enumerate().map(|(m, f)| if (m == muscle) == alone { *f } else { 0.0 });
+            let tensions =
+                whole.iter().enumerate().map(|(m, f)| if (m == muscle) == alone { *f } else { 0.0 });
             tensions.collect::<Vec<f64>>()
         });
         orders.any(|first| {

@@ -6,8 +6,9 @@ use std::io::Write;
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::{TrackRecord, TrackResults, tally, with_decimals};
+use super::{TrackRecord, TrackResults, tally};
 use crate::report::column::Column;
+use crate::report::with_decimals;
 use crate::report::{Export, Provenance, csv, joined, names_or_none};
 use tongue_core::statistics::{TWO_SIDED_95, median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};

@@ -7,11 +7,11 @@ use serde_json::Value;
 
 use super::figure::{body_of_figures, figure};
 use super::{
-    TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, probability, range,
-    repeats_columns, repetitions_sentence, status_counts, status_in_words, with_decimals,
+    TrackRecord, courses_columns, held_out_columns, placement_sentence, prior_interval_n, repeats_columns,
+    repetitions_sentence, status_counts, status_in_words,
 };
 use crate::report::column::Column;
-use crate::report::{Export, Provenance, tongue_page};
+use crate::report::{Export, Provenance, probability, range, tongue_page, with_decimals};
 use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
