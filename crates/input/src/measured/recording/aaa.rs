@@ -184,14 +184,19 @@ impl RecordingRows {
                 self.budget.add_recording(0, self.channels.len(), first)?;
             }
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
-            let wrong = |line, what: String, help: &str| Err(SourcePlace { line, ..start }.error(what, help));
+            let advice = if key.iter().any(|word| word.contains(':')) {
+                "its times are rounded or repeated; export \"Time of sample in recording\" again, in seconds with all decimals"
+            } else {
+                "export the date and time of recording, so that recordings can be distinguished, and the times with all decimals"
+            };
+            let wrong = |line, what: String| Err(SourcePlace { line, ..start }.error(what, advice));
             if let [(_, first), _, .., (line, last)] = &rows[..]
                 && first.time_s == last.time_s
                 && rows.iter().any(|(_, s)| !is_same(s, first))
             {
                 let what =
                     format!("all {} rows of this recording have the time {} s", rows.len(), first.time_s);
-                return wrong(*line, what, advice_for_equal_times(&key));
+                return wrong(*line, what);
             }
             let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
             let mut last_line = 0;
@@ -203,7 +208,7 @@ impl RecordingRows {
                             "the time {} s is also that of line {last_line}, which has other coordinates",
                             sample.time_s
                         );
-                        return wrong(line, what, advice_for_equal_times(&key));
+                        return wrong(line, what);
                     }
                     _ => samples.push(sample),
                 }
@@ -219,14 +224,6 @@ impl RecordingRows {
             });
         }
         Ok(out)
-    }
-}
-
-fn advice_for_equal_times(key: &[String]) -> &'static str {
-    if key.iter().any(|word| word.contains(':')) {
-        "its times are rounded or repeated; export \"Time of sample in recording\" again, in seconds with all decimals"
-    } else {
-        "export the date and time of recording, so that recordings can be distinguished, and the times with all decimals"
     }
 }
 

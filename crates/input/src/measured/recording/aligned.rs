@@ -105,7 +105,7 @@ impl AlignedRecording {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }
 
-    /// Mean position of a bone where it was seen in the `window` frames around each frame, m, or else its position in the nearest frame.
+    /// Mean position of a bone in the `window` frames around each frame that show it, m, or else that in the nearest; `None` if never seen.
     pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
         let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
         let count = self.frames.len();

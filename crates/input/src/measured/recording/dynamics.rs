@@ -175,7 +175,7 @@ impl<'a> PointTracks<'a> {
         self.middle(true, |track| Some(track.fastest_tenth_m_s() * 1e3)).map(unnamed)
     }
 
-    /// The median over the points that move; `None` if these are less than half, which do not describe the recording.
+    /// The median over the points that move; `None` if these are less than half: they do not describe the recording.
     fn middle(&self, continuous: bool, of: impl Fn(&PointTrack<'_>) -> Option<f64>) -> Option<f64> {
         let least = if continuous { MOVES_SD } else { HELD_SD };
         let moving = self.tracks.iter().filter(|track| track.moves_by(least) && track.part_still() <= 0.5);
