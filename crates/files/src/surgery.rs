@@ -110,10 +110,8 @@ fn region(word: &str) -> Result<(Region, Option<Side>), String> {
 }
 
 fn metres(text: &str) -> Result<Vec<f64>, String> {
-    let numbers = text
-        .split(',')
-        .map(|t| t.trim().parse::<f64>().map(|mm| 1e-3 * mm).map_err(|_| format!("\"{t}\" is not a number")));
-    numbers.collect()
+    let number = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("\"{t}\" is not a number"));
+    text.split(',').map(|t| Ok(1e-3 * number(t)?)).collect()
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

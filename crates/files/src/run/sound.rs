@@ -44,10 +44,8 @@ pub struct TongueSound {
 }
 
 fn nearest_name(means: &[MeanVowel], sound: &SoundRecord) -> Option<String> {
-    match sound.formants_hz[..] {
-        [f1, f2, ..] => nearest_vowel(means, f1, f2).map(|m| m.vowel.clone()),
-        _ => None,
-    }
+    let [f1, f2, ..] = sound.formants_hz[..] else { return None };
+    nearest_vowel(means, f1, f2).map(|m| m.vowel.clone())
 }
 
 impl TongueSound {

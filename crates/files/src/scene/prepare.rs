@@ -75,7 +75,10 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
 
     let start = if scene.want == Want::Trajectory && !additions.displaced.is_empty() {
-        Some(System::with_additions(&body.mesh, &model, &[], without_loads(&additions, wall.as_ref()))?)
+        let (incompressible, displaced) = (additions.incompressible, additions.displaced.clone());
+        let mut unloaded = Additions { incompressible, displaced, ..Additions::default() };
+        wall.iter().for_each(|wall| unloaded.add_contact(wall.clone()));
+        Some(System::with_additions(&body.mesh, &model, &[], unloaded)?)
     } else {
         None
     };
@@ -103,17 +106,6 @@ fn of_hexahedra<const D: usize>(
     let body = (body as &dyn Any).downcast_ref().ok_or_else(wrong)?;
     let system: Box<dyn Any> = Box::new(System::in_space_with(body, &SpaceModel::default(), *additions)?);
     Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
-}
-
-/// The displaced bones, incompressibility and the wall, without weight.
-fn without_loads<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) -> Additions<D> {
-    let mut unloaded = Additions {
-        incompressible: additions.incompressible,
-        displaced: additions.displaced.clone(),
-        ..Additions::default()
-    };
-    wall.into_iter().for_each(|wall| unloaded.add_contact(wall.clone()));
-    unloaded
 }
 
 impl Scene {

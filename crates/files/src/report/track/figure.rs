@@ -36,18 +36,16 @@ impl Packed {
             [code / 64, code % 64].map(|digit| char::from(DIGITS[digit]))
         });
         let text = digits.collect();
-        if low > high { Self(0.0, 0.0, text) } else { Self(round(low), round(high), text) }
+        // Four decimals are enough for a figure.
+        let [low, high] =
+            if low > high { [0.0; 2] } else { [low, high].map(|end| (end * 1e4).round() / 1e4) };
+        Self(low, high, text)
     }
 
     /// Coordinates in mm, x and y in turn.
     fn of_points(points: impl Iterator<Item = Option<Point>>) -> Self {
         Self::of(points.flat_map(|p| p.map_or([f64::NAN; 2], |p| [1e3 * p.x, 1e3 * p.y])))
     }
-}
-
-/// A number rounded to 1e-4, which is enough for a figure.
-fn round(value: f64) -> f64 {
-    (value * 1e4).round() / 1e4
 }
 
 fn drawn_nodes(mesh: &Mesh<2>) -> Vec<usize> {
