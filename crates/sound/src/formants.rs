@@ -36,6 +36,11 @@ pub fn formants(
     acoustics: &Acoustics,
     count: usize,
 ) -> Result<Vec<Formant>, TractError> {
+    let is_open = |s: &Section| [s.length_m, s.area_m2].iter().all(|x| x.is_finite() && *x > 0.0);
+    if let Some(closed) = sections.iter().position(|s| !is_open(s)) {
+        let problem = "of the tract, counted from the glottis, has no positive length or area";
+        return Err(TractError(format!("section {} {problem}", closed + 1)));
+    }
     let squares = ideal_squares(sections, acoustics, count)?;
     let formants = squares.iter().enumerate().map(|(i, square)| {
         let pole = follow(sections, acoustics, Complex64::new(0.0, square.sqrt()));

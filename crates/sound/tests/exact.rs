@@ -1,8 +1,8 @@
-//! Formants of tubes with exact solutions, and Fant's vowels.
+//! Formants of tubes with exact solutions, Fant's vowels, and derivatives against differences.
 
 #![allow(clippy::unwrap_used, reason = "a failed test panics")]
 
-use tongue_sound::formants::formants;
+use tongue_sound::formants::{formants, rates};
 use tongue_sound::{Acoustics, Section};
 
 fn sections(length_m: f64, areas_cm2: &[f64]) -> Vec<Section> {
@@ -108,6 +108,50 @@ fn losses_walls_and_lips_move_formants_as_they_do_in_a_tract() {
     assert!(real[1].frequency_hz < ideal[1].frequency_hz);
     let hard = Acoustics { wall: false, ..Acoustics::default() };
     assert!(real[0].frequency_hz > formants(&fant(&A), &hard, 1).unwrap()[0].frequency_hz);
+}
+
+#[test]
+fn rates_are_the_differences() {
+    for acoustics in [Acoustics::default(), without_losses()] {
+        for tube in [fant(&A), fant(&I)] {
+            let found = formants(&tube, &acoustics, 4).unwrap();
+            for (k, formant) in found.iter().enumerate() {
+                let exact = rates(&tube, &acoustics, formant);
+                let of = |k: usize| exact.iter().fold(0.0, |m: f64, rate| m.max(rate[k].abs()));
+                let (by_area, by_length) = (of(0), of(1));
+                for (i, rate) in exact.iter().enumerate() {
+                    let moved = |by: f64, is_area: bool| {
+                        let mut tube = tube.clone();
+                        let what = if is_area { &mut tube[i].area_m2 } else { &mut tube[i].length_m };
+                        *what *= 1.0 + by;
+                        formants(&tube, &acoustics, 4).unwrap()[k]
+                    };
+                    // Central differences of fourth order.
+                    let difference = |is_area: bool| {
+                        let h = 3e-4;
+                        let x = if is_area { tube[i].area_m2 } else { tube[i].length_m };
+                        let at = |by: f64| moved(by, is_area).frequency_hz;
+                        (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h * x)
+                    };
+                    assert!(near(rate[0], difference(true), by_area));
+                    assert!(near(rate[1], difference(false), by_length));
+                }
+            }
+        }
+    }
+}
+
+fn near(a: f64, b: f64, scale: f64) -> bool {
+    (a - b).abs() <= 1e-7 * scale
+}
+
+#[test]
+fn a_closed_or_empty_tract_is_refused() {
+    let refusal = |tube: &[Section]| formants(tube, &Acoustics::default(), 3).unwrap_err().to_string();
+    assert!(refusal(&[]).contains("formant 1"));
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(refusal(&sections(0.01, &[2.0, bad, 2.0])).starts_with("section 2 "));
+    }
 }
 
 #[test]
