@@ -46,7 +46,7 @@ impl<'de> Deserializer<'de> for Variants<'_> {
     }
 }
 
-/// The candidate with the least edit distance to `name` without regard to case, at most half of its letters and at least one.
+/// The candidate with the least edit distance to `name` without regard to case, which is at most half of the letters of `name`, or 1.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = name.to_lowercase();
     let limit = (wanted.chars().count() / 2).max(1);

@@ -23,7 +23,8 @@ pub fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64
 /// Half width of the 95 % interval of a normal distribution, in standard deviations.
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
-/// Half width of the 95 % interval of Student's distribution, exact for two degrees of freedom, the fewest (Abramowitz and Stegun 26.7.5).
+/// Half width of the 95 % interval of Student's distribution with at least two degrees of freedom (Abramowitz and Stegun 1964, eq. 26.7.5;
+/// exact for two).
 pub fn student_95(degrees: f64) -> f64 {
     if degrees < 2.5 {
         return 4.302_653;

@@ -36,6 +36,9 @@ pub fn formants(
     acoustics: &Acoustics,
     count: usize,
 ) -> Result<Vec<Formant>, TractError> {
+    if sections.is_empty() {
+        return Err(TractError("the tract has no sections".to_owned()));
+    }
     let is_open = |s: &Section| [s.length_m, s.area_m2].iter().all(|x| x.is_finite() && *x > 0.0);
     if let Some(closed) = sections.iter().position(|s| !is_open(s)) {
         let problem = "of the tract, counted from the glottis, has no positive length or area";

@@ -14,7 +14,9 @@
 mod tract;
 mod walls;
 
-pub use tract::{Articulation, LEAST_OPENING_MM, ProfilePoint, Tract};
+pub use tract::{
+    Articulation, Carrier, Grid, LEAST_OPENING_MM, Larynx, Lips, ProfilePoint, Teeth, Tongue, Tract, Wall,
+};
 use tract::{cross, minus, mm};
 use walls::{Across, Walls, are_apart};
 

@@ -148,7 +148,7 @@ fn near(a: f64, b: f64, scale: f64) -> bool {
 #[test]
 fn a_closed_or_empty_tract_is_refused() {
     let refusal = |tube: &[Section]| formants(tube, &Acoustics::default(), 3).unwrap_err().to_string();
-    assert!(refusal(&[]).contains("formant 1"));
+    assert_eq!(refusal(&[]), "the tract has no sections");
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(refusal(&sections(0.01, &[2.0, bad, 2.0])).starts_with("section 2 "));
     }

@@ -51,6 +51,7 @@ impl Effort {
 pub struct Timed<T> {
     /// The result of the last repeat.
     pub result: T,
+    /// Median wall-clock time, s.
     pub seconds: f64,
     pub repeats: usize,
 }

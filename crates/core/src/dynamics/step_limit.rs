@@ -72,7 +72,8 @@ impl<const D: usize> Growth<D> {
         Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
     }
 
-    /// Whether the nodes move much more than they advance while the step exceeds the limit; to be called after every step.
+    /// Whether the nodes move much more than they advance while the step exceeds the limit; to be called after every step, and at the end.
+    /// In Verlet an alternating motion shows in the positions only.
     pub(super) fn is_detected(
         &mut self,
         motion: &Motion<'_, D>,
@@ -101,7 +102,8 @@ impl<const D: usize> Growth<D> {
     }
 }
 
-/// Duration of a step on this machine, measured for 10 ms at most until `t_end`, s; the integrator cannot be used afterwards.
+/// Duration of a step on this machine, measured for about 10 ms on a copy of the state, until `t_end`, s, at the latest. The integrator
+/// cannot be used for a trajectory afterwards.
 pub fn cost_per_step<const D: usize>(
     motion: &Motion<'_, D>,
     integrator: &mut dyn Integrator<D>,

@@ -43,7 +43,8 @@ impl Tensions {
         strongest.map_or(&[], Vec::as_slice)
     }
 
-    /// The first time after `time` at which a tension changes its slope, s; infinite without one.
+    /// The first time after `time` at which a tension changes its slope, s, across which a method of high order must not step; infinite
+    /// without one.
     pub fn next_kink(&self, time: f64) -> f64 {
         self.times.get(self.times.partition_point(|&t| t <= time)).copied().unwrap_or(f64::INFINITY)
     }

@@ -81,7 +81,8 @@ impl Contact {
         self.outline.windows(2).map(|w| [w[0], w[1]])
     }
 
-    /// Sums the barriers near `p`: of segments with their nearest point inside, and of corners, minus one where two segments meet.
+    /// Sums the barriers near `p`: one for each segment whose nearest point is inside, and at a corner one for each segment that has its
+    /// nearest point there, minus one where two segments meet.
     fn repulsion(&self, p: Vector2<f64>) -> Repulsion {
         let mut sum = Repulsion::default();
         let mut ended_before = 1;

@@ -146,7 +146,8 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     ) {
     }
 
-    /// Adds `weight` times the symmetric, positive semidefinite damping matrix: minus the slope of the viscous force, N s/m.
+    /// Adds `weight` times the damping matrix: minus the derivative of the viscous force by the velocities, N s/m, symmetric and positive
+    /// semidefinite.
     fn add_damping(&self, _at: Configuration<'_, D>, _weight: f64, _damping: &mut BlockMatrix<D>) {}
 
     /// Strain and stress of every cell that is a continuum by this effect, in the order of the cells.

@@ -54,7 +54,7 @@ impl Spring {
         self.stiffness > 0.0 && (positions[b] - positions[a]).norm_squared() < least * least
     }
 
-    /// Energy with a constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and for a short spring `k l0²` times the [`barrier()`].
+    /// Energy with a constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of `l0` also `k l0²` times the [`barrier()`].
     #[inline(always)]
     pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
         let (length, _) = length_and_direction(positions, self.nodes);

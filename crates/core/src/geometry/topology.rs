@@ -20,7 +20,8 @@ pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2
     edges
 }
 
-/// The faces of simplices (edges of triangles) that belong to one cell only, ascending: the cell, and the place of the opposite corner.
+/// The faces of simplices (edges of triangles) that belong to one cell only, by their nodes in ascending order: the number of the cell, and
+/// the place in it of the opposite corner.
 pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<Vec<usize>, [usize; 2]> {
     let mut faces: BTreeMap<Vec<usize>, Option<[usize; 2]>> = BTreeMap::new();
     for (number, cell) in cells.enumerate() {

@@ -124,7 +124,8 @@ fn beyond_trace<const D: usize>(h: &SMatrix<f64, D, D>) -> f64 {
     minor(0, 1) + minor(0, 2) + minor(1, 2) + third
 }
 
-/// `ln(1 + x)` and `x - ln(1 + x)`, without cancellation for small `x`: with `r = x/(2 + x)` it is `2 (r + r³/3 + ..)`.
+/// `ln(1 + x)` and `x - ln(1 + x)`, the second without cancellation for small `x`: with `r = x/(2 + x)` the logarithm is
+/// `2 (r + r³/3 + ..)`, and `x - 2 r` is `x r`.
 #[inline(always)]
 fn log_and_rest(x: f64) -> (f64, f64) {
     if x.abs() > 0.1 {

@@ -93,7 +93,8 @@ pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
 }
 
 impl Coefficients {
-    /// Coefficients of a body with connections of mean length `side`, m, cells of total `measure`, m² or m³, and `nodes` nodes (4.1.1).
+    /// Coefficients of a body with connections of mean length `side`, m, cells of total area or volume `measure`, m² or m³, and tissue of
+    /// `nodes` nodes (Kato 2014, 4.1.1).
     pub fn new<const D: usize>(
         model: &Model,
         side: f64,

@@ -11,7 +11,7 @@
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //! | [`Midsagittal`] | one of the above in the midsagittal plane of a body in space | its unit |
 //!
-//! Tests compare all gradients with differences. The frequency of a formant, Hz, is an observable too (`FormantFrequency`).
+//! Tests compare all gradients with differences. The frequency of a formant, Hz, is one too (`FormantFrequency` in `tongue-infer`).
 
 mod contour;
 mod length;

@@ -41,7 +41,8 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Factorises `matrix`; if it returns false, it is not positive definite to rounding, and the factor must not be used.
+    /// Factorises `matrix`. Returns false, and the factor must not be used, if a pivot is at most `SMALLEST_PIVOT` times the largest
+    /// diagonal entry.
     #[inline(never)]
     pub fn factorise(&mut self, pattern: &Pattern, matrix: &BlockMatrix<D>) -> bool {
         match &mut self.supernodal {
@@ -130,7 +131,7 @@ impl<const D: usize> Factor<D> {
     }
 }
 
-/// Factorises by blocks, with pulp in two thirds of the time. Returns the unknown whose pivot is too small, if there is one.
+/// Factorises by blocks. Returns the unknown whose pivot is too small, if any. With pulp it takes two thirds of the time for the same bits.
 #[inline(always)]
 fn left_looking<const D: usize>(
     pattern: &Pattern,

@@ -1,4 +1,5 @@
-//! Block Cholesky factorisation `K = L Lᵀ` of 2 x 2 blocks, one matrix in each lane; each block of `L` is written once.
+//! Block Cholesky factorisation `K = L Lᵀ` of 2 x 2 blocks, one matrix in each lane. Each block of `L` is written once, from a flat list of
+//! its products, so that the sums stay in registers.
 
 use super::Pattern;
 use super::cholesky::SMALLEST_PIVOT;

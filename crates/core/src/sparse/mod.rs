@@ -17,7 +17,8 @@ pub use pattern::{Pattern, Slot};
 
 /// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, with zeros for fill-in.
 ///
-/// Assembly writes to the places of the factor; the last block, the bin, collects the contributions of fixed nodes.
+/// Assembly writes to the places of the factor, so that a factorisation starts with one copy. The last block, the bin, collects the
+/// contributions of fixed nodes, so that assembly needs no branches.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const D: usize> {
     pub(crate) blocks: Vec<SMatrix<f64, D, D>>,

@@ -47,7 +47,7 @@ pub struct Pattern {
 const NONE: u32 = u32::MAX;
 
 impl Pattern {
-    /// The pattern of `nodes` nodes, of which those with `is_unknown` are coupled within each of `cliques`.
+    /// The pattern of `nodes` nodes, of which those with `is_unknown` are coupled within each of `cliques`; others there are ignored.
     pub fn new(nodes: usize, is_unknown: &[bool], cliques: &[Vec<usize>]) -> Self {
         let mut number = vec![NONE; nodes];
         let free: Vec<usize> = (0..nodes).filter(|&i| is_unknown[i]).collect();

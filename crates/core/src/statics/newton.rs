@@ -20,7 +20,7 @@ pub(super) const NEGLIGIBLE_RESIDUAL: f64 = 1e-6;
 /// A residual that rounding may explain is also accepted if an exact Newton step moves no node by more than this part of the body's size.
 const NEGLIGIBLE_STEP: f64 = 1e-9;
 const MOST_CORRECTIONS: usize = 3;
-/// The factor is used again while each iteration reduces the residual to less than this part, since a new one costs more.
+/// The factor is used again while each iteration reduces the residual to less than this part; a new one costs about three iterations.
 pub(super) const REUSE_REDUCTION: f64 = 0.03;
 
 impl<const D: usize> SolveState<'_, D> {
@@ -77,7 +77,8 @@ impl<const D: usize> SolveState<'_, D> {
         self.done
     }
 
-    /// Whether a residual that rounding can explain is negligible: below a millionth of the load, or too small to move the body.
+    /// Whether a residual that rounding can explain is negligible: below a millionth of the load, or too small to move the body. Rounding
+    /// alone is no reason, since it causes forces as large as the load in a very uneven body.
     fn residual_is_negligible(&self) -> bool {
         let w = &*self.w;
         // The reactions of the bones measure loads of any kind.
@@ -87,7 +88,8 @@ impl<const D: usize> SolveState<'_, D> {
                 && geometry::largest(&w.step) <= NEGLIGIBLE_STEP * geometry::extent(self.system.rest()))
     }
 
-    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix.
+    /// Factorises the exact stiffness; if it is not positive definite, the convex one plus a growing multiple of the unit matrix, because
+    /// the convex one of a slack chain is singular.
     fn factorise(&mut self) -> bool {
         self.assemble(Tangent::Exact);
         self.done.rounding_force =

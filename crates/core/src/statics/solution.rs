@@ -10,7 +10,8 @@ pub struct SolveSettings {
     pub max_iterations: usize,
     /// Largest number of load steps after a direct solve that failed. Default 60; with 0 there are none.
     pub load_steps: usize,
-    /// Whether the exact stiffness is factorised at every solution to check its stability, not just a step or two before. Default false.
+    /// Whether the exact stiffness is factorised at every solution to check its stability. Default false: the last factorisation, a step
+    /// or two before, shows the stability if it was exact.
     pub certify: bool,
     /// Largest number of solves of a [`trace()`](super::trace()), which then stops. Default 600.
     pub most_solves: usize,
@@ -93,12 +94,13 @@ pub struct Solution {
     /// Largest residual force on a free node, N.
     pub max_residual_force: f64,
     /// Rounding error of the force, N, which Newton's method cannot reduce: the largest stiffness times the rounding of a coordinate.
+    /// Zero if nothing was factorised.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
     pub stability: Stability,
     pub connection: Connection,
-    /// Part of the tensions at which the positions are an equilibrium: 1 if converged, 0 if none was found.
+    /// Part of the tensions at which the positions are an equilibrium: 1 if converged, less if load steps stopped, 0 if none was found.
     pub load_reached: f64,
     /// Number of load steps; 0 if the direct solve succeeded.
     pub load_steps: usize,

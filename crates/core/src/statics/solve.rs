@@ -133,7 +133,8 @@ pub(super) fn move_bones<const D: usize>(system: &System<D>, w: &mut Workspace<D
     BoneProgress::Partial
 }
 
-/// Solves a mass-spring body in the plane in a lane. An error has the counts of work; the positions are then unchanged.
+/// Solves a mass-spring body in the plane in a lane. An error, for a body with other effects or one that needs a safeguard, has the counts
+/// of work and leaves the positions unchanged.
 fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,

@@ -8,14 +8,15 @@ use crate::effect::Tangent;
 use crate::geometry;
 use crate::system::System;
 
-/// Smaller eigenvalues over the largest diagonal entry count as zero, since rounding changes those of a slack chain.
+/// Eigenvalues up to this magnitude, over the largest diagonal entry, count as zero, since rounding changes those of a slack chain.
 const ZERO_EIGENVALUE: f64 = 1e-9;
 
 /// First step along a direction of negative curvature, over the size of the body, and the largest number of doublings.
 const FIRST_CURVATURE_STEP: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
-/// Smallest eigenvalue, N/m, of the exact stiffness after the last solve, by inverse iteration; `None` without unknowns.
+/// Smallest eigenvalue, N/m, of the exact stiffness after the last solve, by inverse iteration. `None` without unknowns, or if the
+/// stiffness is not finite.
 #[inline(never)]
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
     const ITERATIONS: usize = 300;

@@ -177,7 +177,7 @@ struct Path<'a, const D: usize> {
 }
 
 impl<const D: usize> Path<'_, D> {
-    /// Follows the branch from the equilibrium without tensions. Returns its last shape, and that of [`Path::follow_and_return`].
+    /// Follows the branch from the equilibrium without tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
     fn follow_from_rest(&mut self) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
         let mut shape = self.system.rest().to_vec();
         if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
@@ -249,7 +249,8 @@ impl<const D: usize> Path<'_, D> {
     /// Follows the branch from rest in equal steps up to the whole load and back, for tissue whose solves are expensive.
     ///
     /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and whether
-    /// the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`.
+    /// the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`. Each solve
+    /// begins with the factor of the one before: half of the cost of [`Path::continued`] and [`Path::finds_another_shape`], or less.
     fn follow_and_return(&mut self, rest: &[SVector<f64, D>]) -> Option<(Solution, bool)> {
         if !self.system.tissue().is_expensive() {
             return None;

@@ -2,9 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 
 mod body;
+mod choice;
 mod dynamics;
 mod effect;
 mod geometry;
+mod limits;
 mod material;
 mod sparse;
 mod statistics;

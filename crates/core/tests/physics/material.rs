@@ -13,6 +13,19 @@ fn the_published_coefficients_come_out_of_an_equilateral_triangle() {
     }
 }
 
+#[test]
+fn constants_out_of_range_are_named() {
+    let t = Model::default();
+    for (constants, name) in [
+        (Model { poisson_ratio: 0.5, ..t }, "Poisson's ratio is 0.5"),
+        (Model { young_modulus: -1.0, ..t }, "Young's modulus is -1 Pa"),
+        (Model { density: f64::NAN, ..t }, "the density is NaN"),
+    ] {
+        let error = match_stiffness::<2>(&constants, &regular_simplex(1.0)).unwrap_err();
+        assert!(error.to_string().starts_with(name));
+    }
+}
+
 const LAW: NeoHookean = NeoHookean { lambda: 1.1e5, mu: 2.3e3 };
 
 fn determinant<const D: usize>(f: &SMatrix<f64, D, D>) -> f64 {

@@ -152,3 +152,21 @@ impl Export for Draws<'_> {
         write(out, by, columns, rows, false)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_are_written_as_text_and_everything_else_as_it_was() {
+        for formula in ["=1+1", "=cmd|' /C calc'!A0", "+cmd|x", "-2+3+cmd|x", "@SUM(1)", "\t=1", "=H(\"x\")"]
+        {
+            assert_eq!(harmless(formula.to_owned()), format!("'{formula}"));
+        }
+        for cell in
+            ["-3.5", "+1e-3", "-", "", "@", "@`", "-inf", "a=b", "a,\"b\"", "tongue-fit -v", "ɯ", "\"=1\""]
+        {
+            assert_eq!(harmless(cell.to_owned()), cell);
+        }
+    }
+}

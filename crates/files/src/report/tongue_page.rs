@@ -77,6 +77,9 @@ impl Export for TonguePage {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         // The text is inside a script element, which no label may end, nor begin a comment in it.
         let own = self.own(by)?.to_string().replace('<', "\\u003c");
+        if !PAGE.contains(OWN) {
+            return Err(io::Error::other("web/tongue.html has no place for a table of one's own"));
+        }
         out.write_all(PAGE.replacen(OWN, &OWN.replace("{}", &own), 1).as_bytes())
     }
 }

@@ -57,7 +57,7 @@ pub struct ContactForce {
     pub edge_through_wall: bool,
 }
 
-/// Time of an effect in a solve: the measured time of each evaluation times their number.
+/// Measured time of one evaluation of an effect's energy, force and stiffness, and the total of all evaluations in a solve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectTime {
     pub effect: &'static str,

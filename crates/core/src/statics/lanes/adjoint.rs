@@ -152,7 +152,8 @@ impl<const D: usize> Reshaped<D> {
 }
 
 impl<const D: usize> Lanes<'_, D> {
-    /// The direction `motion` of nodes at rest per unit; `changed` is the body after a small `part` of it. `None` for other bodies.
+    /// The direction in which all nodes at rest move by `motion`, m, per unit; `changed` is the body after a small `part` of a unit, in
+    /// which its forces change linearly. `None` if lanes cannot solve the body.
     #[inline(never)]
     pub fn reshaped(
         &self,

@@ -15,6 +15,39 @@
 //!   cannot be moved to their places. So are all loads of other bodies (in space, a continuum, with contact or weight); for these a group
 //!   keeps the factor from one solve to the next. [`LaneEquilibrium::alone`] marks such loads; the status is always that of
 //!   [`solve`](super::solve).
+//!
+//! # Example
+//! ```
+//! use tongue_core::body::Body;
+//! use tongue_core::statics::lanes::{Lanes, Load};
+//! use tongue_core::statics::{SolveSettings, SolveStatus};
+//! use tongue_core::system::{Model, System};
+//!
+//! let body = Body::tongue(5.5e-3)?;
+//! let system = System::new(&body.mesh, &Model::default(), &[0, 4, 6])?;
+//! let lanes = Lanes::new(&system);
+//!
+//! // A hundred draws near one load, each starting at the shape of that load.
+//! let tensions = vec![12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
+//! let middle = lanes.solve(&[Load::new(tensions)], &SolveSettings::default());
+//! let draw = |i: usize| {
+//!     let part = 1.0 + 0.0006 * (i as f64 - 50.0);
+//!     let load = Load::new(vec![12.0 * part, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0]);
+//!     Load { start: Some(&middle[0].positions), ..load }
+//! };
+//! let lengths = lanes.map(100, &SolveSettings::default(), draw, |_, shape| {
+//!     (shape.solution.status == SolveStatus::Converged).then(|| system.length(&shape.positions, 0))
+//! });
+//! assert!(lengths[99] < lengths[0], "a larger tension shortens the muscle");
+//!
+//! // Exact derivatives of the length of every muscle by tensions and bones.
+//! let mut group = lanes.group();
+//! group.solve(&[draw(0), draw(99)], &SolveSettings::default());
+//! let rates = group.length_rates();
+//! let gga = &rates[0].as_ref().ok_or("no stable equilibrium")?[0];
+//! assert!(gga.by_tension[0] < 0.0, "m/N");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod adjoint;
 mod from_rest;

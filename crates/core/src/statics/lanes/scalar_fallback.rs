@@ -85,7 +85,7 @@ impl<const D: usize> ScalarFallback<D> {
     }
 }
 
-/// The step for fibres, which can be short at a bone.
+/// The `part` of [`adjoint_of`] for bodies that lanes cannot solve; it is small because fibres between bone and tissue can be short.
 const BONE_FORCE_STEP: f64 = 1e-4;
 
 /// Derivatives of a function at an equilibrium; `part` is the step of the differences of forces on bones over the body's size.

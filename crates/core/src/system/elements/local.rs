@@ -82,7 +82,8 @@ pub(crate) fn evaluate<const L: usize>(
     Local { energy: energy + half * cell_energy, residual_squared, upright }
 }
 
-/// Computes the `h` of every triangle that is linear in the step from `from`: `h` at `x` without the area of the corners' steps.
+/// Computes the linear response of the `h` of every triangle to the step from `from`: `h` at `x` without the term of second order, the area
+/// of the triangle that the steps of its corners form.
 #[inline(always)]
 pub(crate) fn predict_pressure<const L: usize>(
     elements: &Elements,
@@ -101,7 +102,8 @@ pub(crate) fn predict_pressure<const L: usize>(
     }
 }
 
-/// Computes the stiffness at the positions of the last [`evaluate`], convex in these lanes. Returns its largest diagonal entry.
+/// Computes the stiffness at the positions of the last [`evaluate`], in the lanes of `convex` the convex one. Returns its largest diagonal
+/// entry.
 #[inline(always)]
 pub(crate) fn assemble_stiffness<const L: usize>(
     elements: &Elements,

@@ -156,3 +156,28 @@ impl fmt::Display for Shard {
         write!(f, "{}/{}", self.number, self.of)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_job_is_in_one_shard_and_its_journal_tells_which() {
+        for of in 1..8 {
+            let shards: Vec<Shard> = (1..=of).map(|number| Shard { number, of }).collect();
+            for job in 0..30 {
+                assert_eq!(shards.iter().filter(|s| s.has(job)).count(), 1);
+            }
+            for shard in shards {
+                assert_eq!(shard.to_string().parse(), Ok(shard));
+                assert_eq!(Shard::of_journal(Path::new("a").join(shard.journal()).as_path()), Some(shard));
+            }
+        }
+        for word in ["0/3", "4/3", "1", "a/b", "1/0", "-1/3", "1/3/5", "", "1/1000000"] {
+            assert!(word.parse::<Shard>().is_err(), "{word}");
+        }
+        for name in ["batch.journal", "batch-1-of-3.json", "batch-01-of-3.journal", "batch-4-of-3.journal"] {
+            assert_eq!(Shard::of_journal(Path::new(name)), None, "{name}");
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and 2.2, text or binary, read into a
-//! body and written from one. `docs/guide.md` lists the physical groups; `tissue:NAME` is tissue, too, and bones may be on anything.
+//! body and written from one. `docs/guide.md` lists the physical groups; `tissue:NAME` is tissue, too, bones may be on anything, and the
+//! lines of a muscle make one chain.
 //!
 //! Case does not matter, except in a NAME. A group of another name is an error. In a scene the jaw moves `bone:mental_spine` and the hyoid
 //! `bone:hyoid`. A body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles are reversed. A

@@ -25,7 +25,8 @@ pub struct AlignedRecording {
     pub name: String,
     pub speaker: Option<String>,
     pub contour: Vec<String>,
-    /// Names of the sensors, from the tip if not measured, and the distance of each behind the tip along the surface at rest, m.
+    /// Names of the sensors, and the distance of each behind the tip along the surface at rest, m; if distances were not measured, in order
+    /// from the tip.
     pub sensors: Vec<(String, f64)>,
     /// Whether the distance of each sensor was measured; otherwise it is a usual one.
     pub measured: Vec<bool>,

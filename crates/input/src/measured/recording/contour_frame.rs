@@ -30,7 +30,7 @@ const MOST_MEDIANS: f64 = 4.0;
 /// how far from it the middle may be. It is (0.3, 1.0) in the built-in body and (0.9, 0.9) in a real speaker.
 const USUAL_MIDDLE: Point = Point::new(0.6, 0.95);
 const MOST_OFF_MIDDLE: f64 = 0.6;
-/// How much nearer to the usual position the frame of the bones must bring a contour that is in that of each sample by its position alone.
+/// How much nearer to the usual position, in distances of the bones, moving it to their frame must bring a contour that is not in it.
 const LEAST_GAIN: f64 = 0.5;
 
 pub(super) const NOTE: &str = "its contour is in a frame of each sample (origin at the hyoid, x towards the mandible) and its bones are \

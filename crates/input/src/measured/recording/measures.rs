@@ -96,7 +96,7 @@ impl<'a> Measures<'a> {
         longest.map(|(pause, at)| (pause, format!("{at:.3} s")))
     }
 
-    /// For each tier the part of its labels of which half is recorded or that fill half of the recording, with the times of both.
+    /// For each tier the part of its labels of which half is recorded or that fill half of the recording; the name has the times of both.
     pub fn labels_within(&self) -> Vec<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let Some((first, last)) = frames.first().zip(frames.last()) else { return Vec::new() };
@@ -204,7 +204,8 @@ impl<'a> Measures<'a> {
         Some(unnamed((right - reversed) * MM))
     }
 
-    /// How much too high the contour is for the bones, above 1 if its top or both ends are, and its height over the distance of the bones.
+    /// How much too high the contour is for the bones: above 1 if its top or both ends are. The name is its height over the distance of
+    /// the bones.
     ///
     /// The height of the top is 1.1 to 1.5 times the distance of the bones and 0.50 to 0.57 times the length of the contour in most bodies.
     /// A hyoid near the jaw raises the first alone, a hidden root the second alone, so both limits (1.7 and 0.66) must be exceeded. The

@@ -199,7 +199,8 @@ impl Recording {
         Ok(Self { channels, sigma, samples, labels: Vec::new(), ..first.clone() })
     }
 
-    /// Reads all recordings of a file, whose format is found if it is not given, with the labels of a TextGrid of its name if it has one.
+    /// Reads all recordings of a file, whose format is found if it is not given. A single recording gets the labels of a Praat TextGrid of
+    /// the same name beside the file.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, ReadError> {
         let origin = path.display().to_string();
         let bytes = crate::files::read_up_to(limits::LARGEST, path);
