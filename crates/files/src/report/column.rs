@@ -5,7 +5,8 @@ use std::rc::Rc;
 
 use serde_json::Value;
 
-use super::csv::{Table, text};
+use super::csv::Table;
+use super::export::text;
 
 type CellValue<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 

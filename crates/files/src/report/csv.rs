@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::export::{Export, Provenance};
+use super::export::{Export, Provenance, text};
 use tongue_infer::posterior::{Draw, Posterior};
 
 /// Records as CSV: a column for each field, then those of the [`Provenance`].
@@ -23,15 +23,6 @@ impl<T: Serialize> Export for Rows<'_, T> {
             table.rows.push(cells);
         }
         if table.rows.is_empty() { Ok(()) } else { table.write(out, by) }
-    }
-}
-
-/// A value as a cell; empty if there is none.
-pub(super) fn text(value: Value) -> String {
-    match value {
-        Value::Null => String::new(),
-        Value::String(text) => text,
-        other => other.to_string(),
     }
 }
 

@@ -4,9 +4,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::csv;
 use tongue_core::body::ContinuumSettings;
 use tongue_core::system::TissueModel;
 use tongue_sound::voice;
@@ -53,7 +52,16 @@ impl Provenance {
     /// Names and values, each value on one line.
     pub(super) fn entries(&self) -> impl Iterator<Item = (String, String)> {
         let fields = json!(self).as_object().cloned().unwrap_or_default();
-        fields.into_iter().map(|(name, value)| (name, csv::text(value).replace(char::is_control, " ")))
+        fields.into_iter().map(|(name, value)| (name, text(value).replace(char::is_control, " ")))
+    }
+}
+
+/// A value as a cell; empty if there is none.
+pub(super) fn text(value: Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text,
+        other => other.to_string(),
     }
 }
 

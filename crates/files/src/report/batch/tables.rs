@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::Batch;
 use super::record::AssessedRecord;
 use crate::report::column::{self, Column};
-use crate::report::csv::text;
+use crate::report::export::text;
 use crate::report::muscle_columns::{self, OfMuscle};
 use crate::report::{Provenance, Table, joined};
 use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use super::dataset::SetAside;
 use super::number::TableUnit;
 use super::text::clip;
-use super::{Malformed, TableLine, TableLines};
+use crate::measured::error::Malformed;
+use crate::measured::table::{TableLine, TableLines};
 use tongue_core::choice;
 
 /// Names of the column of subjects, preferred names first. Case does not matter, and a space counts as `_`.

@@ -21,7 +21,6 @@ pub use text::{Encoding, LineEnds};
 pub use vowel::Vowel;
 
 use super::error::ReadError;
-use super::table::{TableLine, TableLines};
 
 use std::sync::Arc;
 

@@ -9,8 +9,9 @@ use super::columns::{LengthColumns, LengthField, is_known};
 use super::dataset::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::number::{LARGEST_HALF_WIDTH_MM, LONGEST_MM, SHORTEST_MM, TableUnit, is_missing, with_point};
 use super::text::clip;
-use super::{Dataset, Lengths, Malformed, ReadError, Row, TableLine, TableLines, Vowel};
+use super::{Dataset, Lengths, Malformed, ReadError, Row, Vowel};
 use crate::files;
+use crate::measured::table::{TableLine, TableLines};
 
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
 const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
