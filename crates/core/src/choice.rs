@@ -46,7 +46,8 @@ impl<'de> Deserializer<'de> for Variants<'_> {
     }
 }
 
-/// The candidate with the least edit distance to `name` without regard to case, which is at most half of the letters of `name`, or 1.
+/// The candidate with the least edit distance to `name`, without regard to case. At most half of the letters of `name`, and at least one,
+/// may differ.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted = name.to_lowercase();
     let limit = (wanted.chars().count() / 2).max(1);

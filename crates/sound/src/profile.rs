@@ -62,7 +62,10 @@ impl Profile {
     }
 
     /// The sections of a tract around a tongue in space; `tongue` has its surface points in the midsagittal plane from root to tip, m.
-    /// Derivatives by these points are not computed. An error also for a tract without widths.
+    /// Derivatives by these points are not computed.
+    ///
+    /// # Errors
+    /// [`TractError`], also for a tract without widths.
     pub fn in_space(
         tract: &Tract,
         tongue: &[ProfilePoint],

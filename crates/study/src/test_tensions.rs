@@ -107,7 +107,7 @@ pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
 }
 
-/// The target of a row of the built-in table; `muscles` are the active ones, those that contract if none is given.
+/// The target of a row of the built-in table. The active muscles are `muscles` or, if this list is empty, those that contract.
 pub fn target(subject: &str, vowel: &str, kind: TargetKind, muscles: &[&str]) -> Result<Target, Error> {
     let names = muscles.iter().map(|m| (*m).to_owned()).collect();
     let options =

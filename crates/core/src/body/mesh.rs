@@ -106,7 +106,8 @@ impl<const D: usize> Mesh<D> {
         all.into_iter().collect()
     }
 
-    /// The faces that belong to one hexahedron only, with its number; corners are counter-clockwise as seen from outside.
+    /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are counter-clockwise as seen from
+    /// outside.
     pub fn outward_quadrilaterals(&self) -> Vec<(usize, [usize; 4])> {
         let all = self.hexahedra.iter().enumerate();
         let faces = all.flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));

@@ -147,7 +147,8 @@ impl Body<2> {
         Ok(Self { what, palate: Some(tongue::palate()?), ..body })
     }
 
-    /// The reference tongue as a continuum at a spacing, m. By default a ratio has an error of 0.002 at 4 mm, and of 0.01 at 8 mm.
+    /// The reference tongue as a continuum at a mesh spacing, m. With the default settings a ratio has an error of 0.002 at 4 mm, and of
+    /// 0.01 at 8 mm.
     pub fn continuum(spacing_m: f64, settings: &ContinuumSettings) -> Result<Self, BodyError> {
         Self::tongue(spacing_m)?.into_continuum_of(&Anatomy::reference()?, settings)
     }

@@ -59,8 +59,8 @@ impl Mesh<2> {
 }
 
 impl Body<3> {
-    /// The body with every hexahedron divided into eight. Nodes keep their numbers, a new one is on bone if all corners of which it is the
-    /// middle are, and the regions of muscles consist of the parts of their elements.
+    /// The body with every hexahedron divided into eight. Nodes keep their numbers; a new node is on bone if all corners of which it is
+    /// the middle are. Muscles keep their fibres and their stress, and their regions consist of the parts of their elements.
     pub fn refined(&self) -> Self {
         let mut body = self.clone();
         body.what = format!("{}, every hexahedron divided into eight", self.what);

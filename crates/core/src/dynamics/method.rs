@@ -81,7 +81,8 @@ impl IntegrationMethod {
         Ok(integrator)
     }
 
-    /// The longest stable step, s, at rest and at the equilibrium of the strongest tensions; `None` if every step is stable.
+    /// The longest stable step, s, at rest and at the equilibrium of the strongest tensions; `None` for methods that are stable with every
+    /// step.
     #[inline(never)]
     pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
         self.is_explicit().then(|| limit(motion).0)

@@ -78,7 +78,8 @@ pub struct StepCounts {
 
 /// A method of time integration.
 ///
-/// An integrator keeps forces and factors from step to step, so each trajectory, or state changed by hand, needs its own.
+/// An integrator keeps forces and factors from step to step, so that each trajectory needs its own, as does a state that was changed by
+/// hand.
 pub trait Integrator<const D: usize>: Debug + Send {
     /// Takes one step, or the part of it that ends at `until` (s, later than the state's time), and counts its cost.
     ///

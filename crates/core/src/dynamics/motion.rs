@@ -76,7 +76,8 @@ impl<'a, const D: usize> Motion<'a, D> {
         }
     }
 
-    /// The equilibrium under the strongest tensions, found from rest; `None` if all tensions are zero or none is found.
+    /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if all tensions are zero or no equilibrium is
+    /// found.
     #[inline(never)]
     pub fn at_equilibrium(&self) -> Option<State<D>> {
         let tensions = self.tensions.strongest();

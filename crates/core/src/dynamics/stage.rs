@@ -6,7 +6,8 @@
 //! x = x0 + g v      v = v0 + g F(x, v, c) / m      c = c0 + g dc/dt(x, c)
 //! ```
 //!
-//! `v` and `c` follow from `x`, so that the unknowns and the pattern of `m/g² + C/g + K` are those of the equilibrium.
+//! `v` and `c` follow from `x`, so that the unknowns and the pattern of the matrix `m/g² + C/g + K` are those of the equilibrium; every
+//! contractile element is eliminated by itself.
 
 use nalgebra::SVector;
 
@@ -22,7 +23,8 @@ const REFACTOR_RATIO: f64 = 0.2;
 const CONTRACTION_EXPONENT: f64 = 0.8;
 /// Corrections below this part of the body's size count as rounding.
 const ROUNDING: f64 = 1e-15;
-/// Corrections that no longer shrink count as rounding, which soft modes magnify, below this part of the body's size.
+/// Corrections that no longer shrink count as rounding below this part of the body's size, because the softest mode magnifies rounding in
+/// long steps.
 const STALLED_ROUNDING: f64 = 1e-10;
 const MOST_ITERATIONS: usize = 25;
 /// A solve fails if its corrections grow more often than this, each time with a new factor.

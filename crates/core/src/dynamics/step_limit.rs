@@ -12,7 +12,8 @@ use crate::sparse::{BlockMatrix, Pattern};
 
 /// Amplification beyond 1 that counts as rounding.
 const ROUNDING: f64 = 1e-7;
-/// Parts of the largest stiffness that are combined with the largest damping, and the other way round.
+/// Parts of the largest stiffness that are combined with the largest damping, and of the largest damping that are combined with the
+/// stiffness.
 const PARTS: [f64; 6] = [0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
 /// Number of steps in a window, over which net motion and node speeds are compared.
 const WINDOW: u64 = 64;
@@ -51,7 +52,8 @@ pub(super) fn step_limit(spectrum: &Spectrum) -> f64 {
     low
 }
 
-/// Detects growing steps in an explicit run, since a body under tension becomes stiffer than at rest.
+/// Detects growing steps in an explicit run. A body under tension becomes stiffer than at rest, and a mode beyond the limit may oscillate
+/// from step to step instead of diverging.
 #[derive(Debug)]
 pub(super) struct Growth<const D: usize> {
     /// The fixed step of an explicit method, s; `None` for other methods, which need no detection.
@@ -72,8 +74,8 @@ impl<const D: usize> Growth<D> {
         Self { step, positions: state.positions.clone(), time: state.time, no_speed, wait: 0 }
     }
 
-    /// Whether the nodes move much more than they advance while the step exceeds the limit; to be called after every step, and at the end.
-    /// In Verlet an alternating motion shows in the positions only.
+    /// Whether the nodes move much more than they advance while the step exceeds the stability limit. To be called after every step, with
+    /// its number `steps` and the states before and after it, and at the end. In Verlet an alternating motion shows in the positions only.
     pub(super) fn is_detected(
         &mut self,
         motion: &Motion<'_, D>,
@@ -129,7 +131,8 @@ const POWER_TOLERANCE: f64 = 1e-7;
 const ROUND_STEPS: usize = 20;
 const MOST_ROUNDS: usize = 200;
 
-/// The fastest modes of a state, by power iteration on `K/m` (convex, with constant internal states) and `C/m`.
+/// The fastest modes of a state, by power iteration on `K/m` and `C/m` with constant internal states and the convex tangent, so that both
+/// matrices are positive semidefinite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spectrum {
     /// Largest eigenvalue of `K/m`, 1/s²: the square of the largest angular frequency.

@@ -1,4 +1,5 @@
-/// Tensions of all muscles over time, N (2D: per metre of thickness): linear between times, constant before and after.
+/// Tensions of all muscles of the mesh over time, N (2D: per metre of thickness): linear between given times, constant before the first
+/// and after the last.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tensions {
     /// At least one time, in ascending order, s.

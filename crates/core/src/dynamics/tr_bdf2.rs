@@ -62,7 +62,7 @@ struct Derivative<const D: usize> {
 }
 
 impl<const D: usize> Derivative<D> {
-    /// Sets it to that of a stage that was solved over the step `g`, s.
+    /// Sets it to that of the stage that the solver found from its known parts over the step `g`, s.
     fn set(&mut self, nodes: &[usize], StageSolver { stage, known: from, .. }: &StageSolver<D>, g: f64) {
         for &i in nodes {
             self.velocity[i] = stage.velocities[i];

@@ -69,7 +69,8 @@ impl<const D: usize> Integrator<D> for VelocityVerlet<D> {
     }
 }
 
-/// The matrix of one step for (x, v dt, a dt²) of `x'' = -k x - c x'`; `stiffness` is `k dt²` and `damping` is `c dt`.
+/// The matrix by which one step multiplies the state (x, v dt, a dt²) of `x'' = -k x - c x'`, with the acceleration of the step before.
+/// `stiffness` is `k dt²` and `damping` is `c dt`.
 pub(super) fn amplification(stiffness: f64, damping: f64) -> DMatrix<f64> {
     let acceleration = [-stiffness, -stiffness - damping, -0.5 * stiffness - damping];
     dmatrix![

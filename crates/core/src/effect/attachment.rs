@@ -6,8 +6,9 @@ use super::{Configuration, Effect, Tangent};
 use crate::body::Tie;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-/// `1/2 integral κ |u - v|² ds` over parts of the surface, with the displacements `u` of the tissue and `v` of the bone: for each [`Tie`] a
-/// constant quadratic form, the same in all directions. The force on the bone's nodes is the reaction.
+/// `1/2 integral κ |u - v|² ds` over parts of the surface, with the displacements `u` of the tissue and `v` of the bone. Each [`Tie`] is a
+/// constant quadratic form in the displacements of the nodes of both, the same in all directions. The force on the bone's nodes is the
+/// reaction, as for nodes that are held directly.
 #[derive(Debug, Clone)]
 pub struct Attachment<const D: usize> {
     ties: Vec<(Tie, Vec<Slot>)>,
@@ -22,7 +23,8 @@ impl<const D: usize> Attachment<D> {
         Self { ties, stiffness, rest: rest_positions.to_vec() }
     }
 
-    /// Each node of each tie, its displacement relative to the tie's first node, m, and the form's sum of these, N.
+    /// For each node of each tie its number, its displacement relative to the tie's first node, m, and the form's weighted sum of these
+    /// displacements, N.
     fn sums<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
@@ -74,7 +76,8 @@ impl<const D: usize> Effect<D> for Attachment<D> {
     }
 }
 
-/// Springs `1/2 k (x - x0)²` that hold nodes of a half body in its symmetry plane, so stiff that these hardly move.
+/// Springs `1/2 k (x - x0)²` that hold nodes in a plane across an axis, so stiff that the remaining displacement is negligible. The
+/// simulated half of a symmetric body ends at this plane.
 #[derive(Debug, Clone)]
 pub struct SymmetryPlane {
     axis: usize,

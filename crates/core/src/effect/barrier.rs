@@ -10,7 +10,8 @@
 //! ```
 //!
 //! It is twice continuously differentiable and infinite at zero, so that the energy has a minimum without inverted cells at every finite
-//! load. [`crate::statics::Solution::guarded`] counts the elements in which it acts, whose law is not the thesis's.
+//! load; above the threshold no bit changes. [`crate::statics::Solution::guarded`] counts the elements in which it acts, whose law is not
+//! the thesis's.
 
 /// Ratio of measure or length to that at rest below which the barrier acts.
 pub const THRESHOLD: f64 = 0.1;

@@ -30,7 +30,8 @@ impl Connections {
         Self { springs, muscle: None, series: Vec::new(), time: retardation }
     }
 
-    /// Muscle number `muscle` of the mesh, whose contractile elements have dampers `b_cc = contraction_time * k2` (s).
+    /// Muscle number `muscle` of the mesh: each connection has a spring Q1, and in parallel Q2 (of the stiffnesses `series`, N/m) in series
+    /// with the contractile element, whose damper is `b_cc = contraction_time * k2` (s).
     pub fn muscle(muscle: usize, springs: Vec<Spring>, series: Vec<f64>, contraction_time: f64) -> Self {
         Self { springs, muscle: Some(muscle), series, time: contraction_time }
     }
@@ -127,8 +128,9 @@ impl<const D: usize> Effect<D> for Connections {
     }
 }
 
-/// The states are the length changes `c` of the contractile elements, m, 0 at first. With `e = l - l0` the branch pulls with
-/// `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign by which a lengthening element resists).
+/// The states are the length changes `c` of the contractile elements, m, one for each connection and 0 at first. With `e = l - l0` the
+/// branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8, with the sign of the damper by which a lengthening
+/// element resists).
 impl<const D: usize> Internal<D> for Connections {
     fn count(&self) -> usize {
         self.series.len()

@@ -52,7 +52,8 @@ impl Contact {
         self.segments().map(|s| nearest(p, s).0.norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// The first of `pairs` of nodes whose line meets the outline at these positions, m, so that the body has penetrated it.
+    /// The first of `pairs` of nodes whose connecting line meets the outline at these positions, m. Its ends are on opposite sides of the
+    /// wall, so that the body has penetrated it.
     pub fn first_penetration<const D: usize>(
         &self,
         positions: &[SVector<f64, D>],
@@ -81,8 +82,8 @@ impl Contact {
         self.outline.windows(2).map(|w| [w[0], w[1]])
     }
 
-    /// Sums the barriers near `p`: one for each segment whose nearest point is inside, and at a corner one for each segment that has its
-    /// nearest point there, minus one where two segments meet.
+    /// Sums the barriers of the outline near `p`: that of each segment with its nearest point inside, and at each corner one for each
+    /// segment that has its nearest point there, minus one where two segments meet.
     fn repulsion(&self, p: Vector2<f64>) -> Repulsion {
         let mut sum = Repulsion::default();
         let mut ended_before = 1;
@@ -183,7 +184,8 @@ impl<const D: usize> Effect<D> for Contact {
         }
     }
 
-    /// [`Tangent::Convex`] keeps the curvature towards the wall, and of the lateral part only what a subtracted corner adds.
+    /// [`Tangent::Convex`] keeps the curvature along the direction to the wall, and of the lateral part only what a subtracted corner
+    /// adds.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
         for (n, slot) in &self.nodes {
             let push = self.repulsion(flat(&at.positions[*n]));

@@ -117,7 +117,8 @@ impl<const D: usize> Fibres<D> {
         lengths.filter(|(rest, length)| *length < THRESHOLD * rest.length)
     }
 
-    /// Adds `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`; [`Tangent::Convex`] leaves out the first part where T < 0.
+    /// Adds `w c_a c_b ((T / |y|) (I - n nᵀ) + dT/d|y| n nᵀ)`, which is positive semidefinite without a barrier. [`Tangent::Convex`]
+    /// leaves out the first part where T is negative.
     #[inline(always)]
     fn add_blocks(
         &self,

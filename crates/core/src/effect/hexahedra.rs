@@ -14,7 +14,8 @@ use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
 
-/// How contracting muscles stiffen an element: all its constants are multiplied by `1 + gain min(1, sum of activations)`.
+/// How contracting muscles stiffen their tissue: all constants of an element are multiplied by
+/// `1 + gain min(1, sum of the activations of its muscles)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffening {
     /// Additional stiffness at full activation over the passive stiffness (ArtiSynth: 9).
@@ -316,7 +317,8 @@ impl Effect<3> for Hexahedra {
     }
 }
 
-/// The gradient, times `scale`, of a field with `values` at the corners, as a tetrahedron with its first corner at the origin.
+/// The gradient, times `scale`, of a field with `values` at the corners of an element, as a tetrahedron: its first corner is at the origin,
+/// the others are the columns of the gradient.
 #[inline(always)]
 fn as_simplex(shape: &HexahedronCorners, values: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];

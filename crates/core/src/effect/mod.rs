@@ -81,7 +81,10 @@ pub enum Tangent {
 
 /// A force on the body. Its energy is in J (2D: per metre of thickness).
 ///
-/// Force and stiffness are the negative first and the second derivatives of the energy, which a test checks for every effect.
+/// Force and stiffness are the negative first and the second derivatives of the energy.
+/// `tests/library/effects_are_derivatives_of_their_energy.rs` checks this for every effect, and fails for an effect that is missing there.
+/// A new effect is a file in this folder that implements the parts of the trait that are not zero, and a line where
+/// [`crate::system::Additions`] adds it to a system.
 pub trait Effect<const D: usize>: Debug + Send + Sync {
     /// Short name in plans and reports.
     fn name(&self) -> &'static str;
@@ -146,8 +149,8 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     ) {
     }
 
-    /// Adds `weight` times the damping matrix: minus the derivative of the viscous force by the velocities, N s/m, symmetric and positive
-    /// semidefinite.
+    /// Adds `weight` times the damping matrix, minus the derivative of the viscous force by the velocities, N s/m; it is symmetric and
+    /// positive semidefinite.
     fn add_damping(&self, _at: Configuration<'_, D>, _weight: f64, _damping: &mut BlockMatrix<D>) {}
 
     /// Strain and stress of every cell that is a continuum by this effect, in the order of the cells.
@@ -161,8 +164,9 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     }
 }
 
-/// The part of an effect with internal states `s`, `ds/dt = rate(x, s)`, which only motions use. Each equation is linear in its own state
-/// and coupled by positions only, so that an implicit step eliminates states one by one and the stiffness keeps its pattern.
+/// The part of an effect with internal states `s`, `ds/dt = rate(x, s)`. Each equation is linear in its own state and coupled to others
+/// only through the positions, so that an implicit step can eliminate the states one by one, and the stiffness keeps its pattern. Only
+/// motions use it.
 ///
 /// In motion this replaces the tension terms of the effect: its other methods are called with zero tensions, and the tensions enter here.
 pub trait Internal<const D: usize>: Debug {
@@ -180,7 +184,8 @@ pub trait Internal<const D: usize>: Debug {
     /// Solves `s = known + step rate(x, s)`; `states` holds `known` before and `s` after. `step` in s.
     fn update_internal_state(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]);
 
-    /// Adds minus the derivative of the force by the positions, N/m, with states that follow them over `step`, or constant if it is 0.
+    /// Adds minus the derivative of the force by the positions, N/m, with states that follow the positions as in
+    /// [`Internal::update_internal_state`], or are constant if `step` is zero.
     fn add_stiffness(
         &self,
         at: Configuration<'_, D>,

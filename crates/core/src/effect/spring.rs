@@ -54,7 +54,8 @@ impl Spring {
         self.stiffness > 0.0 && (positions[b] - positions[a]).norm_squared() < least * least
     }
 
-    /// Energy with a constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of `l0` also `k l0²` times the [`barrier()`].
+    /// Energy with an additional constant tension, J: `1/2 k (l - l0)² + F (l - l0)`, and below a tenth of the rest length `k l0²` times
+    /// the [`barrier()`].
     #[inline(always)]
     pub fn energy<const D: usize>(&self, positions: &[SVector<f64, D>], tension: f64) -> f64 {
         let (length, _) = length_and_direction(positions, self.nodes);
@@ -97,7 +98,8 @@ impl Spring {
         force[self.nodes[1]] -= pull;
     }
 
-    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)` with the total tension `T`; [`Tangent::Convex`] leaves out a negative second part.
+    /// Adds `k n nᵀ + (T / l) (I - n nᵀ)` with the total tension `T`. The second part is negative in compression, where
+    /// [`Tangent::Convex`] leaves it out.
     #[inline(always)]
     pub fn add_stiffness<const D: usize>(
         &self,
@@ -116,7 +118,8 @@ impl Spring {
         self.add_line(length, n, slope, total_tension, tangent, stiffness);
     }
 
-    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for the length `l`, direction `n` and tension `T`, with `slope` `dT/dl`, N/m.
+    /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T`, whose derivative by the length
+    /// is `slope`, N/m.
     #[inline(always)]
     pub(crate) fn add_line<const D: usize>(
         &self,

@@ -2,7 +2,8 @@
 
 use super::plane::{self, Point};
 
-/// A natural cubic spline through points (de Boor 1978, chapter IV), whose parameter is the sum of their distances.
+/// A natural cubic spline through points, whose parameter is the sum of their distances (de Boor 1978, chapter IV). Its second derivative
+/// is zero at both ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NaturalSpline {
     /// The corners of the polygon that stands for the curve.

@@ -39,7 +39,8 @@ pub(crate) fn squared_distance_to_line(p: Point, a: Point, b: Point) -> f64 {
     (a + (b - a) * nearest_fraction(p, a, b) - p).norm_squared()
 }
 
-/// Where the line `ab` crosses the line `cd`, as fractions of both segments; `None` if they are parallel.
+/// Where the line `ab` crosses the line `cd`, as fractions of both segments; `None` if they are parallel. The segments cross if both
+/// fractions are within 0 to 1.
 pub(crate) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<[f64; 2]> {
     let (along, other) = (b - a, d - c);
     let turn = along.perp(&other);

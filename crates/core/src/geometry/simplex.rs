@@ -142,7 +142,8 @@ pub fn safe_part<const D: usize>(x: &Corners<D>, p: &Corners<D>) -> f64 {
     safe
 }
 
-/// The part of the segment from `a` to `b` in the cell, to `slack` in a barycentric coordinate, as fractions; `None` outside.
+/// The part of the segment from `a` to `b` that lies in the cell, as fractions of the segment; `None` if it misses the cell. Points
+/// outside by at most `slack` in a barycentric coordinate count as inside, so that rounding does not exclude a segment along a face.
 pub fn part_inside<const D: usize>(
     x: &Corners<D>,
     a: &SVector<f64, D>,

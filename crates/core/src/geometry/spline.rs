@@ -4,10 +4,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::plane::{self, Point};
 
-/// Number of straight pieces of the polygon for each span. With spans of 8 mm and a radius of 3 mm it is at most 3 µm from the curve.
+/// Number of straight pieces of the polygon for each span. With spans of 8 mm and a radius of 3 mm the polygon is at most 3 µm from the
+/// curve.
 const PIECES: usize = 32;
 
-/// A closed cubic spline through points (de Boor 1978, chapter IV), whose parameter is the sum of their distances.
+/// A closed cubic spline through points, twice continuously differentiable, whose parameter is the sum of the points' distances (de Boor
+/// 1978, chapter IV).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClosedSpline {
     /// The points that it goes through, m, counter-clockwise.
@@ -23,7 +25,8 @@ pub struct ClosedSpline {
 }
 
 impl ClosedSpline {
-    /// The curve through `points` (m, in either direction), counter-clockwise; `None` for fewer than three points, or if neighbours coincide.
+    /// The curve through `points` (m, in either direction), counter-clockwise. `None` for fewer than three points, or if neighbours
+    /// coincide.
     pub fn through(mut points: Vec<Point>) -> Option<Self> {
         if plane::polygon_area(&points) < 0.0 {
             points.get_mut(1..)?.reverse();

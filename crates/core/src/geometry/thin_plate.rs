@@ -33,7 +33,8 @@ impl ThinPlate {
         (n >= 3 && least > 1e-10 * scale).then(|| Self { controls: controls.to_vec(), unit, factors })
     }
 
-    /// The weights of the control points' displacements in that of `p`; at a control point exactly 1 for it and 0 for others.
+    /// The weights of the control points' displacements in the displacement of `p`. At a control point its weight is exactly 1 and the
+    /// others are 0.
     pub fn weights(&self, p: Point) -> Vec<f64> {
         let n = self.controls.len();
         let mut row = DVector::zeros(n + 3);

@@ -21,7 +21,7 @@ pub fn edges<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<[usize; 2
 }
 
 /// The faces of simplices (edges of triangles) that belong to one cell only, by their nodes in ascending order: the number of the cell, and
-/// the place in it of the opposite corner.
+/// the place in it of the corner that is not on the face.
 pub fn surface<'a>(cells: impl Iterator<Item = &'a [usize]>) -> BTreeMap<Vec<usize>, [usize; 2]> {
     let mut faces: BTreeMap<Vec<usize>, Option<[usize; 2]>> = BTreeMap::new();
     for (number, cell) in cells.enumerate() {

@@ -10,7 +10,8 @@ const COMPONENTS: usize = 9;
 /// `dP/dF`; component `(i, j)` of `F` has number `i + D j`.
 pub type Moduli = SMatrix<f64, COMPONENTS, COMPONENTS>;
 
-/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` (Bonet and Wood 2008, eq. 6.27).
+/// A compressible neo-Hookean solid: `W = μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` (Bonet and Wood, Nonlinear Continuum Mechanics, 2nd
+/// ed., eq. 6.27).
 ///
 /// Valid for `J > 0`; an inverted state has the energy `+∞`, so that a line search rejects it, and a stress of NaN. At small strain it is
 /// linear elasticity with the same λ and μ. The plane has plane strain: the third principal stretch is 1.
@@ -196,7 +197,8 @@ impl<const D: usize> Deformed<D> {
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
     }
 
-    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative; in the plane only of the 4 x 4 part, which is faster.
+    /// [`Deformed::convex_moduli`], or `None` if no eigenvalue is negative. In the plane only the 4 x 4 part is decomposed, which is
+    /// several times as fast and rounds differently.
     pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
@@ -262,7 +264,8 @@ pub fn contract<const D: usize>(
 }
 
 /// The five-constant Mooney-Rivlin solid with the two constants that were measured for tongues:
-/// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, `Ī1 = J^(-2/3) tr FᵀF` (Gérard et al. 2005; Buchaillard et al. 2009, eq. 1).
+/// `W = C10 (Ī1 - 3) + C20 (Ī1 - 3)² + K/2 (J - 1)²`, `Ī1 = J^(-2/3) tr FᵀF` (Gérard, Ohayon, Luboz, Perrier and Payan 2005; Buchaillard,
+/// Perrier and Payan 2009, eq. 1).
 ///
 /// At small strain the shear modulus is `2 C10` and the bulk modulus `K`. Valid for `J > 0`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,9 @@
-//! Constants of tissue (Kato 2014, table 4.1), and the coefficients of springs and area terms that follow (3.3.4, table 4.2).
+//! The physical constants of tissue and their ranges (Kato 2014, table 4.1), and the coefficients of springs and area terms that follow
+//! from them (3.3.4 and table 4.2).
 //!
-//! By the stiffness matching of Lloyd, Székely and Harders (2007), `k` and `kappa` minimise `|K_CST - k K_springs - kappa K_measure|²`,
-//! the difference from the stiffness matrix of the linear finite element of the same shape.
+//! By the stiffness matching of Lloyd, Székely and Harders (2007), `k` and `kappa` minimise `|K_CST - k K_springs - kappa K_measure|²`:
+//! the stiffness matrix of a simplex of springs, with a term for its area or volume, approximates that of the linear finite element of the
+//! same shape.
 
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
@@ -44,7 +46,8 @@ pub fn match_stiffness<const D: usize>(model: &Model, cell: &Corners<D>) -> Resu
     }
     let (lambda, mu) = model.lame();
     let gradient = simplex::gradient(cell);
-    // The block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb I + gb gaᵀ)), with ga = (dS/da)/S.
+    // The shape function of corner a has the gradient (dS/da)/S; the block of corners a, b of the linear element is S (λ ga gbᵀ + μ (ga·gb
+    // I + gb gaᵀ)).
     let element = |a: usize, b: usize| {
         let (ga, gb) = (gradient[a] / measure, gradient[b] / measure);
         (ga * gb.transpose() * lambda + (SMatrix::identity() * ga.dot(&gb) + gb * ga.transpose()) * mu)
@@ -93,8 +96,8 @@ pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
 }
 
 impl Coefficients {
-    /// Coefficients of a body with connections of mean length `side`, m, cells of total area or volume `measure`, m² or m³, and tissue of
-    /// `nodes` nodes (Kato 2014, 4.1.1).
+    /// Coefficients of a body with connections of the mean length `side`, m, cells of the total area or volume `measure`, m² or m³, and
+    /// tissue of `nodes` nodes (thesis 4.1.1).
     pub fn new<const D: usize>(
         model: &Model,
         side: f64,

@@ -81,7 +81,8 @@ impl Curve {
         self.weights(at).iter().map(|&(node, weight)| positions[node] * weight).sum()
     }
 
-    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1), and in its two derivatives by the part.
+    /// Weights of the nodes `piece - 1 ..= piece + 2` in the place at `part` (0 to 1) of a piece, and in its first and second derivative
+    /// by the part.
     fn weights_on(&self, piece: usize, part: f64) -> [[f64; 4]; 3] {
         let t = part;
         let h = self.knots[piece + 1] - self.knots[piece];
@@ -119,7 +120,8 @@ impl Curve {
 
     /// The piece and the part of it that are nearest to `point`.
     fn nearest(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> (usize, f64) {
-        // Pieces farther than the nearest node by twice their length are skipped, because a piece is near its chord.
+        // Pieces whose nodes are farther than the nearest node by twice their length are skipped, because a piece is less than its length
+        // from its chord.
         let far: Vec<f64> = self.nodes.iter().map(|&n| (positions[n] - point).norm()).collect();
         let nearest = far.iter().copied().fold(f64::INFINITY, f64::min);
         let mut best = (0, 0.0, f64::INFINITY);
@@ -166,7 +168,8 @@ impl Curve {
     }
 }
 
-/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at an end those of the line to the next node.
+/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at an end of the curve those of the straight line to the next
+/// node.
 fn slope(k: &[f64], knot: usize) -> [f64; 3] {
     match (knot.checked_sub(1), k.get(knot + 1)) {
         (Some(before), Some(after)) => {
@@ -233,7 +236,8 @@ pub struct TongueSurface {
 }
 
 impl TongueSurface {
-    /// The surface of a body up to its foremost point; the whole outline if the bones are not on it; `None` without an outline.
+    /// The surface of a body, whose tip is its foremost point; the whole outline if the bones are not on it. `None` for a body without an
+    /// outline.
     pub fn of(body: &Body<2>) -> Option<Self> {
         Self::with_tip(body, None)
     }

@@ -11,7 +11,8 @@
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
 //! | [`Midsagittal`] | one of the above in the midsagittal plane of a body in space | its unit |
 //!
-//! Tests compare all gradients with differences. The frequency of a formant, Hz, is one too (`FormantFrequency` in `tongue-infer`).
+//! A test compares the gradients of all of them with differences, each in the dimensions that it has. The frequency of a formant, in Hz, is
+//! an observable too (`FormantFrequency` in `tongue-infer`).
 
 mod contour;
 mod length;
@@ -61,7 +62,8 @@ pub struct Observation<const D: usize> {
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,
-    /// Factor of the residual, one over the observable's unit: 1 if all are of one kind, otherwise one over the standard deviation.
+    /// Factor of the residual in a fit, in one over the unit of the observable: 1 if all quantities are of one kind, otherwise one over
+    /// the standard deviation.
     pub weight: f64,
 }
 

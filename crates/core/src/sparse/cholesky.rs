@@ -1,4 +1,5 @@
-//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ`: left-looking by blocks, or by faer's supernodes where the factor is full.
+//! Block Cholesky factorisation `P K Pᵀ = L Lᵀ` on a pattern made once: left-looking by blocks for the few hundred unknowns of the plane,
+//! and by faer's supernodes where the factor is so full that dense blocks are faster.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -65,11 +66,13 @@ impl<const D: usize> Factor<D> {
         failure.is_none()
     }
 
-    /// A direction `d` with `dᵀ K d <= 0` of the matrix that [`Factor::factorise`] refused, one vector for each unknown.
+    /// A direction `d` of negative or no curvature of the matrix that [`Factor::factorise`] refused, one vector for each unknown:
+    /// `dᵀ K d <= 0` up to the floor of the pivots.
     ///
-    /// `d` is zero after the unknown that failed, at it the lowest mode `v` of the pivot block, and before it `-A⁻¹ b v` with the
-    /// factorised part `A` and the column `b` beside it. After a failure of faer, which does not tell the unknown, the matrix is
-    /// factorised again by blocks; if that succeeds by rounding, the last unknown counts as the one that failed.
+    /// `d` is zero after the unknown that failed, at it the eigenvector `v` of the pivot block's smallest eigenvalue, and before it
+    /// `-A⁻¹ b v` with the factorised part `A` and the column `b` beside it. After a failure of faer, which does not tell the unknown, the
+    /// matrix is factorised again by blocks, which takes many times as long in large bodies. If that succeeds, as it may for a matrix that
+    /// is singular up to rounding, the last unknown counts as the one that failed.
     #[inline(never)]
     pub fn negative_curvature(
         &mut self,
@@ -131,7 +134,8 @@ impl<const D: usize> Factor<D> {
     }
 }
 
-/// Factorises by blocks. Returns the unknown whose pivot is too small, if any. With pulp it takes two thirds of the time for the same bits.
+/// Factorises by blocks. Returns the unknown whose pivot is too small, if there is one. pulp compiles it for the widest registers of the
+/// processor: it takes two thirds of the time and gives the same bits.
 #[inline(always)]
 fn left_looking<const D: usize>(
     pattern: &Pattern,
@@ -220,7 +224,8 @@ fn invert_lower_cholesky<const D: usize>(a: &SMatrix<f64, D, D>, floor: f64) -> 
     Some(inverse)
 }
 
-/// The eigenvector of the smallest eigenvalue of a matrix, given by its lower triangle, by the power method on `c I - A`.
+/// The eigenvector of the smallest eigenvalue of a small symmetric matrix, whose lower triangle alone is read. The power method on
+/// `c I - A` is accurate enough for a direction of descent.
 fn lowest_mode<const D: usize>(a: &SMatrix<f64, D, D>) -> SVector<f64, D> {
     let mut whole = *a;
     for r in 0..D {

@@ -1,8 +1,9 @@
 //! Nested dissection (George 1973): a few unknowns that separate the others into two halves are eliminated last, and each half is ordered
 //! in the same way. Large meshes in space have less fill-in than by minimum degree.
 //!
-//! No coordinates are needed: the difference of an unknown's distances to two far ends of the mesh is averaged over neighbours until it
-//! varies as slowly as an eigenvector of the graph (Pothen, Simon and Liou 1990), and unknowns are split where the separator is small.
+//! No coordinates are needed. Each unknown has a number, the difference of its distances to two far ends of the mesh, which is averaged
+//! over neighbours until it varies as slowly as an eigenvector of the graph (Pothen, Simon and Liou 1990). The unknowns are split at the
+//! number for which the separator is small.
 
 use std::collections::BTreeSet;
 
@@ -141,7 +142,8 @@ fn ascending(mut unknowns: Vec<usize>) -> Vec<usize> {
     unknowns
 }
 
-/// Exact minimum degree: eliminates in each step the unknown with the fewest remaining neighbours, of several the lowest.
+/// Exact minimum degree: eliminates the unknown with the fewest remaining neighbours in each step; of several it takes the lowest number,
+/// so that the result is the same on every machine. Returns the unknowns in this order.
 ///
 /// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`.
 pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Vec<usize> {

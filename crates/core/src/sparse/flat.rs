@@ -1,5 +1,5 @@
-//! Block Cholesky factorisation `K = L Lᵀ` of 2 x 2 blocks, one matrix in each lane. Each block of `L` is written once, from a flat list of
-//! its products, so that the sums stay in registers.
+//! Block Cholesky factorisation `K = L Lᵀ` of one matrix of 2 x 2 blocks, or of several matrices at once, one in each lane. Each block of
+//! `L` is written once, from a flat list of its products, so that the sums stay in registers (dot form).
 
 use super::Pattern;
 use super::cholesky::SMALLEST_PIVOT;
@@ -56,7 +56,8 @@ impl Symbolic {
         vec![[Simd::ZERO; 4]; self.pattern.blocks()]
     }
 
-    /// Factorises matrices of blocks `pairs` and `diagonal`. Returns the lanes in which every pivot exceeds its floor; others are invalid.
+    /// Factorises the matrices whose blocks are `pairs`, off the diagonal, and `diagonal`. Returns for each lane whether every pivot
+    /// exceeds its floor; if not, that lane of the factor must not be used.
     #[inline(always)]
     pub fn factorise<const L: usize>(
         &self,
@@ -134,7 +135,8 @@ impl Symbolic {
     }
 }
 
-/// The reciprocal of the root of a pivot, 1 where it is too small, and the lanes in which the pivot exceeds the floor.
+/// The reciprocal of the root of a pivot, and the lanes in which the pivot exceeds the floor. The other lanes get 1, so that they stay
+/// finite.
 #[inline(always)]
 fn pivot<const L: usize>(value: Simd<L>, floor: Simd<L>) -> (Simd<L>, [bool; L]) {
     let safe = value.above(floor);

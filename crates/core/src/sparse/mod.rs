@@ -1,7 +1,8 @@
 //! Sparse symmetric matrices of `D x D` blocks, one block row and column for each unknown node.
 //!
-//! Factorisation and triangular solves are this crate's own where they are faster (`cargo bench factorise`): up to a few hundred unknowns
-//! in space, or a few thousand in the plane, beyond which faer's supernodes are used.
+//! Factorisation and triangular solves are this crate's own, because they are faster than faer's sparse Cholesky on the same matrices
+//! (`cargo bench factorise`). From a few hundred unknowns in space, or a few thousand in the plane, faer's supernodal factorisation is
+//! faster and is used.
 
 pub mod cholesky;
 mod dissection;
@@ -17,8 +18,8 @@ pub use pattern::{Pattern, Slot};
 
 /// Values of a symmetric block matrix on a [`Pattern`]: the lower triangle, column by column, with zeros for fill-in.
 ///
-/// Assembly writes to the places of the factor, so that a factorisation starts with one copy. The last block, the bin, collects the
-/// contributions of fixed nodes, so that assembly needs no branches.
+/// Assembly writes to the places that the factorisation uses, so that a factorisation starts with one copy. The last block, the bin,
+/// collects the contributions of fixed nodes, so that assembly needs no branches.
 #[derive(Debug, Clone)]
 pub struct BlockMatrix<const D: usize> {
     pub(crate) blocks: Vec<SMatrix<f64, D, D>>,

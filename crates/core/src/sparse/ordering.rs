@@ -7,7 +7,7 @@ use faer::sparse::linalg::amd;
 pub use super::dissection::{minimum_degree, nested_dissection};
 
 /// Numbers of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees take longer and leave more
-/// work. Hexahedra have up to 26 neighbours, tetrahedra about 12, quadratic triangles in the plane at most 10.5.
+/// work. Hexahedra have up to 26 neighbours, tetrahedra in a block about 12, quadratic triangles in the plane at most 10.5.
 const MANY: [(usize, usize); 3] = [(300, 20), (1_000, 11), (20_000, 0)];
 
 /// The order of elimination, and the rows below the diagonal in it; `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i`.
@@ -51,7 +51,8 @@ pub fn approximate_minimum_degree(neighbours: &[Vec<u32>]) -> Option<Vec<usize>>
     Some(order)
 }
 
-/// The rows below the diagonal of each column: the unknown's later neighbours, and rows of columns of which it is the first row.
+/// The rows below the diagonal in each column of the factor, ascending, where rows and columns are places in the order: the later
+/// neighbours of the unknown, and the rows of earlier columns in which it is the first row.
 pub fn rows_below(neighbours: &[Vec<u32>], order: &[usize]) -> Vec<Vec<u32>> {
     let mut place = vec![0; order.len()];
     order.iter().enumerate().for_each(|(k, &u)| place[u] = k as u32);

@@ -119,7 +119,8 @@ impl Pattern {
     pub fn factor_operations<const D: usize>(&self) -> usize {
         let columns = (0..self.unknowns()).map(|j| {
             let below = self.column(j).len() - 1;
-            // A product and an addition for each pair of blocks below the diagonal, and for the division of each block.
+            // A multiplication and an addition for each product of two blocks below the diagonal, and for the division of each by the
+            // diagonal block.
             D * D * D * (below * (below + 1) + 2 * below + 1)
         });
         columns.sum()
@@ -170,7 +171,8 @@ impl Pattern {
         }
     }
 
-    /// The slots of all pairs of nodes: of the first node with itself and the others, of the second with itself and later ones.
+    /// The slots of all pairs of nodes in this order: those of the first node with itself and the others, of the second with itself and
+    /// later ones, and so on.
     pub fn pair_slots<'a>(&'a self, nodes: &'a [usize]) -> impl Iterator<Item = Slot> + 'a {
         pairs(nodes.len()).map(|(a, b)| self.slot(nodes[a], nodes[b]))
     }

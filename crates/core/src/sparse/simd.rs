@@ -7,7 +7,8 @@ use pulp::{Arch, NullaryFnOnce};
 /// Number of lanes: four double-precision numbers fill one AVX2 register, or two of SSE2.
 pub const LANES: usize = 4;
 
-/// One number in each lane. Without fused multiply-add every processor gives the same bits.
+/// One number in each lane. Products are rounded before they are added (no fused multiply-add), so that every processor gives the same
+/// bits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Simd<const L: usize>(pub [f64; L]);
 

@@ -92,7 +92,8 @@ impl Supernodal {
             let blocks = &matrix.blocks[pattern.column(j)];
             for c in 0..D {
                 let column = blocks.iter().flat_map(|b| b.as_slice()[c * D..(c + 1) * D].iter());
-                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds the end.
+                // `places` is the second part of the zip, because a zip takes an item of its first part before it finds that the second
+                // one has ended.
                 column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
             }
         }

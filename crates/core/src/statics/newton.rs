@@ -9,7 +9,8 @@ use crate::geometry;
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Relative difference below which two energies are equal to rounding.
 pub(super) const ENERGY_NOISE: f64 = 1e-13;
-/// Number of indefinite stiffnesses in a row, as where a straight chain is compressed, after which negative curvature is followed.
+/// Number of iterations in a row with a stiffness that is not positive definite after which its negative curvature is followed. Far from
+/// the solution the stiffness usually becomes positive definite, but not where a straight chain is compressed.
 pub(super) const MOST_INDEFINITE: usize = 3;
 /// Shortest part of a step that the line search tries.
 const SHORTEST_STEP: f64 = 1e-12;
@@ -20,7 +21,8 @@ pub(super) const NEGLIGIBLE_RESIDUAL: f64 = 1e-6;
 /// A residual that rounding may explain is also accepted if an exact Newton step moves no node by more than this part of the body's size.
 const NEGLIGIBLE_STEP: f64 = 1e-9;
 const MOST_CORRECTIONS: usize = 3;
-/// The factor is used again while each iteration reduces the residual to less than this part; a new one costs about three iterations.
+/// The factor is used again while each iteration reduces the residual to less than this part. A new factor costs about three times as much
+/// as an iteration with the old one.
 pub(super) const REUSE_REDUCTION: f64 = 0.03;
 
 impl<const D: usize> SolveState<'_, D> {
@@ -77,8 +79,8 @@ impl<const D: usize> SolveState<'_, D> {
         self.done
     }
 
-    /// Whether a residual that rounding can explain is negligible: below a millionth of the load, or too small to move the body. Rounding
-    /// alone is no reason, since it causes forces as large as the load in a very uneven body.
+    /// Whether a residual above the tolerance that rounding can explain is negligible: below a millionth of the load, or too small to move
+    /// the body. Rounding alone is no reason, since it causes forces as large as the load in a very uneven body.
     fn residual_is_negligible(&self) -> bool {
         let w = &*self.w;
         // The reactions of the bones measure loads of any kind.

@@ -87,8 +87,9 @@ impl<'a, const D: usize> Response<'a, D> {
     }
 }
 
-/// Derivatives of the positions of all nodes, in straight paths too, by tensions, m/N, at an equilibrium (positions, m, tensions, N): one
-/// list for each of `muscles`, whose fibres have a common tension. `None` if it is not stable, or the lists do not fit the system.
+/// Derivatives of the positions of all nodes, those of straight paths too, by tensions, m/N, at an equilibrium (positions, m, and tensions
+/// of all muscles, N): one list for each of `muscles`, whose fibres have a common tension. `None` if the equilibrium is not stable, or the
+/// lists do not fit the system.
 #[inline(never)]
 pub fn position_rates<const D: usize>(
     system: &System<D>,

@@ -8,8 +8,9 @@ const SHORTEST_LOAD_STEP: f64 = 1e-5;
 /// Largest number of unstable equilibria from which one solve descends.
 const MOST_ESCAPES: usize = 8;
 
-/// Applies the load in steps from rest, or with displaced bones from where the direct solve `failed`. A successful step is doubled; a
-/// failed one is corrected, and then halved. The workspace gets the last equilibrium.
+/// Applies the load in steps from rest, each solved from the equilibrium before; with displaced bones from the state in which the direct
+/// solve, with the result `failed`, ended. A successful step is doubled; a failed one is solved again with corrected Newton steps, and
+/// then halved. The workspace gets the last equilibrium.
 pub(super) fn step_load<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
@@ -71,7 +72,8 @@ pub(super) fn step_load<const D: usize>(
     }
 }
 
-/// Factorises the exact stiffness at the equilibrium, and descends along negative curvature until the equilibrium is stable.
+/// Checks the stability of the equilibrium in the workspace by factorising the exact stiffness. From an unstable one it descends along
+/// negative curvature and solves again, until the equilibrium is stable.
 pub(super) fn escape_unstable<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

@@ -11,12 +11,13 @@ pub struct SolveSettings {
     /// Largest number of load steps after a direct solve that failed. Default 60; with 0 there are none.
     pub load_steps: usize,
     /// Whether the exact stiffness is factorised at every solution to check its stability. Default false: the last factorisation, a step
-    /// or two before, shows the stability if it was exact.
+    /// or two before the solution, shows the stability if it was exact.
     pub certify: bool,
     /// Largest number of solves of a [`trace()`](super::trace()), which then stops. Default 600.
     pub most_solves: usize,
-    /// Whether a [`trace()`](super::trace()) that reaches the whole load also searches for a second stable shape, by doubling the load and
-    /// reducing it again. Default true; searches, which need only the shape reached from rest, set it to false.
+    /// Whether a [`trace()`](super::trace()) that reaches the whole load also searches for a second stable shape: the load is doubled and
+    /// reduced again, and the shapes before and after are compared. Default true; searches, which need only the shape that is reached from
+    /// rest, set it to false.
     pub beyond: bool,
 }
 
@@ -36,7 +37,8 @@ impl Default for SolveSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
-    /// The residual force is below the tolerance or negligible rounding, and the equilibrium is not known to be unstable.
+    /// The residual force is below the tolerance, or as small as rounding permits and negligible beside the load, and the equilibrium is
+    /// not known to be unstable.
     Converged,
     /// The equilibrium is unstable, and descent from it led to no stable one.
     Unstable,
@@ -67,7 +69,8 @@ pub enum Stability {
     Unstable,
 }
 
-/// How the solution is connected to rest: of several branches of equilibria the body reaches one when the load grows.
+/// How the solution is connected to rest. Equilibria at the same load can lie on different branches, of which the body reaches one when
+/// the load grows from zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Connection {
@@ -75,9 +78,11 @@ pub enum Connection {
     Direct,
     /// Load steps led to it from rest, each from the equilibrium before; with displaced bones from where the direct solve failed.
     LoadSteps,
-    /// The solve descended from an unstable state, so that the solution may lie on another branch than rest.
+    /// The solve descended from a state with negative curvature or an unstable equilibrium, so that the solution may lie on another branch
+    /// than rest.
     Downhill,
-    /// It was followed from rest and back in steps ([`super::trace()`]): a [`super::FromRest::Branch`].
+    /// It was followed from rest and back in steps ([`super::trace()`]), so that it lies on the branch that begins at rest
+    /// ([`super::FromRest::Branch`]).
     Traced,
 }
 
@@ -93,22 +98,25 @@ pub struct Solution {
     pub safeguarded: usize,
     /// Largest residual force on a free node, N.
     pub max_residual_force: f64,
-    /// Rounding error of the force, N, which Newton's method cannot reduce: the largest stiffness times the rounding of a coordinate.
-    /// Zero if nothing was factorised.
+    /// Rounding error of the force, N: the largest stiffness times the rounding of a coordinate. Newton's method cannot make the residual
+    /// force smaller. Zero if nothing was factorised.
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
     pub stability: Stability,
     pub connection: Connection,
-    /// Part of the tensions at which the positions are an equilibrium: 1 if converged, less if load steps stopped, 0 if none was found.
+    /// Part of the tensions at which the positions in the workspace are an equilibrium: 1 if converged, less if load steps stopped, 0 if
+    /// no equilibrium was found.
     pub load_reached: f64,
     /// Number of load steps; 0 if the direct solve succeeded.
     pub load_steps: usize,
-    /// Number of unstable equilibria from which the solve descended, counted where the stability is checked.
+    /// Number of unstable equilibria from which the solve descended to another branch. They are counted only where the stability is
+    /// checked at the solution.
     pub escapes: usize,
     /// Number of iterations along a direction of negative curvature.
     pub ridges: usize,
-    /// Number of elements in which the barrier ([`crate::effect::barrier`]) acts, so that their law is not the published one.
+    /// Number of elements in which the barrier against inversion acts. If there are any, the solution is not one of the published law (see
+    /// [`crate::effect::spring`]).
     pub guarded: usize,
 }
 

@@ -1,4 +1,5 @@
-//! One equilibrium: bones move to their places, Newton's method finds where the forces cancel, and safeguards act if it fails.
+//! One equilibrium: bones are moved to their places, Newton's method finds where the forces cancel, and safeguards act if it fails or ends
+//! in an unstable equilibrium.
 //!
 //! A bone (a jaw that opens, a hyoid that rises) that moved in one step would invert the cells beside it, which Newton's method cannot
 //! undo. So it moves in parts, each at most half of the step limit of the effects, with a solve after each.

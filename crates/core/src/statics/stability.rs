@@ -8,15 +8,16 @@ use crate::effect::Tangent;
 use crate::geometry;
 use crate::system::System;
 
-/// Eigenvalues up to this magnitude, over the largest diagonal entry, count as zero, since rounding changes those of a slack chain.
+/// Eigenvalues whose magnitude is below this part of the largest diagonal entry count as zero, since rounding changes those of a slack
+/// chain.
 const ZERO_EIGENVALUE: f64 = 1e-9;
 
 /// First step along a direction of negative curvature, over the size of the body, and the largest number of doublings.
 const FIRST_CURVATURE_STEP: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
-/// Smallest eigenvalue, N/m, of the exact stiffness after the last solve, by inverse iteration. `None` without unknowns, or if the
-/// stiffness is not finite.
+/// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the last solve, by inverse
+/// iteration on the stiffness plus a shift that makes it positive definite. `None` without unknowns, or if the stiffness is not finite.
 #[inline(never)]
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
     const ITERATIONS: usize = 300;
@@ -60,7 +61,8 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
 }
 
 impl<const D: usize> SolveState<'_, D> {
-    /// Stability by the exact stiffness; if it is unstable, `find_curvature` continues from the failed factorisation.
+    /// Stability by the exact stiffness at the present positions; if it is unstable, `find_curvature` continues from the failed
+    /// factorisation.
     pub(super) fn classify(&mut self) -> Stability {
         self.assemble(Tangent::Exact);
         if self.try_factor() {
@@ -80,7 +82,8 @@ impl<const D: usize> SolveState<'_, D> {
         w.factor.negative_curvature(self.system.pattern(), &w.stiffness, &mut w.curvature);
     }
 
-    /// Moves downhill along the stored negative curvature as far as doubling the step lowers the energy. Returns whether any step does.
+    /// Moves along the stored direction of negative curvature, to the side to which the force points, as far as doubling the step lowers
+    /// the energy. Returns false if not even the shortest step does.
     pub(super) fn follow_curvature(&mut self) -> bool {
         let pattern = self.system.pattern();
         let w = &mut *self.w;

@@ -57,7 +57,8 @@ impl<'a, const D: usize> SolveState<'a, D> {
         self.system.step_limit(self.w.configuration(), &self.w.step)
     }
 
-    /// Smallest residual force that double precision allows at these positions, N, by the rounding of forces and positions.
+    /// Smallest residual force that double precision allows at these positions, N: the rounding error of the largest force, and that of
+    /// the positions times the stiffness.
     pub(super) fn rounding_level(&self) -> f64 {
         let w = &*self.w;
         let pull = w.tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs())).max(geometry::largest(&w.force));

@@ -1,4 +1,5 @@
-//! The path of equilibria from rest to a load: how far it is one stable branch, how it ends, and where the body then moves.
+//! The path of equilibria from rest to a load: how far it is one stable branch, how that branch ends, and to which shape the body then
+//! moves.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -76,8 +77,9 @@ pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
     pub solution: Solution,
     pub from_rest: FromRest,
-    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one after
-    /// twice the load (with [`SolveSettings::beyond`]), or in [`super::solve_and_trace`] that of the direct solve.
+    /// Whether a second equilibrium was found at this load: the one from whose branch the body jumped, its mirror image, the one in which
+    /// the body stays after twice the load, or in [`super::solve_and_trace`] that of the direct solve. Without [`SolveSettings::beyond`]
+    /// twice the load is not tried.
     pub another: bool,
     /// Whether Newton's method from the start in the workspace gives the same shape; [`trace`] does not check it.
     pub same_by_newton: bool,
@@ -177,7 +179,8 @@ struct Path<'a, const D: usize> {
 }
 
 impl<const D: usize> Path<'_, D> {
-    /// Follows the branch from the equilibrium without tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
+    /// Follows the branch from its beginning: rest, or with displaced bones, or under a load such as weight, the equilibrium without
+    /// tensions. Returns its last shape, and the result of [`Path::follow_and_return`].
     fn follow_from_rest(&mut self) -> (Vec<SVector<f64, D>>, Option<(Solution, bool)>) {
         let mut shape = self.system.rest().to_vec();
         if !self.w.displaced.is_empty() || is_loaded(self.system, self.settings.tolerance) {
@@ -200,7 +203,8 @@ impl<const D: usize> Path<'_, D> {
         if self.system.tissue().is_expensive() { CONTINUUM_STEPS } else { STEPS }
     }
 
-    /// Follows the branch from `shape`, which has no tensions, to its last shape. Failed steps are halved down to the resolution.
+    /// Follows the branch from `shape`, which has no tensions, and leaves the last shape on the branch there. A step that does not
+    /// continue the branch is halved until it is shorter than the resolution.
     fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>) {
         let longest = 1.0 / self.steps() as f64;
         let mut step = longest;
@@ -231,7 +235,8 @@ impl<const D: usize> Path<'_, D> {
         SolveSettings { max_iterations, load_steps: 0, ..*self.settings }
     }
 
-    /// Solves with the factor at `from` in the workspace: the first step is then the linear response to the change of the load.
+    /// Solves with the factor in the workspace, which must be one of the stiffness at `from`: the first step is then the linear response
+    /// to the change of the load.
     fn solve_with_factor(
         &mut self,
         from: &[SVector<f64, D>],
@@ -248,9 +253,10 @@ impl<const D: usize> Path<'_, D> {
 
     /// Follows the branch from rest in equal steps up to the whole load and back, for tissue whose solves are expensive.
     ///
-    /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and whether
-    /// the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`. Each solve
-    /// begins with the factor of the one before: half of the cost of [`Path::continued`] and [`Path::finds_another_shape`], or less.
+    /// If the shapes are the same in both directions, it leaves the solution at the whole load in the workspace, and returns it and
+    /// whether the body has another shape after the load was doubled and reduced again. Otherwise, and for springs, it returns `None`.
+    /// Each solve begins with the factor of the one before, so that this costs less than half of [`Path::continued`] and
+    /// [`Path::finds_another_shape`].
     fn follow_and_return(&mut self, rest: &[SVector<f64, D>]) -> Option<(Solution, bool)> {
         if !self.system.tissue().is_expensive() {
             return None;

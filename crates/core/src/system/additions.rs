@@ -1,6 +1,7 @@
 //! Effects, displacements and removals by which a scene changes the model of tissue, muscles and bones.
 //!
-//! Bones (Kato 2014, 4.1) are constraints: held nodes are no unknowns, and forces of effects on them are minus the reactions.
+//! Bones (Kato 2014, 4.1: mental spine, hyoid, styloid process) are constraints and not effects: held nodes are no unknowns, and have
+//! neither energy nor stiffness. The forces of the effects on them are minus the reactions.
 
 use std::sync::Arc;
 
@@ -46,7 +47,8 @@ pub enum PrescribedDisplacement<const D: usize> {
     Turned {
         /// The joint, m.
         joint: SVector<f64, D>,
-        /// Angle from the first axis to the second, rad; a positive one opens the jaw of a face that looks to the left.
+        /// Angle from the first axis towards the second, rad. A positive angle opens the jaw of a face that looks to the left: the chin
+        /// moves down and back.
         angle: f64,
     },
     /// A displacement, m.

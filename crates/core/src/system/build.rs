@@ -73,7 +73,8 @@ impl<const D: usize> System<D> {
         Self::assemble(mesh, coefficients, effects, additions, paths, contracting)
     }
 
-    /// A system of any effects on the nodes of `mesh`, without straight paths; `coefficients` do not change the effects.
+    /// A system of any effects on the nodes of `mesh`, without straight paths, for bodies that [`System::new`] cannot describe: uneven
+    /// stiffness, other laws. `coefficients` do not change the effects.
     #[inline(never)]
     pub fn from_effects(
         mesh: &Mesh<D>,
@@ -205,7 +206,8 @@ pub(super) fn effects<const D: usize>(
     stiffness: &[f64],
     paths: &[StraightPath],
 ) -> Vec<Box<dyn Effect<D>>> {
-    // Each connection, or straight path in place of its chain, is a spring of the contracting muscle along it, or else of the tissue.
+    // Each connection is a spring of the contracting muscle along it, otherwise of the tissue. A straight path counts as one connection in
+    // place of its chain.
     let mut in_path = vec![false; mesh.nodes.len()];
     paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
     let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();

@@ -46,7 +46,8 @@ pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coe
     Coefficients::new::<D>(model, side, measure, in_tissue)
 }
 
-/// Spring constant of every connection, N/m (2D: per metre of thickness): k in the plane, in space k times the number of its tetrahedra.
+/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness): k in the plane, as in the thesis; in space k for
+/// each of the tetrahedra to which the connection belongs.
 pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coefficients) -> Vec<f64> {
     let k = coefficients.tissue_stiffness;
     if D == 2 {

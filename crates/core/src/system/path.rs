@@ -85,7 +85,8 @@ impl StraightPath {
     }
 }
 
-/// The longest chains of muscle nodes outside the tissue that are free and joined to two nodes only; `stiffness` in N/m.
+/// All paths outside the tissue: longest chains of muscle nodes that are in no cell, not fixed and joined to two nodes only. `stiffness`
+/// has the spring constant of every connection, N/m.
 pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPath> {
     let in_tissue = mesh.in_tissue();
     let mut degree = vec![0; mesh.nodes.len()];

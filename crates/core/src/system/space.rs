@@ -14,7 +14,8 @@ use crate::material::MooneyRivlin;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MusclesAs {
-    /// Stress along the fibres in every element of a muscle, and lines outside the tissue; it converges under refinement.
+    /// Stress along the fibres at the points of every element of a muscle's region, and lines outside the tissue. It converges as the mesh
+    /// is refined.
     #[default]
     Stress,
     /// Forces along the segments of fibres between nodes, as in ArtiSynth, which do not converge as the mesh is refined.

@@ -59,17 +59,29 @@ fn is_command(character: char) -> bool {
 mod tests {
     use super::*;
 
+    fn escaped(text: &str, cut: usize) -> String {
+        let mut out = Vec::new();
+        let mut writer = EscapeControl::new(&mut out);
+        text.as_bytes().chunks(cut).for_each(|part| writer.write_all(part).unwrap());
+        String::from_utf8(out).unwrap()
+    }
+
     #[test]
-    fn commands_to_the_terminal_are_escaped_and_everything_else_is_as_it_was() {
+    fn commands_to_the_terminal_are_shown_and_not_obeyed() {
         let name = "\u{1b}]0;title\u{7}\u{9b}2J\r\u{202e}x\u{7f}";
-        let plain = "| ɯ†  –\t|\n\u{1f445}";
-        for (text, shown) in [(name, r"\u001b]0;title\u0007\u009b2J\u000d\u202ex\u007f"), (plain, plain)] {
-            for cut in 1..=4 {
-                let mut out = Vec::new();
-                let mut writer = EscapeControl::new(&mut out);
-                text.as_bytes().chunks(cut).for_each(|part| writer.write_all(part).unwrap());
-                assert_eq!(String::from_utf8(out).unwrap(), shown);
-            }
+        for cut in 1..=4 {
+            assert_eq!(escaped(name, cut), r"\u001b]0;title\u0007\u009b2J\u000d\u202ex\u007f");
         }
+    }
+
+    #[test]
+    fn everything_else_is_as_it_was_and_json_says_the_same() {
+        let text = "| ɯ†  –\t|\n\u{1f445}";
+        for cut in 1..=4 {
+            assert_eq!(escaped(text, cut), text);
+        }
+        let json = serde_json::to_string("\u{1b}[2J \u{9b} \u{7f}").unwrap();
+        let printed: String = serde_json::from_str(&escaped(&json, 3)).unwrap();
+        assert_eq!(printed, "\u{1b}[2J \u{9b} \u{7f}");
     }
 }

@@ -18,7 +18,7 @@ use tongue_input::measured::{Dataset, ReadError, Target, TargetKind, TargetOptio
 
 use super::equilibrium::Solved;
 use crate::report::{self, Draws, Files, FitRecord, Provenance, Svg};
-use crate::scene::effects::default_reach;
+use crate::scene::effects::CONTACT_REACH_MM;
 use crate::simulation::SimulationError;
 
 /// Where the verdict on a fit comes from.
@@ -124,7 +124,7 @@ pub fn sampled_together(
 /// The palate and the teeth as a wall for the surface of a body, as a scene has it with `effects.contact`.
 pub(super) fn wall(mesh: &Mesh<2>, model: &Model, palate: &[Point]) -> Result<Contact, SystemError> {
     let stiffness = system::coefficients(mesh, model)?.tissue_stiffness;
-    Ok(Contact::new(palate.to_vec(), &mesh.surface_nodes(), stiffness, default_reach() * 1e-3))
+    Ok(Contact::new(palate.to_vec(), &mesh.surface_nodes(), stiffness, CONTACT_REACH_MM * 1e-3))
 }
 
 /// A baseline tension that is fixed below this counts as zero, N per metre of thickness.

@@ -89,8 +89,11 @@ fn default_gravity() -> f64 {
     9.81
 }
 
-pub(crate) fn default_reach() -> f64 {
-    1.0
+/// Default distance at which a wall begins to act, mm.
+pub(crate) const CONTACT_REACH_MM: f64 = 1.0;
+
+fn default_reach() -> f64 {
+    CONTACT_REACH_MM
 }
 
 fn default_joint() -> [f64; 2] {

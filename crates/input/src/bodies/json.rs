@@ -20,7 +20,8 @@ struct ConnectionRecord {
     stiffness_n_per_m: Option<f64>,
 }
 
-/// A body with the stiffness and masses of its material. A file may lack what the program computes; what it has is compared with that.
+/// A body with the stiffness and masses of its material. Values that the program computes may be left out of a file; those that it has are
+/// compared with the body's.
 #[derive(Serialize, Deserialize)]
 pub struct MeshRecord {
     nodes_m: Vec<[f64; 2]>,

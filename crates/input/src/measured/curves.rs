@@ -27,8 +27,9 @@ impl Curves {
         Ok(Self::read(&bytes, &origin, names)?)
     }
 
-    /// Reads a table with a column `time_s` and columns of one or more of a body's muscles, whose `names` are in the body's order. Times
-    /// ascend, s; tensions are finite and not negative, N (in the plane per metre of thickness). `origin` names the table in errors.
+    /// Reads a table with a column `time_s` and columns of one or more of the muscles `names` of a body (in the body's order), in any
+    /// order. Times ascend, s; tensions are finite and not negative, N (in the plane per metre of thickness). `origin` names the table in
+    /// errors.
     pub fn read(bytes: &[u8], origin: &str, names: &[String]) -> Result<Self, Malformed> {
         // `None` for an unknown name, `Some(None)` for the time, otherwise the number of the muscle.
         let known = |name: &str| match name {

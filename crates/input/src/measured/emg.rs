@@ -1,4 +1,5 @@
-//! Relative muscle activity (EMG): a table with a row for each muscle and a column for each vowel, in the formats of tables of lengths.
+//! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, in the formats of tables of
+//! lengths.
 
 use std::collections::BTreeMap;
 
@@ -63,8 +64,9 @@ fn meaning(name: &str) -> Option<ActivityMeaning> {
 
 impl Activity {
     /// Reads a table with a column `muscle` and a column for each vowel, of activities from 0 to 1, or to 100 where the name of the column
-    /// ends in `%`. A column `full_n_per_m` may have the tension of a muscle at activity 1, N per metre of thickness. The format is
-    /// otherwise that of tables of lengths. A cell that is no activity is an error only where it is used.
+    /// ends in `%`. A column `full_n_per_m` may have the tension of a muscle at activity 1, N per metre of thickness. Encodings,
+    /// separators, decimal marks, a title and missing values are as in tables of lengths. A cell that is no activity is an error only where
+    /// it is used.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
         let mut cells = TableLines::read(bytes, origin, wanted, |name: &str| {

@@ -1,6 +1,7 @@
 //! Tables (CSV) of places and lengths that were measured of a body in space, in one frame or several over time.
 //!
-//! The columns say what the rows are (a table in `docs/space.md`). Any table may have `sd_mm`, and `time_s`: rows of one time form a frame.
+//! The columns say what the rows are (a table in `docs/space.md`). Any table may have a column `sd_mm`, and a column `time_s`: rows of one
+//! time form a frame.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -59,7 +60,8 @@ pub struct SpaceFrame {
     pub marks: Vec<SpaceMark>,
 }
 
-/// Adds the name of a mark to those of its frame, which may have one mark of each node, coil, point and muscle or side of a muscle.
+/// Adds the name of a mark to those of its frame. A node, a muscle, a coil or a place of a point may have one mark in a frame, and both
+/// sides of a muscle have none beside one side.
 fn add_name(names: &mut BTreeSet<(usize, String)>, frame: usize, mark: &SpaceMark) -> Result<(), String> {
     // In millimetres without the error of the conversion to metres; adding 0 turns -0 into 0.
     let mm = |m: &f64| (1e9 * m).round() / 1e6 + 0.0;
@@ -87,7 +89,8 @@ fn add_name(names: &mut BTreeSet<(usize, String)>, frame: usize, mark: &SpaceMar
     if names.insert((frame, name)) { Ok(()) } else { Err(twice) }
 }
 
-/// Reads tables as one recording, in which frames of one time are joined. `usual_sd_m` is the standard deviation where none is given.
+/// Reads tables as one recording, in which frames of the same time are joined. `usual_sd_m` is the standard deviation where a table gives
+/// none.
 pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
     let (mut all, mut names) = (Vec::<SpaceFrame>::new(), BTreeSet::new());
     let mut by_time: BTreeMap<Option<u64>, usize> = BTreeMap::new();

@@ -33,7 +33,8 @@ pub struct Target {
     pub reference: usize,
     /// Positions of the muscles with unknown tensions, ascending; at least one.
     pub active: Vec<usize>,
-    /// Positions of the muscles whose values are fitted, at least one: the active ones, for ratios except the reference.
+    /// Positions of the muscles whose values are fitted, at least one: the active ones, for ratios except the reference, whose ratio is 1
+    /// by definition.
     pub fitted: Vec<usize>,
     pub measured_mm: Vec<f64>,
     pub baseline_mm: Vec<f64>,
@@ -147,7 +148,8 @@ impl Target {
         })
     }
 
-    /// The target without the muscles that a body lacks. The error is the name of one that contracts or is the reference of ratios.
+    /// The target without the muscles that a body lacks. The error is the name of one that the target needs, because it contracts or is the
+    /// reference of ratios.
     pub fn of_body(&self, has: impl Fn(&str) -> bool) -> Result<Self, String> {
         fn pick<T: Clone>(from: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&m| from[m].clone()).collect()
@@ -202,7 +204,8 @@ impl Dataset {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
     }
 
-    /// The target of a fit to ratios to [`reference_muscle`], in which the muscles that are shorter in `vowel` than in /ɯ/ contract.
+    /// The target of a fit to ratios to the muscle of [`reference_muscle`], in which the muscles that are shorter in `vowel` of `subject`
+    /// than in /ɯ/ contract.
     pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, ReadError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
     }

@@ -42,7 +42,8 @@ impl Thesis {
         self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
     }
 
-    /// The tensions that the thesis found by hand for /a/ of S2, N per metre of thickness (section 4.4.1): one of many answers.
+    /// The tensions that the thesis found by hand for /a/ of S2, N per metre of thickness (section 4.4.1). They are one of many answers,
+    /// because two ratios do not determine three tensions.
     pub fn tensions_a(&self) -> Vec<(&str, f64)> {
         self.0.iter().filter_map(|row| Some((row.muscle.as_str(), row.tension_a_n_per_m?))).collect()
     }
@@ -57,7 +58,8 @@ impl Thesis {
         muscles.iter().map(|m| Some(self.row(m)?.simulated_ratio_a)).collect()
     }
 
-    /// The simulated ratios as stretches over the rest lengths of table 4.5, for a given stretch of GGa; `None` if a muscle is unknown.
+    /// The simulated ratios as stretches over the rest lengths of table 4.5, for a given stretch of GGa; `None` if the table lacks one of
+    /// `muscles`.
     pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
         let gga_mm = stretch_of_gga * self.row("GGa")?.rest_length_mm;
         muscles

@@ -55,6 +55,7 @@ pub struct Run {
     pub error_mm: Option<f64>,
     /// Largest difference of a muscle's ratio to GGa.
     pub ratio_error: Option<f64>,
+    /// Median wall-clock time, s.
     pub seconds: Option<f64>,
     pub repeats: usize,
     pub steps: u64,

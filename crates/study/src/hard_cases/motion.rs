@@ -76,7 +76,8 @@ pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
         let name = format!("{count} steps of half the stability limit, {dt:.2e} s");
         let end = f64::from(count) * dt;
         let (mut row, explicit) = run(&name, &motion, (IntegrationMethod::Verlet, Control::Fixed(dt)), end)?;
-        let (_, implicit) = run("", &motion, (IntegrationMethod::TrBdf2, Control::Fixed(end / 400.0)), end)?;
+        let (_, implicit) =
+            integrate(&motion, (IntegrationMethod::TrBdf2, Control::Fixed(end / 400.0)), end)?;
         let drift = largest_distance(&explicit, &implicit);
         row.note += &format!(", {drift:.1e} m from tr-bdf2");
         row.kept &= row.converged && drift < MOST_DRIFT_M;
@@ -90,15 +91,11 @@ pub(super) fn steps(full: bool) -> Result<Vec<HardCase>, Error> {
 fn run(
     variant: &str,
     motion: &Motion<'_, 2>,
-    (method, control): (IntegrationMethod, Control),
+    how: (IntegrationMethod, Control),
     end: f64,
 ) -> Result<(HardCase, Vec<Point>), Error> {
-    let mut state = motion.at_rest();
-    let (outcome, wall_s) = timed(|| -> Result<MotionOutcome, Error> {
-        let mut integrator = method.integrator(motion, control)?;
-        Ok(dynamics::run(motion, integrator.as_mut(), &mut state, end, &[], &mut ()))
-    });
-    let (outcome, positions) = (outcome?, state.positions);
+    let (run, wall_s) = timed(|| integrate(motion, how, end));
+    let (outcome, positions) = run?;
     let (smallest, _) = motion.system.cell_ratios(&positions);
     let finite = positions.iter().flatten().all(|x| x.is_finite());
     let completed = outcome.status == MotionStatus::Completed;
@@ -117,7 +114,19 @@ fn run(
         min_area_ratio: Some(smallest),
         wall_s,
         note,
-        ..HardCase::new(variant, method.name(), status_name(&outcome.status))
+        ..HardCase::new(variant, how.0.name(), status_name(&outcome.status))
     };
     Ok((row, positions))
+}
+
+/// The outcome of a motion from rest, and its last positions.
+fn integrate(
+    motion: &Motion<'_, 2>,
+    (method, control): (IntegrationMethod, Control),
+    end: f64,
+) -> Result<(MotionOutcome, Vec<Point>), Error> {
+    let mut integrator = method.integrator(motion, control)?;
+    let mut state = motion.at_rest();
+    let outcome = dynamics::run(motion, integrator.as_mut(), &mut state, end, &[], &mut ());
+    Ok((outcome, state.positions))
 }

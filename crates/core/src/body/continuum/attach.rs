@@ -91,7 +91,8 @@ impl<const D: usize> Patches<'_, D> {
         })
     }
 
-    /// Ties the face of an element opposite to one of its corners to the centres within the radius, each place to the nearest.
+    /// Ties the face of an element that is opposite to one of its corners to the centres within the radius, each place to the nearest
+    /// centre.
     fn tie(&mut self, element: &[usize], opposite: usize, centres: &[usize], radius: f64) {
         let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
         let on_face: Vec<usize> = on_face::<D>(opposite).collect();

@@ -218,7 +218,8 @@ fn unattached(muscle: &str) -> BodyError {
     BodyError(format!("muscle {muscle} {problem}"))
 }
 
-/// Offsets of fibres in half widths, and shares of the tension: Gauss points with weights `(1 - t²)²`, in space on rings.
+/// Offsets of the fibres in the cross-section, in half widths, and their shares of the tension: Gauss points with the weights `(1 - t²)²`,
+/// in space on rings.
 fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)> {
     let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
     let mut fibres: Vec<([f64; 2], f64)> = Vec::new();

@@ -77,7 +77,8 @@ impl<'a, const D: usize> Locator<'a, D> {
             .then(|| weights.into_iter().map(|(node, w)| (node, w / sum)).filter(|w| w.1 != 0.0).collect())
     }
 
-    /// The parts of a line that lie in the tissue, in order and without overlap: the element, beginning and end as fractions.
+    /// The parts of a straight line that lie in the tissue, in order and without overlap: the element of each, and its beginning and end
+    /// as fractions of the line.
     pub fn cut(&self, a: &SVector<f64, D>, b: &SVector<f64, D>) -> Vec<(usize, [f64; 2])> {
         let (low, high) = (a.inf(b), a.sup(b));
         let meets = |[l, h]: &[SVector<f64, D>; 2]| (0..D).all(|d| high[d] >= l[d] && low[d] <= h[d]);

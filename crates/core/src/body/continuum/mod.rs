@@ -23,12 +23,14 @@ use locate::Locator;
 
 const MOST_FIBRES: usize = 256;
 
-/// Widths of muscles and attachment to bones, chosen and never tuned on validation data; `results/continuum` has their effect.
+/// Widths of muscles and attachment to bones. They are chosen, not measured, and never tuned on data for validation. `results/continuum`
+/// has their effect on the answers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContinuumSettings {
     /// Width of a muscle, m; half of it at a bone. With 0 it is a line, for bodies whose muscles are given fibre by fibre.
     pub bundle_width_m: f64,
-    /// Number of fibres over the width where the spacing is a third of it or more; on finer meshes at least three a spacing.
+    /// Number of fibres over the width on meshes with a spacing of a third of the width or more; on finer ones at least three for each
+    /// spacing.
     pub fibres: usize,
     /// Radius of the patch around a point of bone, m. With 0 the bone holds its node alone, which does not converge.
     pub patch_radius_m: f64,
@@ -239,7 +241,8 @@ pub fn from_mesh<const D: usize>(
     Ok((mesh, bones))
 }
 
-/// The tissue with nodes in the middle of its edges: nodes and linear parts, elements, and the new number of each node.
+/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts of the elements, the
+/// elements, and the new number of every node in the tissue.
 fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usize>>, Vec<Option<usize>>) {
     let mut nodes = Vec::new();
     let number: Vec<Option<usize>> =

@@ -9,7 +9,8 @@ use crate::body::mesh::sorted;
 use crate::body::{Body, MuscleChain};
 use crate::statistics::least_by;
 
-/// Nodes are mirror images to this part of the body's size; ArtiSynth's mesh is exact to 4 µm, its styloid processes to 90 µm.
+/// Nodes are mirror images to this part of the body's size. Meshes that were made by hand are not exactly symmetric (ArtiSynth's to 4 µm,
+/// its styloid processes to 90 µm).
 const IMAGE_TOLERANCE: f64 = 1e-3;
 /// A muscle is asymmetric if it has a node whose image is farther off than this part of the body's size.
 const SYMMETRIC_TOLERANCE: f64 = 1e-4;

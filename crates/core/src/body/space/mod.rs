@@ -68,7 +68,8 @@ impl<const D: usize> Body<D> {
         !self.mesh.hexahedra.is_empty()
     }
 
-    /// Half of a muscle's straight fibre through the middle of an element up to a face, in local coordinates; `None` without one.
+    /// Half of the straight fibre of a muscle through the middle of an element, in local coordinates; it ends at the nearest face. `None`
+    /// if the muscle has no direction there.
     pub fn local_fibre(&self, muscle: usize, element: usize) -> Option<Vector3<f64>> {
         let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
         let mean = mean_axis(self.directions(muscle, element).into_iter().flatten());

@@ -1,4 +1,5 @@
-//! The anatomy from which a mesh is made: outline, muscle lines and points on bone, in TOML in millimetres, held in metres.
+//! The anatomy of a tongue, from which a mesh is made: its outline, its muscle lines, and its points on bone. It is read from TOML in
+//! millimetres and held in metres.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -108,20 +109,8 @@ impl Anatomy {
         }
         for (name, given) in &file.bones {
             for spanned in given {
-                let point = metres(spanned)?;
-                let from_ends = muscles.iter().flat_map(|m| m.ends).map(|end| (end - point).norm());
-                let from_end = from_ends.fold(f64::INFINITY, f64::min);
-                let from_outline = outline.nearest(point).1;
-                if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
-                    continue;
-                }
-                let (x, y) = (point.x * 1e3, point.y * 1e3);
-                let away_mm = from_end.min(from_outline) * 1e3;
-                let message = format!(
-                    "the point [{x}, {y}] of bone \"{name}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
-                     a bone holds ends of muscles or points of the outline"
-                );
-                return Err((spanned.span(), message));
+                check_bone_point(name, metres(spanned)?, &outline, &muscles)
+                    .map_err(|p| (spanned.span(), p))?;
             }
         }
         Ok(Self { outline, muscles, bones })
@@ -225,4 +214,24 @@ fn muscle_line(
         return Err(format!("the end [{x}, {y}] of {name} {message}"));
     }
     Ok(line(Some(OutsidePart { end, entry })))
+}
+
+fn check_bone_point(
+    bone: &str,
+    point: Point,
+    outline: &ClosedSpline,
+    muscles: &[MuscleLine],
+) -> Result<(), String> {
+    let from_end =
+        muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
+    let from_outline = outline.nearest(point).1;
+    if from_end < SAME_POINT_M || from_outline < ON_OUTLINE_M {
+        return Ok(());
+    }
+    let away_mm = from_end.min(from_outline) * 1e3;
+    let (x, y) = (point.x * 1e3, point.y * 1e3);
+    Err(format!(
+        "the point [{x}, {y}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
+         a bone holds ends of muscles or points of the outline"
+    ))
 }

@@ -6,7 +6,8 @@ use crate::statistics::least_by;
 
 /// Crossings that are nearer than this to another anchor of either line become that anchor, in mesh spacings.
 const MERGE_DISTANCE: f64 = 0.4;
-/// Other crossings keep this distance from an anchor, in mesh spacings, since short connections would be too stiff.
+/// Other crossings keep this distance from an anchor, in mesh spacings, because much shorter connections would be much stiffer than the
+/// tissue around them.
 const LEAST_DISTANCE: f64 = 0.5;
 
 /// Points that must be nodes.

@@ -157,7 +157,8 @@ pub(crate) fn fill(frame: &mut OutlineFrame, wanted: usize, h: f64) -> Result<()
             if frame.nodes.len() == before + round {
                 break;
             }
-            // The circle may contain nodes beyond a line, or nodes of this round, which are the last in the list.
+            // The circle may contain nodes beyond a line that its triangle does not cross, or nodes of this round, which are the last in
+            // the list.
             let filled = frame.nodes.iter().rev().any(|n| (n.at - centre).norm() < 0.99 * radius);
             if !filled && clear(centre, LINE_DISTANCE / 2.0) {
                 frame.nodes.push(DraftNode { at: *centre, freedom: Freedom::Plane });
@@ -197,7 +198,8 @@ fn holes(nodes: &[DraftNode], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64
     Ok(circles.filter(|(centre, _)| centre.iter().all(|c| c.is_finite())).collect())
 }
 
-/// The counter-clockwise triangles inside a closed outline among the segments, with every node as a corner, every segment as an edge.
+/// The triangles inside a closed outline, counter-clockwise, with every node as a corner and every segment as an edge. The segments
+/// contain the outline.
 pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, BodyError> {
     let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
     // The checks below find conflicts, and segments that were split because a node lies on them.

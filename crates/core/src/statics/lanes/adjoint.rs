@@ -1,4 +1,5 @@
-//! Derivatives of functions of the shape by tensions, bones and constants, by one back-substitution for each function.
+//! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each function, whatever the number of
+//! parameters.
 
 use nalgebra::SVector;
 
@@ -11,8 +12,9 @@ use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
 impl<const D: usize> LaneGroup<'_, D> {
-    /// The derivatives of a function of the shape in each of the last equilibria, from its derivatives by the positions of all nodes there.
-    /// `None` where it is not stable, and if the barrier acts in a body other than the group's.
+    /// The derivatives of a function of the shape in each of the last equilibria, from `gradients`, its derivatives by the positions of
+    /// all nodes: one for each equilibrium. `None` for an equilibrium that is not stable, and if the barrier acts in a body other than the
+    /// group's.
     ///
     /// # Panics
     /// If there are fewer gradients than equilibria, or a gradient has not as many entries as there are nodes.
@@ -49,7 +51,8 @@ impl<const D: usize> LaneGroup<'_, D> {
         adjoints.collect()
     }
 
-    /// The derivatives of the lengths of all muscles in each of the last equilibria, m: one [`Adjoint`] for each muscle.
+    /// The derivatives of the lengths of all muscles in each of the last equilibria: one [`Adjoint`] for each muscle of the mesh, in
+    /// metres.
     pub fn length_rates(&mut self) -> Vec<Option<Vec<Adjoint<D>>>> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.equilibria.len()];

@@ -64,7 +64,8 @@ impl<const D: usize> LaneGroup<'_, D> {
             let equilibria = self.solve(&parts, &SolveSettings { tolerance, ..*settings }).to_vec();
             for ((end, is_good), answer) in ends.iter_mut().zip(&mut is_good).zip(equilibria) {
                 let Solution { status, connection, guarded, .. } = answer.solution;
-                // Descent from a saddle is allowed in a body of springs, as a jump is; other bodies try again in more steps.
+                // In a body of springs a descent from a saddle of the energy is allowed, as a jump is; in other bodies it fails, so that
+                // the loads grow again in more steps.
                 let is_direct = is_of_springs || connection != Connection::Downhill;
                 *is_good &= status == SolveStatus::Converged && guarded == 0 && is_direct;
                 *end = Some(answer);

@@ -160,7 +160,8 @@ impl<'s, const D: usize> Lanes<'s, D> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
-    /// Solves `count` loads and returns the results of `keep` in their order, without the shapes, which would fill the memory.
+    /// Solves `count` loads and returns the results of `keep` for every equilibrium, in the order of the loads. The shapes are not kept,
+    /// since those of a million loads would fill the memory.
     pub fn map<'l, R: Send>(
         &self,
         count: usize,

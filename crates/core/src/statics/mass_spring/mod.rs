@@ -1,4 +1,5 @@
-//! Equilibria of mass-spring bodies in the plane, one or several in lanes; difficult loads are left to the solver for any body.
+//! Equilibria of mass-spring bodies in the plane, one or several in lanes: Newton's method on flat lists of elements, with a line search
+//! and a status in each lane. Loads that it cannot solve are left to the solver for any body.
 
 mod newton;
 mod rates;
@@ -50,7 +51,8 @@ pub(crate) struct SimdNewton<const L: usize> {
     /// Forces on all nodes, N.
     pub force: Vec<SimdPair<L>>,
     step: Vec<SimdPair<L>>,
-    /// `h` of every triangle ([`local`](crate::system::elements::local)), then a zero for edges without a second triangle.
+    /// `h` of every triangle at the last evaluation ([`local`](crate::system::elements::local)), then a zero for edges without a second
+    /// triangle.
     h: Vec<Simd<L>>,
     /// `h` of every triangle as the linear response to the last step has it; the stiffness uses this one.
     linear_h: Vec<Simd<L>>,
@@ -169,7 +171,8 @@ impl<const L: usize> SimdNewton<L> {
         }
     }
 
-    /// Moves the bones of a lane towards their places without inverting cells. Returns whether they are there.
+    /// Moves the bones of a lane to their places, or part of the path if cells would be inverted. Returns whether they are at their
+    /// places.
     fn move_bones(&mut self, elements: &Elements, lane: usize) -> bool {
         let bones = &self.positions[elements.unknowns..];
         let ways: Vec<_> =
@@ -202,7 +205,8 @@ fn of_lane<const L: usize>(x: &SimdPair<L>, lane: usize) -> SVector<f64, 2> {
     SVector::from([x[0].0[lane], x[1].0[lane]])
 }
 
-/// Largest part of a step for which all cells keep a tenth of their measure; `at` gives position and step of a node, m.
+/// Largest part of a step for which all cells keep a tenth of their measure, as in the solver for any body; `at` gives the position and
+/// the step of a node, m.
 fn step_limit(elements: &Elements, at: impl Fn(usize) -> (SVector<f64, 2>, SVector<f64, 2>)) -> f64 {
     let mut limit: f64 = 1.0;
     for cell in &elements.cells {

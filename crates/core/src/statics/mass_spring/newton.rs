@@ -67,7 +67,8 @@ impl<const L: usize> SimdNewton<L> {
         any
     }
 
-    /// Factorises the exact stiffness in all lanes; where that fails, the convex one plus a growing multiple of the unit matrix.
+    /// Factorises the exact stiffness in all lanes; where it is not positive definite, the convex one plus a growing multiple of the unit
+    /// matrix.
     fn factorise(&mut self, elements: &Elements) {
         let mut convex = [false; L];
         let largest = self.assemble(elements, convex);
@@ -173,7 +174,8 @@ impl<const L: usize> SimdNewton<L> {
         along.fold(Simd::ZERO, |slope, (s, f)| slope - (s[0] * f[0] + s[1] * f[1]))
     }
 
-    /// Backtracking line search in every lane. Returns whether the residual fell so fast that the factor can be used again.
+    /// Backtracking line search in every lane. Returns whether the factor can be used again, which it can if the residual fell fast in
+    /// every lane.
     fn take_step(&mut self, elements: &Elements, slope: Simd<L>, reused: bool) -> bool {
         let mut part = Simd(self.lanes.map(|l| if l.phase == Phase::Running { 1.0 } else { 0.0 }));
         let mut taken = part.0.map(|p| p == 0.0);
@@ -202,7 +204,8 @@ impl<const L: usize> SimdNewton<L> {
                         (of_lane(&trial[n], i), step)
                     });
                     if part.0[i] == 1.0 {
-                        // A cell or a spring has reached the barrier, although the step limit of the cells allows the whole step.
+                        // A cell or a spring has reached the barrier, although the step limit, which is one of cells only, allows the
+                        // whole step.
                         (part.0[i], taken[i]) = (0.0, true);
                         lane.phase = Phase::GivenUp;
                     }

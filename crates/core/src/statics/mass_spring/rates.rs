@@ -1,4 +1,5 @@
-//! Response of an equilibrium to small changes, and derivatives by all parameters, with the present factor.
+//! Response of an equilibrium to small changes, and derivatives of functions of it by all parameters, with the present factor of the
+//! stiffness.
 
 use super::SimdNewton;
 use crate::sparse::simd::{LANES, Simd, SimdPair, difference, vectorised};
@@ -53,8 +54,9 @@ impl<const L: usize> SimdNewton<L> {
         u
     }
 
-    /// Derivatives of a function of the shape, as in [`super::lanes::Adjoint`]: replaces `gradient`, those by positions of all nodes, by
-    /// those by forces on unknowns and positions of bones, and returns those by tensions, one for each of the elements' pulls.
+    /// Derivatives of a function of the shape, as in [`super::lanes::Adjoint`]: `gradient`, its derivatives by the positions of all nodes,
+    /// is replaced by those by forces on unknowns and by positions of bones. Returns the derivatives by tensions, one for each of the
+    /// elements' pulls.
     pub fn adjoint(&self, elements: &Elements, gradient: &mut [SimdPair<L>]) -> Vec<Simd<L>> {
         let (free, held) = gradient.split_at_mut(elements.unknowns);
         self.respond(elements, free);

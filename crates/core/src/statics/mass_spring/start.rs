@@ -1,6 +1,7 @@
 //! The start of a mass-spring body in the plane: half of the linear response to the tensions at rest.
 //!
-//! From this start, unless its energy is higher or a cell is inverted, Newton's method takes a fifth less work than from rest.
+//! From this start Newton's method takes a fifth less work than from rest, and meets fewer shapes with an indefinite stiffness. The solve
+//! starts from rest if the energy is lower there or a cell is inverted at this start.
 
 use super::SimdNewton;
 use crate::sparse::simd::Simd;

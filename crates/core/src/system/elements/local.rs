@@ -82,8 +82,8 @@ pub(crate) fn evaluate<const L: usize>(
     Local { energy: energy + half * cell_energy, residual_squared, upright }
 }
 
-/// Computes the linear response of the `h` of every triangle to the step from `from`: `h` at `x` without the term of second order, the area
-/// of the triangle that the steps of its corners form.
+/// Computes the `h` of every triangle that the linear response to the step from `from` predicts: `h` at `x` without the term of second
+/// order, the area of the triangle that the steps of its corners form.
 #[inline(always)]
 pub(crate) fn predict_pressure<const L: usize>(
     elements: &Elements,
@@ -102,8 +102,8 @@ pub(crate) fn predict_pressure<const L: usize>(
     }
 }
 
-/// Computes the stiffness at the positions of the last [`evaluate`], in the lanes of `convex` the convex one. Returns its largest diagonal
-/// entry.
+/// Computes the stiffness at the positions of the last [`evaluate`], the exact one or, in the lanes of `convex`, the convex one. Returns
+/// its largest diagonal entry.
 #[inline(always)]
 pub(crate) fn assemble_stiffness<const L: usize>(
     elements: &Elements,

@@ -1,4 +1,5 @@
-//! A mass-spring body in the plane as flat lists of edges and triangles in the order of elimination, made once for all solves.
+//! A mass-spring body in the plane as flat lists of edges and triangles in the order of elimination, which are made once and used by all
+//! solves.
 
 pub(crate) mod local;
 

@@ -45,6 +45,7 @@ fn body<const D: usize>(
     let kept: BTreeSet<u64> =
         cells.iter().map(|c| &c.nodes).chain(chains.iter().map(|c| &c.nodes)).flatten().copied().collect();
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(number, tag)| (*tag, number)).collect();
+    // Every tag of a cell or chain is in `numbers`, so this cannot panic.
     let number = |tag: &u64| numbers[tag];
     let mut mesh = Mesh { nodes: positions::<D>(raw, &kept, unit)?, ..Mesh::default() };
     for cell in cells {

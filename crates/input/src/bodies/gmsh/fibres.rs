@@ -10,7 +10,8 @@ use tongue_core::body::Mesh;
 use tongue_core::body::space::{Directions, directions_along};
 use tongue_core::geometry::{hexahedron, simplex};
 
-/// How far a node of a curve may lie outside the tissue, as a part of an element: curved surfaces of the model are flat in the mesh.
+/// How far a node of a curve may lie outside the tissue, as a part of an element: surfaces that are curved in the model are flat in the
+/// mesh.
 const MOST_OUTSIDE: f64 = 0.02;
 const TETRAHEDRA_OF_HEXAHEDRON: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];

@@ -113,7 +113,8 @@ impl<'a> GroupParts<'a> {
         for element in raw.elements.iter().filter(|e| e.group != 0) {
             by_key.entry((element.dimension, element.group)).or_default().push(element);
         }
-        // The form of the cells is checked first, because the names of groups that are allowed depend on it.
+        // The form of the cells is checked before the names of groups, which differ between forms, so that a wrong form is reported as
+        // such.
         let tissue = raw.names.iter().rev();
         let tissue = tissue.filter(|(_, (name, _))| split(name).0.eq_ignore_ascii_case("tissue"));
         let of_tissue = tissue.map(|(key, _)| key).filter(|(d, _)| form == Form::Simplices || *d == 3);

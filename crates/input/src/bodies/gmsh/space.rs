@@ -61,6 +61,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
     let (bones, fixed) = parts.bones(&numbers)?;
     mesh.fixed = fixed;
     for cell in &parts.cells {
+        // Every tag of a cell is in `numbers`, so this cannot panic.
         let corners: [usize; 8] = std::array::from_fn(|i| numbers[&cell.nodes[i]]);
         let x = hexahedron::corners(&mesh.nodes, &corners);
         if !hexahedron::points().iter().all(|&at| hexahedron::jacobian(&x, at).determinant() > 0.0) {

@@ -6,8 +6,9 @@ use crate::measured::muscles::Muscles;
 use tongue_core::body::{Bone, Mesh};
 
 /// Writes a mesh at rest, m, with the physical groups of [`super::read`]; fixed nodes outside `bones` are in a group `bone`. Node `n` has
-/// the tag `n + 1`. Elements are numbered from 1: cells (quadratic elements of a continuum), lines of one muscle after another, points on
-/// bone. Reading the file gives the same mesh to the last bit if every node is used and published muscles come first, as in the tables.
+/// the tag `n + 1`. Elements are numbered from 1: cells (quadratic elements of a continuum), then the lines of one muscle after another,
+/// then the points on bone. Reading the file gives the same mesh to the last bit if every node is used and published muscles come first, in
+/// the order of the tables.
 pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
     let names: Vec<String> = mesh.muscles.iter().map(|m| group_name(&m.name)).collect();

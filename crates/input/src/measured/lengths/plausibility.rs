@@ -118,7 +118,8 @@ fn exchanged_names(columns: &[MuscleColumn<'_>]) -> Option<String> {
     ))
 }
 
-/// A doubt if a muscle differs from the median of all by more than a factor of 2: 1.4 is the most in published tables, 1.7 in single rows.
+/// A doubt if a muscle differs from the median of all muscles by more than a factor of 2. The largest factor is 1.4 in published tables,
+/// 1.7 in single rows.
 fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     const FACTOR: f64 = 2.0;
     let size = median(columns.iter().map(|c| c.1 - c.2))?;
@@ -130,7 +131,8 @@ fn muscle_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     ))
 }
 
-/// A doubt if the tongue is much smaller or larger than an adult's: published ones are 0.97 to 1.12 times as large as the thesis's.
+/// A doubt if the tongue is much smaller or larger than an adult's. Published speakers are 0.97 to 1.12 times as large as the thesis's
+/// tongue.
 fn tongue_of_another_size(columns: &[MuscleColumn<'_>]) -> Option<String> {
     let times = mean_and_variance(columns.iter().map(|c| c.1 - c.2)).0.exp();
     (!(0.55..=1.6).contains(&times)).then(|| {

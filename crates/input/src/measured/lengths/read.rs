@@ -26,7 +26,8 @@ const MOST_DECIMALS: i32 = 2;
 const SHORTEST_CM: f64 = 0.2;
 
 impl Dataset {
-    /// The built-in lengths of Takano and Honda (2007), from thesis table 4.4: eight muscles of S1 to S4 in 19 rows (S4 has no /ɯ/).
+    /// The built-in lengths of Takano and Honda (2007), from thesis table 4.4: eight muscles of the subjects S1 to S4 in 19 rows (S4 has no
+    /// /ɯ/).
     pub fn reference() -> Result<Self, ReadError> {
         Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
     }
@@ -147,7 +148,8 @@ fn half_width_by_digits<'a>(lengths: impl Iterator<Item = LengthCell<'a>> + Clon
     (mm.is_some(), half_of_common_step(lengths).map_or(by_digits, |mm| mm.max(by_digits)))
 }
 
-/// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever their digits; by chance fewer than eight may be.
+/// Half of the step, mm, if all lengths in a unit are multiples of 5 or 10 mm, whatever digits they are written with. Of fewer than eight
+/// lengths this may be chance.
 fn half_of_common_step<'a>(lengths: impl Iterator<Item = LengthCell<'a>>) -> Option<f64> {
     const FEWEST: usize = 8;
     const STEPS_MM: [f64; 2] = [10.0, 5.0];

@@ -49,7 +49,8 @@ pub struct NearestRow {
     pub distance: RestDistance,
 }
 
-/// Of the rows with the most ratios the first with the smallest [`RestDistance::rms_ratio`]; `None` if no row can be compared.
+/// The row with the smallest [`RestDistance::rms_ratio`], the first of equals, of those with the most ratios; `None` if no row can be
+/// compared.
 pub fn nearest(muscles: &[String], rest: &[f64], data: &Dataset, reference: &str) -> Option<NearestRow> {
     let rows = data.rows.iter().map(|row| &row.lengths);
     let rows: Vec<_> = rows.filter_map(|row| Some((distance(muscles, rest, row, reference)?, row))).collect();

@@ -85,7 +85,8 @@ fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> SourcePlac
 /// Largest number of characters of a label, and of a quotation in a message.
 pub(super) const LONGEST: usize = 40;
 
-/// The text without surrounding spaces, in Unicode's form NFC (letters that look the same are equal), with full-width forms as ASCII.
+/// The text without surrounding spaces, in Unicode's form NFC (in which letters that look the same are equal), with full-width forms (`１`,
+/// `ａ`, `（`, `㎝`) replaced by ASCII.
 pub(in crate::measured) fn fold(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for character in text.trim().chars() {

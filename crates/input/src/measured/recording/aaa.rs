@@ -283,7 +283,8 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     parts
 }
 
-/// Labels by their beginning. Parts of a label between which no sample lies are joined, because rows out of order give it in parts.
+/// Labels by their beginning, with those of one tier and name joined between which no sample lies: rows that are out of order give a label
+/// in several parts.
 fn join_labels(mut labels: Vec<Label>, samples: &[Sample]) -> Vec<Label> {
     labels.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     let mut out: Vec<Label> = Vec::with_capacity(labels.len());

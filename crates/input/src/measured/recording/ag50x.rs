@@ -1,6 +1,7 @@
 //! Carstens AG500 and AG501 positions (`.pos`): a header of text lines, of which the second has its size, then frames of seven
-//! little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms, extra. After Praat's `EMA.cpp` (Weenink 2023)
-//! and the manufacturer's manual. Files of the AG500 without a header have twelve sensors at 200 Hz (the manufacturer's `loaddata.m`).
+//! little-endian 32-bit floats for each sensor: x, y, z (mm), phi, theta (degrees), rms, extra. After Praat's reader (Weenink 2023,
+//! `EMA.cpp`) and the manufacturer's manual. Files of the AG500 without a header have twelve sensors at 200 Hz (the manufacturer's
+//! `loaddata.m`).
 
 use super::limits::{LARGEST_HEADER, RATES_HZ};
 use super::{Budget, Format, Malformed, Recording, Sample, SourcePlace, Times, seen};

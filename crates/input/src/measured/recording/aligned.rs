@@ -106,7 +106,8 @@ impl AlignedRecording {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }
 
-    /// Mean position of a bone in the `window` frames around each frame that show it, m, or else that in the nearest; `None` if never seen.
+    /// Mean position of a bone over `window` frames around each frame (fewer at the ends and where it was not seen), m; if it was seen in
+    /// none of them, that in the nearest frame; `None` if it was never seen.
     pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
         let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
         let count = self.frames.len();

@@ -80,7 +80,8 @@ impl<'a> PointTrack<'a> {
         medians.map_or(mean, |(near, far)| mean.min(near / far))
     }
 
-    /// The speed that is exceeded in a tenth of the time, m/s: over 20 ms or, of a point that moves far more than its noise, over a frame.
+    /// The speed that is exceeded in a tenth of the time, m/s: over 20 ms or, if the point moves by far more than its noise, from frame to
+    /// frame.
     fn fastest_tenth_m_s(&self) -> f64 {
         const OVER_S: f64 = 20e-3;
         const FASTEST_M_S: f64 = 1.5;
@@ -113,7 +114,8 @@ impl<'a> PointTrack<'a> {
         part.is_finite().then(|| (part * (OVER_S / over_s).min(1.0), over_s / part))
     }
 
-    /// The first jump that is larger than this acceleration allows and after which the point stays: its name, the time, s, and the way, mm.
+    /// Name of the point, time (s) of the first jump that is larger than this acceleration allows and after which the point stays, and the
+    /// length of the jump, mm.
     fn slip(&self, acceleration_m_s2: f64) -> Option<(&'a str, f64, f64)> {
         const SLIP_M: f64 = 8e-3;
         const STAYS: usize = 4;
@@ -175,7 +177,8 @@ impl<'a> PointTracks<'a> {
         self.middle(true, |track| Some(track.fastest_tenth_m_s() * 1e3)).map(unnamed)
     }
 
-    /// The median over the points that move; `None` if these are less than half: they do not describe the recording.
+    /// The median over the points that move; `None` if these are less than half, because the jumps of one point among others at rest
+    /// do not describe the recording.
     fn middle(&self, continuous: bool, of: impl Fn(&PointTrack<'_>) -> Option<f64>) -> Option<f64> {
         let least = if continuous { MOVES_SD } else { HELD_SD };
         let moving = self.tracks.iter().filter(|track| track.moves_by(least) && track.part_still() <= 0.5);
@@ -259,7 +262,8 @@ impl<'a> PointTracks<'a> {
         Some((*by_mm, format!("{first} jumps by {by_mm:.0} mm at {time_s:.3} s and stays there{more}")))
     }
 
-    /// The first displacement of all points at once that a tongue or its bones cannot make and that stays: the head or the probe slipped.
+    /// The first displacement of all points at once that is larger than a tongue or its bones can move and that stays: the head or the
+    /// probe has slipped.
     pub fn slip_mm(&self) -> Option<NamedValue> {
         const SLIP_M: f64 = 5e-3;
         const ACCELERATION_OF_ALL_M_S2: f64 = 15.0;

@@ -151,7 +151,8 @@ fn upward_axis(
     (spreads[up] > 0.0).then_some((is_clear.then_some(up), why))
 }
 
-/// The axis along the tongue, of the two not upwards: the usual one, unless the points are more than twice as far apart along the other.
+/// The axis along the tongue, of the two that do not point upwards: the usual one, unless the points are more than twice as far apart along
+/// the other.
 fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) -> usize {
     let spread = |axis: usize| {
         let medians = Role::channels(roles, Role::is_of_tongue)

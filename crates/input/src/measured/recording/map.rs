@@ -133,7 +133,8 @@ impl Map {
         Ok(Self { origin: origin.to_owned(), ..file })
     }
 
-    /// The transformation of the recording (m, in the axes of the body) that the map states; [`Map::is_in_frame`] tells where it leads.
+    /// The transformation of the recording (m, in the axes of the body) that the map states. Only with a shift does it lead to the body's
+    /// frame ([`Map::is_in_frame`]).
     pub fn placement(&self) -> Option<Similarity> {
         let Self { scale, turn_deg, shift_mm, .. } = self;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
@@ -202,7 +203,8 @@ impl Map {
         own.map(|mm| mm * 1e-3).or(in_file).or(self.noise_mm.map(|mm| mm * 1e-3)).unwrap_or(usual)
     }
 
-    /// Metres in a unit of the file, by the map, by the format, or else by the distances of coils, with a note for the user.
+    /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the unit, it is found from the
+    /// distances of coils.
     pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), ReadError> {
         if let Some(metres) = self.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
@@ -237,7 +239,8 @@ impl Map {
         }
     }
 
-    /// The axis to the back, if the map or the format gives it, and the upward axis. A `flat` track has only y and z.
+    /// The axis to the back, `None` if neither the map nor the format gives it, and the upward axis. `flat`: whether all x are zero, as in
+    /// a track with only y and z.
     pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<MappedAxis>, MappedAxis) {
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, MappedAxis(2, 1.0)),
@@ -298,7 +301,8 @@ impl TryFrom<toml::Value> for MapEntry {
 }
 
 impl Map {
-    /// A map (TOML) for a user to correct, with the role that its name suggests for every channel, and with its position and motion.
+    /// A map (TOML) for a user to correct, with the roles that the names of channels suggest, and the position and motion of every channel
+    /// in comments.
     pub fn template(recording: &Recording) -> String {
         let map = Self::default();
         let name = recording.name.replace(char::is_control, " ");

@@ -96,7 +96,7 @@ impl<'a> Measures<'a> {
         longest.map(|(pause, at)| (pause, format!("{at:.3} s")))
     }
 
-    /// For each tier the part of its labels of which half is recorded or that fill half of the recording; the name has the times of both.
+    /// For each tier the part of its labels of which half lies within the recording or that fill half of it, and as its name the times of its labels and of the frames.
     pub fn labels_within(&self) -> Vec<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let Some((first, last)) = frames.first().zip(frames.last()) else { return Vec::new() };
@@ -204,8 +204,8 @@ impl<'a> Measures<'a> {
         Some(unnamed((right - reversed) * MM))
     }
 
-    /// How much too high the contour is for the bones: above 1 if its top or both ends are. The name is its height over the distance of
-    /// the bones.
+    /// How much too high the contour is for the bones: above 1 if its top or both of its ends are. The name is the height of the top over
+    /// the distance of the bones.
     ///
     /// The height of the top is 1.1 to 1.5 times the distance of the bones and 0.50 to 0.57 times the length of the contour in most bodies.
     /// A hyoid near the jaw raises the first alone, a hidden root the second alone, so both limits (1.7 and 0.66) must be exceeded. The
@@ -262,7 +262,8 @@ impl<'a> Measures<'a> {
         Some(unnamed(if reversed { ANY } else { (first.2.x - last.2.x) * MM }))
     }
 
-    /// How much too small or too large the chain of coils is: above 1 for mean gaps outside 9 to 28 mm, or more than 58 mm in all.
+    /// How much too small or too large the chain of coils is: above 1 if neighbours are on average less than 9 mm or more than 28 mm apart,
+    /// or the first and the last more than 58 mm.
     pub fn size_of_coils(&self) -> Option<NamedValue> {
         let gaps = self.gaps_mm();
         let length = gaps.iter().sum::<f64>();
@@ -272,7 +273,8 @@ impl<'a> Measures<'a> {
         is_judged.then(|| ((9.0 / mean).max(mean / 28.0).max(length / 58.0), name))
     }
 
-    /// Largest distance of a coil below the line of the first and the last, if it is below in most frames: a retroflex lowers one briefly.
+    /// Largest distance of a coil below the line of the first and the last, if it is below in more than four fifths of the frames. A
+    /// retroflex lowers one for a short time only.
     pub fn hollow_mm(&self) -> Option<NamedValue> {
         const PART: f64 = 0.8;
         let AlignedRecording { frames, stated, .. } = self.recording;
@@ -293,7 +295,8 @@ impl<'a> Measures<'a> {
         Some((mm, format!("{name} lies {mm:.0} mm below the line from {} to {}", first.1, last.1)))
     }
 
-    /// The point that stands out most from the contour: the way over it is much longer than past it (on a tongue up to 1.1 times).
+    /// The point that stands out most from the contour: the way over it is more than 1.45 times as long as past it. On a tongue it is less
+    /// than 1.1 times as long.
     pub fn spike_mm(&self) -> Option<NamedValue> {
         const DETOUR: f64 = 1.45;
         let all = self.recording.contour.iter().zip(&self.contour);

@@ -240,7 +240,8 @@ impl Recording {
         Ok(found)
     }
 
-    /// Removes positions at the origin, which programs write for unseen points, where a frame has several and the channel usually none.
+    /// Removes positions at exactly the origin if several of a frame are there and the channel is elsewhere in most frames: programs write
+    /// zeros for points that were not seen.
     fn remove_zeros(&mut self) {
         const ZERO: Option<[f64; 3]> = Some([0.0; 3]);
         let has_zeros = |sample: &Sample| sample.places.iter().filter(|place| **place == ZERO).count() > 1;

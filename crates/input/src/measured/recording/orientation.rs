@@ -40,7 +40,8 @@ impl AlignedRecording {
         Self::all(&[recording], map).swap_remove(0)
     }
 
-    /// Interprets recordings with their map. All recordings of a speaker with the same channels have one frame of contours.
+    /// Interprets recordings with their map. The frame of contours is found from all recordings of a speaker with the same channels, which
+    /// are exported alike.
     ///
     /// If no map gives the axis to the back of the head, it is x: reversed if the mental spine lies at larger x than the hyoid; without
     /// these bones if the lower end of the contour, which is the root, lies at smaller x than the other; with coils only if the one at the

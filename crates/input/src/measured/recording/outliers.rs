@@ -1,4 +1,5 @@
-//! Points that jump, are in the wrong order or lie beyond the palate, which are reported and removed before anything is fitted.
+//! Points of a recording that jump, are in the wrong order or lie beyond the palate, which are removed before anything is fitted, and
+//! reported.
 
 use serde::{Deserialize, Serialize};
 
@@ -96,7 +97,8 @@ pub fn remove_outliers(recording: &mut AlignedRecording, palate: Option<&[Point]
     faults
 }
 
-/// Distance of a position from its median over two or more frames around that show it, m, and the time to the nearest of these, s.
+/// Distance of a position from its median over the frames around, m, and the time to the nearest of these, s; `None` if it is unknown
+/// in this frame or in all but one of those around.
 fn departure(
     recording: &AlignedRecording,
     frame: usize,
@@ -126,7 +128,8 @@ fn spike_height(recording: &AlignedRecording, frame: usize, point: usize) -> Opt
     Some(departure?.0)
 }
 
-/// Points that stand out of the contour only in this frame; none if most points do, because the fit reports a contour that is all wrong.
+/// Points that stand out of the contour of a frame but not of those of the frames around; none if most points do: then the whole contour is
+/// wrong, and the fit reports the frame.
 fn spikes(recording: &AlignedRecording, frame: usize) -> Vec<usize> {
     let contour = &recording.frames[frame].contour;
     let heights: Vec<f64> =

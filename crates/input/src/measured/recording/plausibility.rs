@@ -158,7 +158,8 @@ impl DoubtList {
         self.check("rate", m.motion.fastest_tenth_mm_s(), [0.0, 320.0], Untrusted,
             "in a tenth of the time the tongue moves faster than {value} mm/s, where 80 to 200 are usual in speech; if that is wrong, correct \
              rate_hz in the map, or the times, which are in seconds");
-        // The part is 0.94 to 1 in slow careful speech, 0.61 to 0.84 at half its speed, and 0.30 to 0.47 at a fifth.
+        // The part is 0.94 to 1 in slow careful speech, 0.61 to 0.84 if its times are doubled, and 0.30 to 0.47 if they are multiplied by
+        // five.
         self.check("rate", m.motion.quickest_part(), [0.5, ANY], Untrusted,
             "the quickest motion takes {name}, where a tongue in speech needs 0.1 to 0.3 s: the times are too long, or nothing is spoken; if they \
              are wrong, correct rate_hz in the map, or the times, which are in seconds");

@@ -23,7 +23,8 @@ pub(super) fn words(line: &str) -> impl Iterator<Item = &str> {
     line.split([' ', '\t', ',']).map(str::trim).filter(|cell| !cell.is_empty())
 }
 
-/// The separator of a table (tab, comma or semicolon) and the number of lines before its header, with which most columns are known.
+/// The separator of a table (tab, comma or semicolon) and the number of lines before its header: those with which most fields are known
+/// names of columns.
 pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {
     let known = |line: &str, separator: u8| {
         let names = line.split(char::from(separator)).map(|name| name.trim_matches([' ', '"']));
@@ -111,7 +112,8 @@ impl<'a> LastNumber<'a> {
     }
 }
 
-/// A note if a text seems to be cut off: it ends, without a line end, in a number with fewer digits than those above it in its column.
+/// A note if a text file seems to be cut off: it ends without a line end in a number that has fewer digits than those above it in the same
+/// column.
 pub(super) fn truncation_note(bytes: &[u8]) -> Option<String> {
     const TAIL: usize = 1 << 16;
     const FEWEST_LINES: usize = 5;
